@@ -1,0 +1,35 @@
+# The one vocabulary of chores, for people and for CI. Every target installs what it needs.
+PYTHON ?= python3.11
+BIN := .venv/bin
+
+.PHONY: demo test check install clean
+
+demo: .venv/.run
+	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
+	@echo
+	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --out out/anymal_b
+	@echo
+	@echo "The figures: out/quadruped/shock.png and out/anymal_b/shock.png (shock.svg beside each)"
+
+test: .venv/.dev
+	@"$(BIN)/python" -m pytest
+
+check: .venv/.dev
+	@"$(BIN)/ruff" format --check shockpc tests
+	@"$(BIN)/ruff" check shockpc tests
+	@"$(BIN)/mypy"
+
+install: .venv/.run
+
+.venv/.run: pyproject.toml
+	@"$(PYTHON)" -m venv .venv
+	@"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --editable .
+	@touch "$@"
+
+.venv/.dev: pyproject.toml
+	@"$(PYTHON)" -m venv .venv
+	@"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	@touch "$@" .venv/.run
+
+clean:
+	@rm -rf .venv out build dist

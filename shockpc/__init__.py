@@ -1,0 +1,67 @@
+"""Mechanical shock of a landing, body by body, from the rigid-body model alone."""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+    from shockpc.model.contact import Contact
+    from shockpc.model.posture import Posture
+    from shockpc.model.robot import Robot, load_robot
+    from shockpc.profile import shock_profile
+    from shockpc.record import ContactImpulse, Health, PointShock, ShockProfile
+    from shockpc.scene import Point, Scene, Strike
+    from shockpc.scene_file import read_scene
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Contact": "model.contact",
+    "ContactImpulse": "record",
+    "Health": "record",
+    "OutputError": "errors",
+    "Point": "scene",
+    "PointShock": "record",
+    "Posture": "model.posture",
+    "Robot": "model.robot",
+    "RobotError": "errors",
+    "Scene": "scene",
+    "SceneError": "errors",
+    "ShockError": "errors",
+    "ShockProfile": "record",
+    "SolveError": "errors",
+    "Strike": "scene",
+    "UnknownName": "errors",
+    "load_robot": "model.robot",
+    "read_scene": "scene_file",
+    "shock_profile": "profile",
+}
+
+__all__ = [
+    "Contact",
+    "ContactImpulse",
+    "Health",
+    "OutputError",
+    "Point",
+    "PointShock",
+    "Posture",
+    "Robot",
+    "RobotError",
+    "Scene",
+    "SceneError",
+    "ShockError",
+    "ShockProfile",
+    "SolveError",
+    "Strike",
+    "UnknownName",
+    "load_robot",
+    "read_scene",
+    "shock_profile",
+]
+
+
+def __getattr__(name: str) -> Any:
+    # The command line answers --help in a moment because nothing heavy is imported before it is used.
+    if name not in _HOMES:
+        raise AttributeError(f"module 'shockpc' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"shockpc.{_HOMES[name]}"), name)

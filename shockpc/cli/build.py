@@ -1,0 +1,157 @@
+"""From the words of `shockpc analyze` to scenes: one for each landing."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from shockpc.cli.parse import assignment, number, vector
+from shockpc.errors import SceneError
+from shockpc.ledger import Ledger
+from shockpc.model.contact import Contact, match_frames
+from shockpc.model.landmarks import feet
+from shockpc.model.robot import Robot, load_robot
+from shockpc.scene import PLANES, Point, Scene, Strike, plane_of
+from shockpc.scene_file import read_scene
+
+__all__ = ["Wishes", "build"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wishes:
+    """The options of `shockpc analyze` that say what to compute, as they were typed; None or empty where nothing was."""
+
+    contact: tuple[str, ...]
+    together: bool
+    offset: str | None
+    contact_point: Any
+    slide: bool
+    restitution: str | None
+    posture: str | None
+    srdf: str | None
+    set: tuple[str, ...]
+    base_rpy: str | None
+    base: Any
+    strike_angle: str | None
+    speed: str | None
+    velocity: str | None
+    drop_height: str | None
+    plane: str | None
+    point: tuple[str, ...]
+    xacro: tuple[str, ...]
+    package: tuple[str, ...]
+
+
+def build(robot: str, wishes: Wishes, ledger: Ledger) -> tuple[Robot, list[Scene]]:
+    """The robot, and one scene for each landing that is meant. What is typed goes before what a scene file says.
+
+    Raises:
+        ShockError: something typed is not valid, or not known; the text names the option.
+    """
+    scene = read_scene(Path(robot)) if is_scene_file(robot) else Scene(robot=robot)
+    scene = dataclasses.replace(
+        scene,
+        srdf=wishes.srdf or scene.srdf,
+        xacro={**scene.xacro, **dict(assignment("--xacro", text, "payload:=1.5") for text in wishes.xacro)},
+        packages={**scene.packages, **dict(assignment("--package", text, "dog_description=../dog") for text in wishes.package)},
+    )
+    with ledger.stage("robot file"):
+        loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    scene = dataclasses.replace(
+        scene,
+        base=wishes.base or scene.base,
+        plane=scene.plane if wishes.plane is None else wishes.plane if wishes.plane in PLANES else vector("--plane", wishes.plane),
+        posture=_posture(scene, wishes),
+        strike=_strike(scene, wishes),
+        point=scene.point + tuple(_point(text) for text in wishes.point),
+    )
+    return loaded, [_with_contacts(scene, wishes, frames) for frames in _landings(loaded, scene, wishes)]
+
+
+def is_scene_file(name: str) -> bool:
+    """Whether a path is a scene: told by its content, for a robot file begins with an XML tag."""
+    path = Path(name)
+    if not path.is_file():
+        return path.suffix == ".toml"
+    with path.open("rb") as file:
+        head = file.read(4096).removeprefix(b"\xef\xbb\xbf").lstrip()
+    return path.suffix == ".toml" or (bool(head) and not head.startswith(b"<"))
+
+
+def _landings(robot: Robot, scene: Scene, wishes: Wishes) -> list[tuple[str, ...] | None]:
+    """The frames of each landing; None for the contacts that the scene file gives."""
+    if not wishes.contact:
+        if scene.contact:
+            return [None]
+        known = feet(robot)
+        listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
+        raise SceneError(f'no contact is given, so nothing strikes robot "{robot.name}"; name one with --contact, such as {listed}')
+    landings: list[tuple[str, ...]] = []
+    for text in wishes.contact:
+        parts = [match_frames(robot, part) for part in text.split("+")] if text not in robot.frames else [(text,)]
+        if len(parts) > 1:
+            landings.append(tuple(dict.fromkeys(frame for part in parts for frame in part)))
+        else:
+            landings += [(frame,) for frame in parts[0]]
+    if wishes.together:
+        landings = [tuple(frame for landing in landings for frame in landing)]
+    return list(dict.fromkeys(tuple(dict.fromkeys(landing)) for landing in landings))
+
+
+def _with_contacts(scene: Scene, wishes: Wishes, frames: tuple[str, ...] | None) -> Scene:
+    """The scene of one landing."""
+    changes: dict[str, Any] = {}
+    if wishes.offset is not None:
+        changes["offset"] = vector("--offset", wishes.offset)
+    if wishes.contact_point is not None:
+        changes["at"] = wishes.contact_point
+    if wishes.slide:
+        level = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9
+        changes["directions"] = ("y",) if level and scene.strike.velocity is None else ("z",)
+    if wishes.restitution is not None:
+        changes["restitution"] = number("--restitution", wishes.restitution)
+    contacts = scene.contact if frames is None else tuple(Contact(frame=frame) for frame in frames)
+    return dataclasses.replace(scene, contact=tuple(dataclasses.replace(contact, **changes) for contact in contacts))
+
+
+def _posture(scene: Scene, wishes: Wishes) -> Any:
+    """The posture, with what is typed put over it."""
+    posture = scene.posture
+    if wishes.posture is not None:
+        posture = dataclasses.replace(posture, reference=wishes.posture)
+    if wishes.base_rpy is not None:
+        posture = dataclasses.replace(posture, base_rpy_deg=vector("--base-rpy", wishes.base_rpy), base_quaternion=None)
+    sets = {}
+    for text in wishes.set:
+        name, value = assignment("--set", text, "'*_knee=-60'")
+        sets[name] = number("--set", value)
+    # Later words go over earlier ones, so a name that is typed again moves to the end.
+    before = {name: value for name, value in posture.joints_deg.items() if name not in sets}
+    return dataclasses.replace(posture, joints_deg=before | sets)
+
+
+def _strike(scene: Scene, wishes: Wishes) -> Strike:
+    """The strike: the scene's, unless one is typed."""
+    angle = None if wishes.strike_angle is None else number("--strike-angle", wishes.strike_angle)
+    speed = None if wishes.speed is None else number("--speed", wishes.speed)
+    if wishes.velocity is not None or wishes.drop_height is not None:
+        return Strike(
+            speed=speed,
+            strike_angle_deg=angle,
+            velocity=None if wishes.velocity is None else vector("--velocity", wishes.velocity),
+            drop_height=None if wishes.drop_height is None else number("--drop-height", wishes.drop_height),
+        )
+    if angle is None and speed is None:
+        return scene.strike
+    before = scene.strike
+    return Strike(
+        speed=before.speed if speed is None else speed,
+        strike_angle_deg=before.strike_angle_deg if angle is None else angle,
+    )
+
+
+def _point(text: str) -> Point:
+    """FRAME or FRAME:x,y,z."""
+    frame, colon, offset = text.rpartition(":")
+    return Point(frame=frame, offset=vector("--point", offset)) if colon else Point(frame=text)

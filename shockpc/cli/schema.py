@@ -1,0 +1,14 @@
+"""`shockpc schema`: the JSON Schema of scene files."""
+
+import sys
+
+__all__ = ["schema"]
+
+
+def schema() -> None:
+    """Print the JSON Schema of scene files, for editors that check TOML as you type."""
+    import json
+
+    from shockpc.scene_file import scene_schema
+
+    sys.stdout.write(json.dumps(scene_schema(), indent=1) + "\n")

@@ -1,0 +1,114 @@
+"""Step 1: solve the impulsive equation of motion for the jump in joint velocity (shock paper, Eq. 4).
+
+    [ H    J_cᵀ ] [ Δq̇ ]   [  0 ]
+    [ J_c   0   ] [ −λ ] = [ −b ]         b = (1 + e) J_c q̇⁻
+
+Works on arrays alone; it neither loads robots nor chooses contacts. What closes a loop is a row with b = 0; what cannot move is
+a column left out (Eq. 7, with H and J_c reduced before they come here). All arrays may carry leading axes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.errors import SolveError
+
+__all__ = ["Impact", "residual", "solve_impact", "weakest_columns"]
+
+
+class Impact(NamedTuple):
+    """What an impact does to a mechanism.
+
+    Attributes:
+        delta_qd: (..., nv, k) jump of the joint velocities [rad/s, m/s], one column for each column of b.
+        impulse: (..., nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
+        unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is.
+        rank: (...) how many rows are independent.
+        combine: (..., m, nc) combinations of the rows that are independent of one another, zero from row `rank` on.
+    """
+
+    delta_qd: Array
+    impulse: Array
+    unique: np.ndarray
+    rank: np.ndarray
+    combine: Array
+
+
+def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
+    """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ (J_c H⁻¹ J_cᵀ)⁺ b, λ = −(J_c H⁻¹ J_cᵀ)⁺ b.
+
+    H = L Lᵀ turns the contact rows into X = L⁻¹ J_cᵀ, and the singular values of X (with H scaled to a unit diagonal and the
+    columns of X to unit length) decide the rank; working on X and not on XᵀX keeps twice the digits. Rows count as repeated when a
+    singular value falls below 8 n ε / min(L_ii), which bounds what rounding in H can make of a zero. No damping.
+
+    Args:
+        H: (..., nv, nv) joint-space inertia, symmetric positive definite [kg, kg m, kg m²].
+        J_c: (..., nc, nv) contact and closure rows.
+        b: (..., nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
+
+    Raises:
+        SolveError: H is not positive definite (ask `weakest_columns` which columns are to blame).
+    """
+    eps = np.finfo(float).eps
+    diagonal = np.diagonal(H, axis1=-2, axis2=-1)
+    if not np.all(diagonal > 0.0):
+        raise SolveError("the joint-space inertia has a zero or negative diagonal, so it cannot be inverted")
+    d = 1.0 / np.sqrt(diagonal)
+    try:
+        L = np.linalg.cholesky(H * d[..., :, None] * d[..., None, :])
+    except np.linalg.LinAlgError:
+        raise SolveError("the joint-space inertia is not positive definite, so it cannot be inverted") from None
+    X = np.linalg.solve(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
+
+    n = max(H.shape[-1], J_c.shape[-2])
+    tolerance = 8 * n * eps / np.diagonal(L, axis1=-2, axis2=-1).min(axis=-1, initial=1.0)
+    length = np.linalg.norm(X, axis=-2)
+    # A row that nothing can move along is a zero, however loudly its rounding would speak once scaled to unit length.
+    dead = length <= tolerance[..., None] * length.max(axis=-1, keepdims=True, initial=0.0)
+    c = np.where(dead, 0.0, 1.0 / np.where(dead, 1.0, length))
+    U, s, Vt = np.linalg.svd(X * c[..., None, :], full_matrices=False)
+    kept = s > tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
+    s_inv = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
+
+    along = s_inv[..., None] * (Vt @ (c[..., None] * b))
+    y = -(U @ along)
+    delta_qd = d[..., None] * np.linalg.solve(np.swapaxes(L, -1, -2), y)
+    V = np.swapaxes(Vt, -1, -2)
+    impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
+    # A row's impulse is unique when its unit vector lies in the row space that was kept.
+    unique = ~dead & (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
+    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), kept[..., None] * Vt * c[..., None, :])
+
+
+def residual(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> Array:
+    """Largest violation (...) of either line of Eq. 4, relative to the largest of its own terms [1].
+
+    Above rounding in the second line it says that the rows contradict one another, or ask for a motion that the mechanism does not
+    have. Arguments as for `solve_impact` and `Impact`.
+    """
+
+    def worst(found: Array, size: Array) -> Array:
+        top = np.abs(size).max(axis=(-2, -1), initial=0.0)
+        off = np.abs(found).max(axis=(-2, -1), initial=0.0)
+        return np.asarray(off / np.where(top > 0.0, top, 1.0))
+
+    momentum = H @ delta_qd
+    return np.maximum(worst(J_c @ delta_qd + b, b), worst(momentum - np.swapaxes(J_c, -1, -2) @ impulse, momentum))
+
+
+def weakest_columns(H: Array) -> list[int]:
+    """The columns of an inertia that cannot be inverted which hold no inertia of their own, or between them share one.
+
+    Args:
+        H: (nv, nv) symmetric.
+
+    Returns: indices, ascending.
+    """
+    d = np.sqrt(np.abs(np.diagonal(H)))
+    empty = d <= 1e-12 * d.max(initial=0.0)
+    if empty.any() or not d.size:
+        return [int(i) for i in np.flatnonzero(empty)]
+    _, vectors = np.linalg.eigh(H / d[:, None] / d[None, :])
+    weight = np.abs(vectors[:, 0])
+    return [int(i) for i in np.flatnonzero(weight > 0.3 * weight.max())]

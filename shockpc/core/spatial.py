@@ -1,0 +1,71 @@
+"""Spatial velocities and the plane of a study.
+
+A spatial velocity is a 6-vector (ω, v): angular part first [rad/s], then the velocity of the point it is written at [m/s]
+(Featherstone's order, the shock paper's Section 3.2). All arrays may carry leading axes.
+"""
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Array", "Plane", "cross_matrix", "plane_from", "velocity_at"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+class Plane(NamedTuple):
+    """The plane in which shock is reduced to a point and a radius; world axes, right-handed: e1 × e2 = normal.
+
+    Attributes:
+        normal: (3,) unit vector across the plane.
+        e1: (3,) unit vector forward in the plane.
+        e2: (3,) unit vector up in the plane; strike angles are measured from it.
+    """
+
+    normal: Array
+    e1: Array
+    e2: Array
+
+
+def plane_from(normal: ArrayLike) -> Plane:
+    """The plane across a normal, with e2 as near to world z as it can be (world y when the plane is level).
+
+    The sagittal plane (forward x, up z) has the normal −y, because x × z = −y.
+
+    Args:
+        normal: (3,) any length but zero, world axes.
+
+    Raises:
+        ValueError: the normal has no length or is not finite.
+    """
+    n = np.asarray(normal, dtype=float)
+    length = float(np.linalg.norm(n))
+    if not np.isfinite(length) or length == 0.0:
+        raise ValueError(f"a plane's normal needs a finite length above zero, not {n.tolist()}")
+    n = n / length
+    level = np.hypot(n[0], n[1]) < 1e-9
+    up = np.array([0.0, 1.0, 0.0]) if level else np.array([0.0, 0.0, 1.0])
+    e2 = up - n * (n @ up)
+    e2 /= np.linalg.norm(e2)
+    # Adding zero turns -0.0 into 0.0, which would otherwise reach printed files.
+    return Plane(n + 0.0, np.cross(e2, n) + 0.0, e2 + 0.0)
+
+
+def cross_matrix(r: Array) -> Array:
+    """The matrix [r]× with [r]× u = r × u. Args: r (..., 3). Returns: (..., 3, 3)."""
+    out = np.zeros((*r.shape[:-1], 3, 3))
+    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -r[..., 2], r[..., 1], -r[..., 0]
+    out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = r[..., 2], -r[..., 1], r[..., 0]
+    return out
+
+
+def velocity_at(omega: Array, v: Array, r: Array) -> Array:
+    """Velocity of a point of a rigid body: v + ω × r (the shock paper, Eq. 10).
+
+    Args:
+        omega: (..., 3) angular velocity [rad/s].
+        v: (..., 3) velocity of the origin [m/s].
+        r: (..., 3) point from that origin, in the same axes [m].
+    """
+    return v + np.cross(omega, r)

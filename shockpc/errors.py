@@ -1,0 +1,70 @@
+"""Everything that can go wrong, as one tree with one root.
+
+ShockError                 catch this to catch them all; its text is the whole message for a user
+├── UnknownName            no such robot, frame, joint, body or posture; the nearest names are in the text
+├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
+├── SceneError             the scene cannot be computed as asked: posture, strike, contact, scene file
+├── SolveError             the model has no unique answer (a moving body without mass, contradicting contacts)
+└── OutputError            a result cannot be written where it was asked to be
+
+Every error carries the exit code that a command ends with: 2 for bad arguments or files, 3 for a model that cannot be
+solved. Codes 0 (done) and 1 (a gate is exceeded) are never an error's.
+"""
+
+import difflib
+from collections.abc import Iterable
+
+__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "UnknownName"]
+
+
+class ShockError(Exception):
+    """Root of the tree: the text says what was found, what it means and what to change."""
+
+    exit_code = 2
+
+
+class UnknownName(ShockError):  # noqa: N818 - the name says it is an error already
+    """No such robot, frame, joint, body or posture.
+
+    Args:
+        kind: what was looked for, such as "frame".
+        name: what was asked.
+        known: every valid name.
+        where: the place that was searched, such as 'robot "hyq"'; may be empty.
+        listing: the command that lists all valid names.
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], where: str, listing: str):
+        self.kind, self.name, self.known, self.where, self.listing = kind, name, tuple(known), where, listing
+        folded = {k.casefold(): k for k in reversed(self.known)}
+        close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
+        nearest = ", ".join(f'"{folded[k]}"' for k in close)
+        place = f" in {where}" if where else ""
+        if nearest:
+            hint = f"; nearest: {nearest}"
+        elif self.known and len(self.known) <= 12:
+            hint = "; there are: " + ", ".join(f'"{k}"' for k in self.known)
+        else:
+            hint = "; nothing has a name like it" if self.known else "; there are none"
+        super().__init__(f'no {kind} "{name}"{place}{hint}. To list them: {listing}')
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.kind, self.name, self.known, self.where, self.listing)
+
+
+class RobotError(ShockError):
+    """A robot file is missing, unreadable, not a robot, or holds what no body can have."""
+
+
+class SceneError(ShockError):
+    """A scene cannot be computed as asked: its posture, strike, contact, plane or file."""
+
+
+class SolveError(ShockError):
+    """The impulsive equation of motion has no unique answer for this model and scene."""
+
+    exit_code = 3
+
+
+class OutputError(ShockError):
+    """A result cannot be written where it was asked to be."""

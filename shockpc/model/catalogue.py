@@ -1,0 +1,180 @@
+"""A name becomes a file: the project's own robots, and every robot of example-robot-data.
+
+A robot is called by its file's stem, in lower case, with "-" read as "_". Where that gives a poor name, `_RENAMED` says a
+better one. Nothing is opened here: names and paths only.
+"""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from shockpc.errors import RobotError, UnknownName
+
+__all__ = ["CatalogueEntry", "catalogue", "find_robot", "find_srdf"]
+
+# The file under robots/ → the name to type, then its other names. Only where the stem alone would mislead.
+_RENAMED: dict[str, tuple[str, ...]] = {
+    "alexander_description/urdf/alexander_v1.lowerBodyOnly.urdf": ("alexander",),
+    "anymal_b_simple_description/robots/anymal.urdf": ("anymal_b",),
+    "anymal_b_simple_description/robots/anymal-kinova.urdf": ("anymal_b_kinova", "anymal_kinova"),
+    "anymal_c_simple_description/urdf/anymal.urdf": ("anymal_c",),
+    "asr_twodof_description/urdf/TwoDofs.urdf": ("asr_twodof", "twodofs"),
+    "borinot_description/urdf/borinot_flying_arm_2.urdf": ("borinot", "borinot_flying_arm_2"),
+    "g1_description/urdf/g1_29dof_rev_1_0.urdf": ("g1", "g1_29dof"),
+    "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf": ("g1_hands",),
+    "hector_description/robots/quadrotor_base.urdf": ("hector",),
+    "hector_description/robots/quadrotor_base.xacro": ("hector_xacro",),
+    "hector_description/robots/quadrotor_base.urdf.xacro": ("hector_macro",),  # defines a macro, holds no robot
+    "hextilt_description/urdf/hextilt_flying_arm_5.urdf": ("hextilt", "hextilt_flying_arm_5"),
+    "hyq_description/robots/hyq_no_sensors.urdf": ("hyq", "hyq_no_sensors"),
+    "quadruped_description/urdf/quadruped.urdf": ("quadruped_8dof", "quadroped"),  # "quadruped" is the project's own
+    "solo_description/robots/solo.urdf": ("solo8", "solo"),
+    "talos_data/robots/talos_full_v2.urdf": ("talos_full", "talos_full_v2"),
+    "talos_data/robots/talos_full_v2_box.urdf": ("talos_full_box", "talos_full_v2_box"),
+    "talos_data/robots/talos_reduced.urdf": ("talos", "talos_reduced"),
+    "ur_description/urdf/ur3.urdf": ("ur3_empty",),  # holds no link
+    "ur_description/urdf/ur3_robot.urdf": ("ur3", "ur3_robot"),
+    "ur_description/urdf/ur3_joint_limited_robot.urdf": ("ur3_limited", "ur3_joint_limited_robot"),
+    "ur_description/urdf/ur5_robot.urdf": ("ur5", "ur5_robot"),
+    "ur_description/urdf/ur5_joint_limited_robot.urdf": ("ur5_limited", "ur5_joint_limited_robot"),
+    "ur_description/urdf/ur10_robot.urdf": ("ur10", "ur10_robot"),
+    "ur_description/urdf/ur10_joint_limited_robot.urdf": ("ur10_limited", "ur10_joint_limited_robot"),
+}
+_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".toml")
+_SHARE = "share/example-robot-data"
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """One robot that can be called by name.
+
+    Attributes:
+        name: the name to type, in lower case.
+        source: who provides the file.
+        path: the robot file.
+        aliases: other names it answers to.
+    """
+
+    name: str
+    source: Literal["shockpc", "example-robot-data"]
+    path: Path
+    aliases: tuple[str, ...]
+
+
+def catalogue() -> tuple[CatalogueEntry, ...]:
+    """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
+    return tuple(_entries())
+
+
+def find_robot(name_or_path: str) -> tuple[Path, str | None]:
+    """Find the file that a name or a path means.
+
+    Args:
+        name_or_path: a file, when it holds a path separator or a suffix and exists; else a robot's name or alias, in any
+            case, with "-" and "_" alike.
+
+    Returns:
+        The file, and its name in the catalogue, or None when it was given as a path.
+
+    Raises:
+        RobotError: it looks like a path, and nothing is there.
+        UnknownName: no robot is called that.
+    """
+    path = Path(name_or_path).expanduser()
+    has_separator = len(path.parts) > 1 or "/" in name_or_path or name_or_path in (".", "..")
+    if (has_separator or path.suffix) and path.exists():
+        return path, None
+    if has_separator or path.suffix.casefold() in _SUFFIXES:
+        raise RobotError(
+            f'no file "{name_or_path}" (looked in {Path.cwd()}). '
+            "Give the path of a robot file, or the name of a known robot: shockpc robots"
+        )
+    wanted = _normalised(name_or_path)
+    known: list[str] = []
+    for entry in _entries():
+        if wanted == entry.name or wanted in entry.aliases:
+            return entry.path, entry.name
+        known += [entry.name, *entry.aliases]
+    raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
+
+
+def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
+    """Find the SRDF that goes with a robot file: the one beside it, in ./srdf or in ../srdf that is named like it.
+
+    The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf` for
+    `hyq_no_sensors.urdf`), then the same with the robot's own name, then the only one that continues the robot file's
+    stem (`baxter_manipulation.srdf`).
+
+    Args:
+        robot_path: the robot file.
+        robot_name_in_file: the name that the file gives to its robot; may be empty.
+
+    Returns:
+        The SRDF file, or None where no name fits.
+    """
+    stem = _stem(robot_path).casefold()
+    folder = robot_path.parent
+    for place in (folder, folder / "srdf", folder.parent / "srdf"):
+        if not place.is_dir():
+            continue
+        found = {f.stem.casefold(): f for f in sorted(place.glob("*.srdf"))}
+        for name in (stem, robot_name_in_file.casefold()):
+            prefixes = [s for s in found if s and name.startswith(s)]
+            if prefixes:
+                return found[max(prefixes, key=len)]
+        longer = [s for s in found if s.startswith(stem + "_")]
+        if len(longer) == 1:
+            return found[longer[0]]
+    return None
+
+
+def _entries() -> Iterator[CatalogueEntry]:
+    """Yield every robot, and look into example-robot-data only once the project's own are through."""
+    for path in sorted(own_robots_folder().glob("*.urdf.xacro")):
+        yield CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ())
+    share = data_folder()
+    if share is None:
+        return
+    data = []
+    for package in sorted(share.glob("robots/*")):
+        for path in [*package.glob("urdf/*"), *package.glob("robots/*")]:
+            if path.suffix in (".urdf", ".xacro"):
+                key = f"{package.name}/{path.parent.name}/{path.name}"
+                name, *aliases = _RENAMED.get(key) or (_normalised(_stem(path)),)
+                data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
+    yield from sorted(data, key=lambda entry: entry.name)
+
+
+def own_robots_folder() -> Path:
+    """Return the folder of the project's own robots: inside an installed package, or beside it in a checkout."""
+    package = Path(__file__).resolve().parent.parent
+    packaged = package / "robots"
+    return packaged if packaged.is_dir() else package.parent / "robots"
+
+
+def data_folder() -> Path | None:
+    """Return the share folder of example-robot-data, which is also the package root of its meshes; None if not installed."""
+    # Where the wheel puts it and where a system package does; asking importlib.metadata costs tens of milliseconds.
+    for place in (*(Path(p) / "cmeel.prefix" for p in sys.path), Path(sys.prefix)):
+        if (place / _SHARE / "robots").is_dir():
+            return place / _SHARE
+    import importlib.metadata
+
+    try:
+        found = importlib.metadata.distribution("example-robot-data")
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    share = Path(str(found.locate_file(f"cmeel.prefix/{_SHARE}")))
+    return share if share.is_dir() else None
+
+
+def _stem(path: Path) -> str:
+    """Return a robot file's name without `.urdf`, `.xacro` or both."""
+    return path.name.removesuffix(".xacro").removesuffix(".urdf").removesuffix(".xml").removesuffix(".mjcf")
+
+
+def _normalised(name: str) -> str:
+    """Return a name as the catalogue writes it."""
+    return name.strip().casefold().replace("-", "_")

@@ -1,0 +1,124 @@
+"""Inertia, Jacobians and placements of a robot in many postures at once: the one loop over Pinocchio's calls.
+
+World axes, with the origin at the base: a jump in velocity does not depend on where the robot stands, and a base a kilometre away
+would cost digits. Whole matrices are copied out of Pinocchio (its buffers do not outlive the next call) and everything after this
+is array work.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.maximal import Tree
+from shockpc.core.spatial import Array
+from shockpc.model.contact import Touch
+from shockpc.model.robot import Robot
+
+__all__ = ["Dynamics", "contact_rows", "dynamics", "tree"]
+
+
+class Dynamics(NamedTuple):
+    """A robot in N postures.
+
+    Attributes:
+        H: (N, nv, nv) joint-space inertia, armature included [kg, kg m, kg m²].
+        J: (N, 6, nv) unit-rate twist (ω, v at the common origin) that each joint velocity gives to the bodies behind it.
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) origins of the body frames, from the base [m].
+        joint_position: (N, nb, 3) origins of the joint frames, from the base [m].
+        origin: (N, 3) where the base stands in the world [m].
+        moves: (nb, nv) which joint velocities move which bodies.
+    """
+
+    H: Array
+    J: Array
+    rotation: Array
+    position: Array
+    joint_position: Array
+    origin: Array
+    moves: np.ndarray
+
+
+def dynamics(robot: Robot, Q: Array) -> Dynamics:
+    """Evaluate a robot in N postures.
+
+    Args:
+        robot: the robot.
+        Q: (N, nq) configurations in Pinocchio's layout.
+    """
+    model, data = robot.model, robot.model.createData()
+    n, nb, nv = len(Q), len(robot.bodies), model.nv
+    H, J = np.empty((n, nv, nv)), np.empty((n, 6, nv))
+    placed = np.empty((n, model.njoints, 4, 4))
+    Q = np.array(Q, dtype=float)
+    origin = np.zeros((n, 3))
+    if robot.free_base:
+        origin = Q[:, :3].copy()
+        Q[:, :3] = 0.0
+    for k, q in enumerate(Q):
+        H[k] = pin.crba(model, data, q, pin.Convention.WORLD)
+        J[k] = data.J
+        placed[k] = [placement.homogeneous for placement in data.oMi.tolist()]
+    # crba fills the upper triangle; some versions leave the lower one empty.
+    upper = np.triu(H)
+    H = upper + np.swapaxes(np.triu(H, 1), -1, -2)
+    J = np.concatenate([J[:, 3:], J[:, :3]], axis=1)
+
+    joints = [body.joint for body in robot.bodies]
+    placed = placed[:, joints]
+    joint_rotation, joint_position = placed[..., :3, :3], placed[..., :3, 3]
+    rotation = joint_rotation @ np.stack([body.rotation for body in robot.bodies])
+    offset = np.stack([body.offset for body in robot.bodies])
+    position = joint_position + (joint_rotation @ offset[..., None])[..., 0]
+    return Dynamics(H, J, rotation, position, joint_position, origin, _moves(robot).reshape(nb, nv))
+
+
+def _moves(robot: Robot) -> np.ndarray:
+    """Which joint velocities move which bodies: those of the body's own joint and of the joints it hangs on."""
+    moves = np.zeros((len(robot.bodies), robot.model.nv), dtype=bool)
+    for i, body in enumerate(robot.bodies):
+        parent = robot.model.parents[body.joint]
+        if parent > 0:
+            moves[i] = moves[parent - 1]
+        joint = robot.model.joints[body.joint]
+        moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
+    return moves
+
+
+def contact_rows(state: Dynamics, touches: tuple[Touch, ...]) -> Array:
+    """The contact Jacobian J_c (N, nc, nv): each row is the velocity of a contact point along one kept direction."""
+    rows = []
+    for touch in touches:
+        p = state.position[:, touch.body] + state.rotation[:, touch.body] @ touch.point
+        J = state.J * state.moves[touch.body]
+        velocity = J[:, 3:] - np.cross(p[:, None, :], np.swapaxes(J[:, :3], -1, -2)).swapaxes(-1, -2)
+        rows.append(touch.directions @ velocity)
+    return np.concatenate(rows, axis=1)
+
+
+def tree(robot: Robot, state: Dynamics, G: Array | None) -> Tree:
+    """The first posture of a state as free bodies and joints, for the check in maximal coordinates.
+
+    It takes masses and placements from the model and the joints' axes from J, and nothing from H.
+    """
+    nv = robot.model.nv
+    rotation = state.rotation[0]
+    com = np.stack([body.com for body in robot.bodies])
+    inertia = np.stack([body.inertia for body in robot.bodies])
+    S = np.zeros((len(robot.bodies), 6, nv))
+    for i, body in enumerate(robot.bodies):
+        joint = robot.model.joints[body.joint]
+        columns = slice(joint.idx_v, joint.idx_v + joint.nv)
+        S[i, :3, columns] = state.J[0, :3, columns]
+        S[i, 3:, columns] = state.J[0, 3:, columns] + np.cross(state.J[0, :3, columns].T, state.joint_position[0, i]).T
+    return Tree(
+        parent=np.array([robot.model.parents[body.joint] - 1 for body in robot.bodies]),
+        mass=np.array([body.mass for body in robot.bodies]),
+        com=state.position[0] + (rotation @ com[..., None])[..., 0],
+        inertia=rotation @ inertia @ np.swapaxes(rotation, -1, -2),
+        joint=state.joint_position[0],
+        S=S,
+        armature=np.array(robot.model.armature),
+        G=np.eye(nv) if G is None else G[0],
+    )

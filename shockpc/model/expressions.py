@@ -1,0 +1,66 @@
+"""Which Python a xacro file may hold: arithmetic and lookups, nothing that leads to files, modules or the interpreter.
+
+xacro evaluates `${…}` and `$(eval …)` as Python. Its own precautions can be walked around (a comprehension hides names from
+them, and `$(eval …)` still sees every builtin), so each expression is read as a syntax tree first.
+"""
+
+import ast
+import builtins
+from collections.abc import Callable
+from typing import Any
+
+from shockpc.errors import RobotError
+
+__all__ = ["checked_expression", "checked_substitution"]
+
+# Attributes without an underscore that lead to frames, code and classes all the same.
+_INSIDES = frozenset(
+    "gi_frame gi_code gi_yieldfrom cr_frame cr_code cr_await ag_frame ag_code f_back f_builtins f_code f_globals f_locals "
+    "tb_frame tb_next mro format_map".split()
+)
+# What $(eval …) documents, of all the builtins that Python would hand to it.
+_BUILTINS = frozenset("abs bool dict float int len list map max min pow round str sum True False None".split())
+
+
+def checked_expression(evaluate: Callable[..., Any]) -> Callable[..., Any]:
+    """Wrap xacro's evaluation of `${…}` so that an unsafe expression raises RobotError instead."""
+
+    def checked(expression: str, *names: Any) -> Any:
+        _check(expression, f"${{{expression}}}")
+        return evaluate(expression, *names)
+
+    return checked
+
+
+def checked_substitution(evaluate: Callable[..., Any]) -> Callable[..., Any]:
+    """Wrap xacro's evaluation of `$(eval …)` likewise; of the builtins only the harmless ones may be named."""
+
+    def checked(expression: str, context: Any) -> Any:
+        tree = _check(expression, f"$(eval {expression})")
+        for node in ast.walk(tree) if tree else ():
+            if isinstance(node, ast.Name) and hasattr(builtins, node.id) and node.id not in _BUILTINS:
+                raise _refused(f"$(eval {expression})", node.id)
+        return evaluate(expression, context)
+
+    return checked
+
+
+def _check(expression: str, shown: str) -> ast.AST | None:
+    """Refuse an expression that names the insides of Python; None if it is not Python at all, which xacro will say."""
+    try:
+        tree = ast.parse(expression.strip(), mode="eval")
+    except SyntaxError:
+        return None
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and (node.attr.startswith("_") or node.attr in _INSIDES):
+            raise _refused(shown, node.attr)
+        if isinstance(node, ast.Name) and node.id.startswith("__"):
+            raise _refused(shown, node.id)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and "__" in node.value:
+            raise _refused(shown, node.value)
+    return tree
+
+
+def _refused(shown: str, name: str) -> RobotError:
+    """The error for an expression that reaches too far."""
+    return RobotError(f'the xacro expression {shown} uses "{name}", which could reach files or programs; it is not evaluated')

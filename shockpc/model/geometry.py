@@ -1,0 +1,191 @@
+"""What a robot file says its links look like, read piece by piece: a piece that cannot be read costs only itself.
+
+URDF geometry is taken from its text, so that nothing but the wanted pieces is read; MJCF geometry, with its classes and
+defaults, by Pinocchio from a copy whose meshes are known to be readable. Meshes come in through coal's loader.
+"""
+
+import math
+import tempfile
+from pathlib import Path
+from typing import Literal, NamedTuple, TypeAlias
+from xml.etree import ElementTree
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array
+from shockpc.errors import RobotError
+from shockpc.model.robot import Robot
+from shockpc.model.source import RobotSource, resolve_asset
+
+__all__ = ["Geometries", "Kind", "Piece", "Unread", "read_geometries"]
+
+Kind: TypeAlias = Literal["collision", "visual"]
+
+
+class Piece(NamedTuple):
+    """One geometry of a link.
+
+    Attributes:
+        link: the link's name.
+        geometry: a coal shape, or a coal mesh in metres.
+        rotation: (3, 3) in the link's frame.
+        offset: (3,) origin in the link's frame [m].
+    """
+
+    link: str
+    geometry: coal.CollisionGeometry
+    rotation: Array
+    offset: Array
+
+
+class Unread(NamedTuple):
+    """A geometry that could not be had: its link, and one line that says what was wrong."""
+
+    link: str
+    reason: str
+
+
+class Geometries(NamedTuple):
+    """All that could be read, and all that could not."""
+
+    pieces: tuple[Piece, ...]
+    unread: tuple[Unread, ...]
+
+
+def read_geometries(robot: Robot, kind: Kind) -> Geometries:
+    """Every geometry of that kind, in the order of the file. No mesh is touched if the kind has none.
+
+    Args:
+        robot: the robot.
+        kind: what collides, or what is seen.
+    """
+    return _from_urdf(robot.source, kind) if robot.source.kind == "urdf" else _from_mjcf(robot, kind)
+
+
+class _Meshes:
+    """Meshes of one robot; each file is read once for each scale."""
+
+    def __init__(self, source: RobotSource):
+        self._source = source
+        # The cheapest tree of boxes coal can build: nobody here asks for collisions.
+        self._loader = coal.MeshLoader(coal.NODE_TYPE.BV_AABB)
+        self._known: dict[tuple[str, tuple[float, ...]], coal.BVHModelBase] = {}
+
+    def load(self, uri: str, scale: tuple[float, ...]) -> coal.BVHModelBase:
+        """The mesh in metres. Raises ValueError (one line) if it cannot be had."""
+        if (uri, scale) not in self._known:
+            try:
+                path = resolve_asset(self._source, uri)
+                mesh = self._loader.load(str(path), np.array(scale))
+            except RobotError as refusal:
+                raise ValueError(str(refusal)) from None
+            except (ValueError, RuntimeError) as refusal:
+                raise ValueError(f'"{uri}": {_last_words(refusal)}') from None
+            if mesh.num_tris == 0 or not np.isfinite(mesh.vertices()).all():
+                raise ValueError(f'"{uri}": it has no triangles, or vertices that are not numbers')
+            self._known[uri, scale] = mesh
+        return self._known[uri, scale]
+
+
+_NOISE = ("From file", "in function", "at line", "message:", "Hint")
+
+
+def _last_words(refusal: Exception) -> str:
+    """What the mesh reader meant, without the place in its source that it was raised from."""
+    lines = [line.strip() for line in str(refusal).splitlines()]
+    wanted = [line for line in lines if line and not line.startswith(_NOISE)]
+    return wanted[-1].rstrip(".") if wanted else "the mesh reader refuses it"
+
+
+def _from_urdf(source: RobotSource, kind: Kind) -> Geometries:
+    meshes = _Meshes(source)
+    pieces: list[Piece] = []
+    unread: list[Unread] = []
+    for link in ElementTree.fromstring(source.xml).iter("link"):
+        name = link.get("name", "")
+        for element in link.findall(kind):
+            try:
+                origin = element.find("origin")
+                xyz, rpy = ("", "") if origin is None else (origin.get("xyz", ""), origin.get("rpy", ""))
+                rotation = pin.rpy.rpyToMatrix(np.array(_numbers(rpy or "0 0 0", 3)))
+                offset = np.array(_numbers(xyz or "0 0 0", 3))
+                pieces.append(Piece(name, _urdf_shape(element.find("geometry"), meshes), rotation, offset))
+            except ValueError as refusal:
+                unread.append(Unread(name, str(refusal)))
+    return Geometries(tuple(pieces), tuple(unread))
+
+
+def _urdf_shape(geometry: ElementTree.Element | None, meshes: _Meshes) -> coal.CollisionGeometry:
+    """The coal shape of a <geometry> element. Raises ValueError (one line) for what no URDF may hold."""
+    shape = geometry[0] if geometry is not None and len(geometry) else None
+    if shape is None:
+        raise ValueError("an empty <geometry>")
+    match shape.tag:
+        case "box":
+            return coal.Box(*_numbers(shape.get("size", ""), 3))
+        case "sphere":
+            return coal.Sphere(*_numbers(shape.get("radius", ""), 1))
+        case "cylinder":
+            return coal.Cylinder(*_numbers(shape.get("radius", ""), 1), *_numbers(shape.get("length", ""), 1))
+        case "capsule":
+            return coal.Capsule(*_numbers(shape.get("radius", ""), 1), *_numbers(shape.get("length", ""), 1))
+        case "mesh":
+            return meshes.load(shape.get("filename", ""), tuple(_numbers(shape.get("scale", "1 1 1"), 3)))
+    raise ValueError(f"<{shape.tag}> is no shape of a URDF")
+
+
+def _numbers(text: str, count: int) -> list[float]:
+    values = [float(word) for word in text.split()]
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise ValueError(f'{count} finite numbers are needed, not "{text}"')
+    return values
+
+
+def _from_mjcf(robot: Robot, kind: Kind) -> Geometries:
+    tree, unread = _readable_mjcf(robot.source)
+    wanted = pin.GeometryType.COLLISION if kind == "collision" else pin.GeometryType.VISUAL
+    with tempfile.TemporaryDirectory() as folder:
+        # Pinocchio reads MJCF from files that end in .xml only.
+        copy = Path(folder) / "robot.xml"
+        tree.write(copy, encoding="unicode")
+        try:
+            found = pin.buildGeomFromMJCF(robot.model, str(copy), wanted)
+        except (ValueError, RuntimeError, IndexError) as refusal:
+            return Geometries((), (*unread, Unread("", f"Pinocchio cannot read the geometry: {_last_words(refusal)}")))
+    pieces = []
+    for item in found.geometryObjects:
+        frame = robot.model.frames[item.parentFrame]
+        place = frame.placement.inverse() * item.placement
+        pieces.append(Piece(frame.name, item.geometry, place.rotation.copy(), place.translation.copy()))
+    return Geometries(tuple(pieces), tuple(unread))
+
+
+def _readable_mjcf(source: RobotSource) -> tuple["ElementTree.ElementTree[ElementTree.Element]", list[Unread]]:
+    """The MJCF with absolute mesh paths, and without the geoms whose mesh cannot be had."""
+    root = ElementTree.fromstring(source.xml)
+    meshes, unread = _Meshes(source), []
+    compiler = root.find("compiler")
+    if compiler is None:
+        compiler = ElementTree.SubElement(root, "compiler")
+    folder = compiler.get("meshdir", compiler.get("assetdir", ""))
+    compiler.set("meshdir", "/")
+    lost: dict[str, str] = {}
+    for assets in root.findall("asset"):
+        for mesh in [m for m in assets.findall("mesh") if m.get("file")]:
+            uri = str(Path(folder) / mesh.get("file", ""))
+            name = mesh.get("name", Path(uri).stem)
+            try:
+                meshes.load(uri, (1.0, 1.0, 1.0))
+                mesh.set("file", str(resolve_asset(source, uri)).lstrip("/"))
+                mesh.set("name", name)
+            except ValueError as refusal:
+                lost[name] = str(refusal)
+                assets.remove(mesh)
+    for body in root.iter("body"):
+        for geom in body.findall("geom"):
+            if geom.get("mesh", "") in lost:
+                unread.append(Unread(body.get("name", ""), lost[geom.get("mesh", "")]))
+                body.remove(geom)
+    return ElementTree.ElementTree(root), unread

@@ -1,0 +1,208 @@
+"""What a body looks like: convex pieces for extremes, triangles for silhouettes, and a box where a body shows nothing.
+
+Loaded only if asked for: no number of the method needs it, and no mesh is read for a body of plain shapes.
+"""
+
+import functools
+import math
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import coal
+import numpy as np
+from numpy.typing import NDArray
+
+from shockpc.core.spatial import Array
+from shockpc.model.geometry import Geometries, Kind, Piece, read_geometries
+from shockpc.model.robot import Body, Robot
+
+__all__ = ["Mesh", "Outline", "Shape", "inertia_box", "outline"]
+
+RIM = 64
+"""Corners of the polygon that stands for a circle: it lies inside, by at most 1 − cos(π/64) = 0.12 % of the radius."""
+
+FLAT = 1e-3
+"""A mesh thinner than this share of its width counts as flat."""
+
+
+class Mesh(NamedTuple):
+    """The true surface of a piece that need not be convex, nor closed.
+
+    Attributes:
+        vertices: (n, 3) in the body frame [m].
+        triangles: (m, 3) indices into the vertices.
+    """
+
+    vertices: Array
+    triangles: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """One convex piece of a body: the hull of some points, rounded by a radius (a sphere is one point, a capsule two).
+
+    Attributes:
+        link: the link it belongs to.
+        points: (k, 3) in the body's frame [m]. For a mesh, the corners of its convex hull.
+        radius: of the rounding [m].
+        mesh: the surface itself, where the piece is the hull of something that need not be convex.
+    """
+
+    link: str
+    points: Array = field(repr=False)
+    radius: float = 0.0
+    mesh: Mesh | None = field(default=None, repr=False)
+
+
+class Outline(NamedTuple):
+    """The shapes of a robot.
+
+    Attributes:
+        shapes: one tuple for each body, in the order of `robot.bodies`; empty for a body that has no such geometry.
+        warnings: at most one line, about the shapes that could not be read.
+    """
+
+    shapes: tuple[tuple[Shape, ...], ...]
+    warnings: tuple[str, ...]
+
+
+@functools.lru_cache(maxsize=8)
+def outline(robot: Robot, kind: Kind) -> Outline:
+    """The shapes of every body, as the robot's file gives them.
+
+    Boxes are exact, and so are spheres and capsules (by their radius); circles become polygons of 64 corners inside
+    them, ellipsoids points on their surface (short by at most 0.25 %); meshes keep their triangles beside the
+    corners of their hull. A shape that cannot be read is left out and told in the warning. The answers for the last few
+    robots are kept.
+
+    Args:
+        robot: the robot.
+        kind: "collision" or "visual" geometry.
+    """
+    read = read_geometries(robot, kind)
+    shapes: list[list[Shape]] = [[] for _ in robot.bodies]
+    surfaces: dict[int, tuple[Array, Mesh]] = {}
+    for piece in read.pieces:
+        frame = robot.frames.get(piece.link)
+        if frame is not None and frame.body >= 0:
+            rotation, offset = frame.rotation @ piece.rotation, frame.rotation @ piece.offset + frame.offset
+            shape = _shape(piece, rotation, offset, surfaces)
+            if shape is not None:
+                shapes[frame.body].append(shape)
+    return Outline(tuple(map(tuple, shapes)), _warnings(robot, kind, read, shapes))
+
+
+def inertia_box(body: Body) -> Shape | None:
+    """The box of uniform density that has the body's mass and inertia: a_x = sqrt(6 (I_y + I_z − I_x) / m) and so on.
+
+    Args:
+        body: the body.
+
+    Returns: its eight corners; None if the body has no mass, or an inertia that no body can have.
+    """
+    if not body.mass > 0.0:
+        return None
+    moments, axes = np.linalg.eigh(body.inertia)
+    squared = 6.0 * (moments.sum() - 2.0 * moments) / body.mass
+    # A plate or a rod has sides of zero, which rounding may put below.
+    if squared.max() <= 0.0 or squared.min() < -1e-9 * squared.max():
+        return None
+    half = 0.5 * np.sqrt(np.maximum(squared, 0.0))
+    return Shape(body.name, _read_only(body.com + _box(half) @ axes.T))
+
+
+def _shape(piece: Piece, rotation: Array, offset: Array, surfaces: dict[int, tuple[Array, Mesh]]) -> Shape | None:
+    """A piece in the frame of its body; None for what has no extent of its own, such as a plane.
+
+    Args:
+        piece: as the file has it.
+        rotation: (3, 3) of the piece in the body's frame.
+        offset: (3,) of its origin there [m].
+        surfaces: meshes already copied out of coal, by identity; four legs often share one.
+    """
+    g, radius, mesh = piece.geometry, 0.0, None
+    match g:
+        case coal.Box():
+            points = _box(g.halfSide)
+        case coal.Sphere():
+            points, radius = np.zeros((1, 3)), g.radius
+        case coal.Capsule():
+            points, radius = np.array([[0.0, 0.0, -g.halfLength], [0.0, 0.0, g.halfLength]]), g.radius
+        case coal.Cylinder():
+            points = np.concatenate([_rim(g.radius, -g.halfLength), _rim(g.radius, g.halfLength)])
+        case coal.Cone():
+            points = np.concatenate([_rim(g.radius, -g.halfLength), [[0.0, 0.0, g.halfLength]]])
+        case coal.Ellipsoid():
+            points = _ball() * g.radii
+        case coal.BVHModelBase():
+            if id(g) not in surfaces:
+                surfaces[id(g)] = _surface(g)
+            points, surface = surfaces[id(g)]
+            mesh = Mesh(_read_only(surface.vertices @ rotation.T + offset), surface.triangles)
+        case coal.ConvexBase():
+            points = g.points()
+        case _:
+            return None
+    return Shape(piece.link, _read_only(points @ rotation.T + offset), float(radius), mesh)
+
+
+def _surface(mesh: Any) -> tuple[Array, Mesh]:
+    """Corners of the hull and the triangles of a coal mesh, in its own axes."""
+    vertices = np.array(mesh.vertices())
+    corners = [mesh.tri_indices(i) for i in range(mesh.num_tris)]
+    triangles = np.array([(c[0], c[1], c[2]) for c in corners], dtype=np.int64)
+    return _hull(mesh, vertices), Mesh(vertices, triangles)
+
+
+def _box(half: Array) -> Array:
+    signs = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, 8).T
+    return signs * half
+
+
+@functools.cache
+def _circle() -> Array:
+    angle = 2.0 * math.pi * np.arange(RIM) / RIM
+    return np.stack([np.cos(angle), np.sin(angle), np.zeros(RIM)], axis=1)
+
+
+def _rim(radius: float, z: float) -> Array:
+    return np.asarray(_circle() * radius + np.array([0.0, 0.0, z]))
+
+
+@functools.cache
+def _ball() -> Array:
+    """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
+    latitude = math.pi * (np.arange(1, 32) / 32 - 0.5)
+    rings = [_circle() * math.cos(a) + np.array([0.0, 0.0, math.sin(a)]) for a in latitude]
+    return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
+
+
+def _hull(mesh: Any, vertices: Array) -> Array:
+    """Corners of a mesh's convex hull; all vertices where it is flat, because coal crashes on a hull without volume."""
+    if len(vertices) < 5:
+        return vertices
+    spread = np.linalg.eigvalsh(np.cov(vertices.T))
+    if spread[0] <= FLAT**2 * spread[-1]:
+        return vertices
+    mesh.buildConvexHull(True, "Qt")
+    return np.asarray(mesh.convex.points())
+
+
+def _read_only(values: Array) -> Array:
+    """A copy that outlives coal's buffers and cannot be changed."""
+    out = np.array(values, dtype=float)
+    out.flags.writeable = False
+    return out
+
+
+def _warnings(robot: Robot, kind: Kind, read: Geometries, shapes: list[list[Shape]]) -> tuple[str, ...]:
+    """The shapes that could not be read, folded into one line that ends with its consequence."""
+    if not read.unread:
+        return ()
+    frames = [robot.frames[lost.link] for lost in read.unread if lost.link in robot.frames]
+    bare = [robot.bodies[i].name for i in sorted({frame.body for frame in frames if frame.body >= 0}) if not shapes[i]]
+    names = ", ".join(f'"{name}"' for name in bare[:4]) + (f" and {len(bare) - 4} more" if len(bare) > 4 else "")
+    consequence = f"no {kind} geometry is left for {names}" if bare else "every body keeps others"
+    total = len(read.unread) + len(read.pieces)
+    count = "a shape" if not read.pieces and len(read.unread) == 1 else f"{len(read.unread)} of {total} {kind} shapes"
+    return (f"{count} could not be read (first: {read.unread[0].reason}); {consequence}",)

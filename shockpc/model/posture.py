@@ -1,0 +1,170 @@
+"""Where the joints and the base stand when the foot strikes: names, angles and limits → q."""
+
+import fnmatch
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array
+from shockpc.errors import SceneError, UnknownName
+from shockpc.model import CHECKED
+from shockpc.model.robot import Robot
+
+__all__ = ["STANDING", "Configuration", "Posture", "configuration", "reference_name"]
+
+STANDING = ("standing", "half_sitting", "stand", "home")
+"""Reference postures taken for a landing when none is asked for, in this order; neutral if a robot has none of them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Posture:
+    """A posture as a scene states it; each part overrides the one before.
+
+    Attributes:
+        reference: name of a posture of the robot, or "neutral"; by default its standing one, if it has one.
+        base_position: position of the base frame in the world [m]. The shock does not depend on it.
+        base_rpy_deg: roll, pitch and yaw of the base about the world's fixed x, y and z [deg].
+        base_quaternion: the same as a quaternion x, y, z, w.
+        joints: joint values by name or glob [rad; m for a prismatic joint].
+        joints_deg: joint values by name or glob [deg; m for a prismatic joint].
+    """
+
+    __pydantic_config__ = CHECKED
+
+    reference: str | None = None
+    base_position: tuple[float, float, float] | None = None
+    base_rpy_deg: tuple[float, float, float] | None = None
+    base_quaternion: tuple[float, float, float, float] | None = None
+    joints: Mapping[str, float] = field(default_factory=dict)
+    joints_deg: Mapping[str, float] = field(default_factory=dict)
+
+
+class Configuration(NamedTuple):
+    """A posture made numbers.
+
+    Attributes:
+        q: (nq,) configuration in Pinocchio's layout.
+        warnings: joints that stand outside their limits, with the consequence.
+    """
+
+    q: Array
+    warnings: tuple[str, ...]
+
+
+def reference_name(robot: Robot, wanted: str | None) -> str:
+    """The reference posture that a scene means: the one asked for, else the robot's standing one, else "neutral".
+
+    Raises:
+        UnknownName: the robot has no posture of that name.
+    """
+    if wanted is None:
+        return next((name for name in STANDING if name in robot.postures), "neutral")
+    if wanted != "neutral" and wanted not in robot.postures:
+        known = [*robot.postures, "neutral"]
+        raise UnknownName("posture", wanted, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+    return wanted
+
+
+def configuration(robot: Robot, posture: Posture) -> Configuration:
+    """Set every joint of a robot.
+
+    Raises:
+        UnknownName: no such posture or joint.
+        SceneError: a joint or a base that cannot be set that way.
+    """
+    name = reference_name(robot, posture.reference)
+    q = pin.neutral(robot.model) if name == "neutral" else np.array(robot.postures[name])
+    _set_base(robot, posture, q)
+    for pattern, value in posture.joints.items():
+        _set_joints(robot, pattern, value, q, 1.0)
+    for pattern, value in posture.joints_deg.items():
+        _set_joints(robot, pattern, value, q, math.pi / 180.0)
+    for mimic in robot.mimics:
+        _set_mimic(robot, mimic.joint, mimic.multiplier * _value(robot, mimic.leader, q) + mimic.offset, q)
+    return Configuration(q, _outside_limits(robot, q))
+
+
+def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
+    """Put the base where the scene says; the rest of q is left alone."""
+    if posture.base_position is posture.base_rpy_deg is posture.base_quaternion is None:
+        return
+    if posture.base_rpy_deg is not None and posture.base_quaternion is not None:
+        raise SceneError("the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them")
+    if not robot.free_base:
+        raise SceneError(
+            f'the base of robot "{robot.name}" is fixed in its file, so it cannot be moved or turned; '
+            "give the root body a <freejoint/>, or leave the base's place out"
+        )
+    if posture.base_position is not None:
+        q[:3] = posture.base_position
+    if posture.base_rpy_deg is not None:
+        roll, pitch, yaw = np.radians(posture.base_rpy_deg)
+        q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, yaw)).coeffs()
+    if posture.base_quaternion is not None:
+        length = float(np.linalg.norm(posture.base_quaternion))
+        if not 0.9 < length < 1.1:
+            raise SceneError(f"base_quaternion has length {length:.3g}; a rotation (x, y, z, w) has length 1")
+        q[3:7] = np.asarray(posture.base_quaternion) / length
+
+
+def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float) -> None:
+    """Set every joint that a name or a glob means."""
+    movable = [robot.model.names[body.joint] for body in robot.bodies if not (robot.free_base and body.joint == 1)]
+    names = [pattern] if pattern in movable else [name for name in movable if fnmatch.fnmatchcase(name, pattern)]
+    if not names:
+        raise UnknownName("joint", pattern, movable, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+    followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
+    for name in names:
+        if name in followers:
+            if name == pattern:
+                raise SceneError(f'joint "{name}" follows joint "{followers[name]}", so it cannot be set by itself; set that one')
+            continue
+        joint = robot.model.joints[robot.model.getJointId(name)]
+        if joint.nv != 1:
+            raise SceneError(
+                f'joint "{name}" has {joint.nv} degrees of freedom, so one number cannot set it; use a reference posture instead'
+            )
+        linear = joint.shortname().startswith("JointModelP")
+        angle = value if linear else value * unit
+        if joint.nq == 2:
+            q[joint.idx_q : joint.idx_q + 2] = math.cos(angle), math.sin(angle)
+        else:
+            q[joint.idx_q] = angle
+
+
+def _value(robot: Robot, name: str, q: Array) -> float:
+    """The value of a joint of one degree of freedom, 0 for a fixed one [rad, m]."""
+    if not robot.model.existJointName(name):
+        return 0.0
+    joint = robot.model.joints[robot.model.getJointId(name)]
+    return math.atan2(q[joint.idx_q + 1], q[joint.idx_q]) if joint.nq == 2 else float(q[joint.idx_q])
+
+
+def _set_mimic(robot: Robot, name: str, value: float, q: Array) -> None:
+    """Put a follower where its leader puts it."""
+    joint = robot.model.joints[robot.model.getJointId(name)]
+    q[joint.idx_q : joint.idx_q + joint.nq] = (math.cos(value), math.sin(value)) if joint.nq == 2 else value
+
+
+def _outside_limits(robot: Robot, q: Array) -> tuple[str, ...]:
+    """A warning for every joint outside its limits."""
+    warnings = []
+    for body in robot.bodies:
+        joint = robot.model.joints[body.joint]
+        if joint.nq != 1:
+            continue
+        value = float(q[joint.idx_q])
+        low, high = robot.model.lowerPositionLimit[joint.idx_q], robot.model.upperPositionLimit[joint.idx_q]
+        excess = max(low - value, value - high)
+        # The slack lets a posture rest on a limit that a file states in rounded decimals.
+        if excess > 1e-4:
+            unit = "m" if joint.shortname().startswith("JointModelP") else "rad"
+            warnings.append(
+                f'joint "{robot.model.names[body.joint]}" stands {excess:.3g} {unit} outside its limits '
+                f"[{low:.3g}, {high:.3g}]; the profile is computed there all the same"
+            )
+    return tuple(warnings)

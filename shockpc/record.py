@@ -1,0 +1,146 @@
+"""What an analysis gives back: frozen records of arrays, each with its unit and its axes."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from shockpc.core.percussion import shock_at
+from shockpc.core.spatial import Array, Plane
+from shockpc.model.robot import Robot
+from shockpc.scene import Scene
+
+__all__ = ["ContactImpulse", "Health", "PointShock", "ShockProfile"]
+
+
+@dataclass(frozen=True, eq=False)
+class PointShock:
+    """Shock at a sensor, or at a point that was asked for.
+
+    Attributes:
+        frame: its name.
+        body: the body it is fixed to.
+        position: (3,) world [m].
+        delta_v: (3,) jump of its velocity, in the frame's own axes [m/s].
+        shock: |Δv| / v_in [1].
+    """
+
+    frame: str
+    body: str
+    position: Array
+    delta_v: Array
+    shock: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactImpulse:
+    """What the ground does at a contact.
+
+    Attributes:
+        frame: its name.
+        point: (3,) where it strikes, world [m].
+        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several contacts is determined.
+        friction_needed: tangential over normal impulse, the least coefficient of friction that makes it stick [1]; None without an
+            impulse, or where the ground would have to pull.
+    """
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    friction_needed: float | None
+
+
+@dataclass(frozen=True)
+class Health:
+    """How far to trust a profile.
+
+    Attributes:
+        rank: independent contact rows.
+        rows: contact rows.
+        residual: largest violation of the impulsive equation of motion, relative [1].
+        error_estimate: largest difference, over the bodies, between this solution and an independent one in maximal coordinates,
+            relative to the body's own motion [1].
+        method: how the reported numbers were computed.
+        warnings: each with its consequence.
+    """
+
+    rank: int
+    rows: int
+    residual: float
+    error_estimate: float
+    method: str
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class ShockProfile:
+    """The shock of one landing, body by body; index i of every array is body i of the robot.
+
+    Attributes:
+        scene: what was computed, with every default filled in.
+        robot: the robot.
+        plane: in which CoPc and RoPc are read.
+        v_in: speed of the contact against the ground, by which shock is normalised [m/s].
+        strike: (3,) velocity of the contact against the ground, world axes [m/s].
+        q: (nq,) configuration in Pinocchio's layout.
+        delta_qd: (nv,) jump of the joint velocities, Pinocchio's layout [rad/s, m/s].
+        maps: (nb, 6, 3) jump (Δω, Δv) of every body, as below, for a strike of 1 m/s along world x, y and z.
+        position: (nb, 3) origins of the body frames, world [m].
+        rotation: (nb, 3, 3) of the body frames, body to world.
+        delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s].
+        delta_v: (nb, 3) jump of velocity of the body frame's origin, body axes [m/s].
+        copc: (nb, 3) centre of percussion, body coordinates [m]; NaN where the body only translates.
+        copc_world: (nb, 3) the same in the world [m].
+        ropc: (nb,) radius of percussion [m]; inf where the body only translates.
+        translates: (nb,) whether the body only translates.
+        pitch: (nb,) pitch of the spatial screw [m/rad]; NaN where the body only translates.
+        off_plane: (nb,) share of the jump that the plane cannot show [1].
+        shock_com: (nb,) shock at the centre of mass [1].
+        shock_min: (nb,) least shock over the body's geometry [1]; NaN without geometry.
+        shock_max: (nb,) greatest shock over the body's geometry [1]; NaN without geometry.
+        points: sensors and asked-for points.
+        contacts: what the ground does.
+        joint_model: "free" (no reflected inertia), "geared" (every joint has some) or "mixed".
+        health: how far to trust all this.
+    """
+
+    scene: Scene
+    robot: Robot
+    plane: Plane
+    v_in: float
+    strike: Array
+    q: Array
+    delta_qd: Array
+    maps: Array = field(repr=False)
+    position: Array = field(repr=False)
+    rotation: Array = field(repr=False)
+    delta_omega: Array
+    delta_v: Array
+    copc: Array
+    copc_world: Array = field(repr=False)
+    ropc: Array
+    translates: np.ndarray = field(repr=False)
+    pitch: Array = field(repr=False)
+    off_plane: Array
+    shock_com: Array
+    shock_min: Array
+    shock_max: Array
+    points: tuple[PointShock, ...]
+    contacts: tuple[ContactImpulse, ...]
+    joint_model: str
+    health: Health
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies, in the order of every array."""
+        return tuple(body.name for body in self.robot.bodies)
+
+    @property
+    def moved(self) -> np.ndarray:
+        """(nb,) whether the strike moves the body by more than rounding; on a fixed base most bodies stay where they are."""
+        motion = np.linalg.norm(self.delta_omega, axis=1) + np.linalg.norm(self.delta_v, axis=1)
+        return np.asarray(motion > 1e-12 * motion.max())
+
+    def shock_at(self, body: str, r: Array) -> Array:
+        """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m]."""
+        i = self.bodies.index(body)
+        return shock_at(self.delta_omega[i], self.delta_v[i], np.asarray(r, dtype=float), self.v_in)

@@ -1,0 +1,140 @@
+"""A scene: which robot stands how, what strikes where and how fast, and in which plane the answer is read.
+
+Everything that the numbers depend on is in here, so a scene can be written down, compared and computed again.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from shockpc.core.spatial import Array, Plane, plane_from
+from shockpc.errors import SceneError
+from shockpc.model import CHECKED
+from shockpc.model.contact import Contact
+from shockpc.model.freedom import Base
+from shockpc.model.posture import Posture
+
+__all__ = ["GRAVITY", "Point", "Scene", "Strike", "plane_of", "scene_table"]
+
+GRAVITY = 9.80665
+"""Standard acceleration of free fall [m/s²]: turns a drop height into a speed."""
+
+PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strike:
+    """Velocity of the robot against the ground when it strikes, given in one of three ways; 1 m/s straight down by default.
+
+    Attributes:
+        speed: along the strike angle [m/s].
+        strike_angle_deg: angle of the velocity from the vertical in the plane, positive moving forward [deg].
+        velocity: of the contact point, world axes [m/s].
+        drop_height: height of a free fall that ends in the strike [m].
+    """
+
+    __pydantic_config__ = CHECKED
+
+    speed: float | None = None
+    strike_angle_deg: float | None = None
+    velocity: tuple[float, float, float] | None = None
+    drop_height: float | None = None
+
+    def vector(self, plane: Plane) -> Array:
+        """The velocity (3,) in world axes [m/s]: speed · (sin θ e1 − cos θ e2).
+
+        Raises:
+            SceneError: it is given in two ways at once, or has no speed.
+        """
+        ways = [self.speed is not None or self.strike_angle_deg is not None, self.velocity is not None, self.drop_height is not None]
+        if sum(ways) > 1:
+            raise SceneError("the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height")
+        if self.velocity is not None:
+            return np.array(self.velocity, dtype=float)
+        if self.drop_height is not None:
+            if not self.drop_height > 0.0:
+                raise SceneError(f"a drop height of {self.drop_height:g} m gives no impact; it has to be above zero")
+            return -math.sqrt(2.0 * GRAVITY * self.drop_height) * plane.e2
+        speed = 1.0 if self.speed is None else self.speed
+        if not speed > 0.0:
+            raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
+        theta = math.radians(self.strike_angle_deg or 0.0)
+        return np.asarray(speed * (math.sin(theta) * plane.e1 - math.cos(theta) * plane.e2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """A point at which shock is asked for.
+
+    Attributes:
+        frame: link, joint or site.
+        offset: from that frame's origin, in its axes [m].
+    """
+
+    __pydantic_config__ = CHECKED
+
+    frame: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """One landing of one robot.
+
+    Attributes:
+        robot: a name that `shockpc robots` lists, or the path of a URDF, xacro or MJCF file.
+        base: free; planar (moves and turns in the plane only); fixed. By default free, or fixed where an MJCF fixes it.
+        plane: xz (sagittal), yz (frontal), xy (from above), or the normal of another one.
+        srdf: file of reference postures; by default the one beside the robot.
+        packages: folders of packages, for `package://` and `$(find …)`.
+        xacro: arguments of a xacro file.
+        posture: of base and joints.
+        strike: velocity against the ground.
+        contact: what strikes, all at once.
+        point: where shock is asked for, besides the robot's own sensors.
+    """
+
+    __pydantic_config__ = CHECKED
+
+    robot: str
+    base: Base | None = None
+    plane: Literal["xz", "yz", "xy"] | tuple[float, float, float] = "xz"
+    srdf: str | None = None
+    packages: Mapping[str, str] = field(default_factory=dict)
+    xacro: Mapping[str, str] = field(default_factory=dict)
+    posture: Posture = field(default_factory=Posture)
+    strike: Strike = field(default_factory=Strike)
+    contact: tuple[Contact, ...] = ()
+    point: tuple[Point, ...] = ()
+
+
+def plane_of(scene: Scene) -> Plane:
+    """The plane of a scene as unit vectors.
+
+    Raises:
+        SceneError: its normal has no length.
+    """
+    try:
+        return plane_from(PLANES[scene.plane] if isinstance(scene.plane, str) else scene.plane)
+    except ValueError as refusal:
+        raise SceneError(f"plane: {refusal}; valid are xz, yz, xy or a normal such as 0,-1,0") from None
+
+
+def scene_table(record: Any) -> dict[str, Any]:
+    """A scene, or a part of one, as plain tables, the way TOML and JSON hold it: what is not set is left out."""
+    table: dict[str, Any] = {}
+    for item in fields(record):
+        value = getattr(record, item.name)
+        if is_dataclass(value):
+            value = scene_table(value)
+        elif isinstance(value, tuple):
+            value = [scene_table(part) if is_dataclass(part) else list(part) if isinstance(part, tuple) else part for part in value]
+        elif isinstance(value, Mapping):
+            value = dict(value)
+        if value is None or value in ({}, []):
+            continue
+        table[item.name] = value
+    return table

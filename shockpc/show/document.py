@@ -1,0 +1,99 @@
+"""A profile as the JSON document that everybody reads: schema `shockpc.profile/1`.
+
+`null` stands where a thing does not exist: CoPc, RoPc and pitch of a body that only translates, extremes of a body without
+geometry, impulses that are not unique. Keys keep their order and numbers are Python's shortest that read back the same.
+"""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pinocchio
+
+import shockpc
+from shockpc.core.spatial import Array
+from shockpc.record import ShockProfile
+from shockpc.scene import scene_table
+
+__all__ = ["SCHEMA", "document", "to_json"]
+
+SCHEMA = "shockpc.profile/1"
+
+
+def document(profile: ShockProfile) -> dict[str, Any]:
+    """The document of one profile; positions in metres, world or body axes as `ShockProfile` says."""
+    robot = profile.robot
+    return {
+        "schema": SCHEMA,
+        "shockpc": shockpc.__version__,
+        "pinocchio": pinocchio.__version__,
+        "robot": {
+            "name": robot.name,
+            "file": robot.label,
+            "mass": robot.mass,
+            "n_bodies": len(robot.bodies),
+            "nv": robot.model.nv,
+        },
+        "scene": scene_table(profile.scene),
+        "v_in": profile.v_in,
+        "bodies": [_body(profile, i) for i in range(len(robot.bodies))],
+        "points": [
+            {"frame": point.frame, "body": point.body, "delta_v": _vector(point.delta_v), "shock": point.shock}
+            for point in profile.points
+        ],
+        "contacts": [
+            {
+                "frame": contact.frame,
+                "point": _vector(contact.point),
+                "impulse": None if contact.impulse is None else _vector(contact.impulse),
+                "friction_needed": contact.friction_needed,
+            }
+            for contact in profile.contacts
+        ],
+        "joint_model": profile.joint_model,
+        "health": {
+            "rank": profile.health.rank,
+            "rows": profile.health.rows,
+            "residual": profile.health.residual,
+            "error_estimate": profile.health.error_estimate,
+            "method": profile.health.method,
+            "warnings": list(profile.health.warnings),
+        },
+    }
+
+
+def to_json(profiles: list[ShockProfile]) -> str:
+    """One document, or a list of them where a contact pattern made several cases."""
+    documents = [document(profile) for profile in profiles]
+    return json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _body(profile: ShockProfile, i: int) -> dict[str, Any]:
+    """The row of one body."""
+    return {
+        "body": profile.bodies[i],
+        "links": list(profile.robot.bodies[i].links),
+        "placement": {"position": _vector(profile.position[i]), "rotation": [_vector(row) for row in profile.rotation[i]]},
+        "delta_omega": _vector(profile.delta_omega[i]),
+        "delta_v": _vector(profile.delta_v[i]),
+        "copc": None if profile.translates[i] else _vector(profile.copc[i]),
+        "copc_world": None if profile.translates[i] else _vector(profile.copc_world[i]),
+        "ropc": _number(profile.ropc[i]),
+        "translates": bool(profile.translates[i]),
+        "pitch": _number(profile.pitch[i]),
+        "off_plane": float(profile.off_plane[i]),
+        "shock_com": float(profile.shock_com[i]),
+        "shock_min": _number(profile.shock_min[i]),
+        "shock_max": _number(profile.shock_max[i]),
+    }
+
+
+def _number(value: np.float64 | float) -> float | None:
+    """A number, or None where there is none to give."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _vector(values: Array) -> list[float]:
+    """An array as plain numbers; adding zero keeps -0.0 out of the file."""
+    return [float(value) for value in np.asarray(values) + 0.0]

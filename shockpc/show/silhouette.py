@@ -1,0 +1,106 @@
+"""The outline of a body in the plane of the figure: the union of the shadows of its shapes.
+
+Plain shapes cast exact shadows. A mesh may have a hundred thousand triangles, holes and gaps, so its shadow is counted on a
+fine grid, triangle by triangle, and traced; that takes any soup of triangles and costs a few milliseconds.
+"""
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import contourpy
+import numpy as np
+import shapely
+
+from shockpc.core.spatial import Array, Plane
+from shockpc.model.outline import Shape
+
+__all__ = ["Region", "silhouette", "to_plane"]
+
+Region: TypeAlias = Any
+"""A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
+
+LARGEST_GRID = 4000
+
+
+def to_plane(points: Array, plane: Plane) -> Array:
+    """Plane coordinates (..., 2) of world points (..., 3): along e1 and e2 [m]."""
+    return np.asarray(points @ np.stack([plane.e1, plane.e2], axis=1))
+
+
+def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane: Plane, resolution: float) -> Region:
+    """The shadow of a body on the plane.
+
+    Args:
+        shapes: of the body.
+        rotation: (3, 3) of the body, body to world.
+        position: (3,) of its origin, world [m].
+        plane: the plane.
+        resolution: how far the outline may lie from the true one [m].
+
+    Returns: the union of all shadows in plane coordinates; empty if there are no shapes.
+    """
+    parts = []
+    for shape in shapes:
+        corners = to_plane(shape.points @ rotation.T + position, plane)
+        if shape.mesh is None:
+            parts.append(shapely.MultiPoint(corners).convex_hull.buffer(shape.radius, quad_segs=16))
+        else:
+            vertices = to_plane(shape.mesh.vertices @ rotation.T + position, plane)
+            parts.append(_shadow(vertices, shape.mesh.triangles, resolution / 2.0))
+    # What has no width, such as a plate seen edge-on, would not be drawn at all.
+    parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
+    outline = shapely.union_all(parts).simplify(resolution / 2.0)
+    return _without_pinholes(outline, 9.0 * resolution**2)
+
+
+def _shadow(vertices: Array, triangles: Array, pixel: float) -> Region:
+    """The union of triangles, traced around the cells of a grid whose middles they cover.
+
+    Along the middle of every row each triangle covers one stretch: its edges add one where it begins and take one away where
+    it ends, and the running sum tells how many triangles lie over a cell.
+
+    Args:
+        vertices: (n, 2) [m].
+        triangles: (m, 3) indices.
+        pixel: size of a cell [m].
+    """
+    low = vertices.min(axis=0)
+    extent = np.ptp(vertices, axis=0)
+    pixel = max(pixel, float(extent.max()) / LARGEST_GRID)
+    width, height = (int(n) + 5 for n in extent / pixel)
+    corners = ((vertices - low) / pixel + 2.0)[triangles]
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    turned = first[:, 0] * second[:, 1] < first[:, 1] * second[:, 0]
+    corners[turned] = corners[turned, ::-1]
+
+    start, end = corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
+    first_row = np.ceil(np.minimum(start[:, 1], end[:, 1])).astype(np.int64)
+    rows = np.ceil(np.maximum(start[:, 1], end[:, 1])).astype(np.int64) - first_row
+    start, end, first_row, rows = (a[rows > 0] for a in (start, end, first_row, rows))
+    edge = np.repeat(np.arange(len(rows)), rows)
+    row = first_row[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(rows) - rows, rows)
+    slope = (end[:, 0] - start[:, 0]) / (end[:, 1] - start[:, 1])
+    column = np.ceil(start[edge, 0] + slope[edge] * (row - start[edge, 1])).astype(np.int64)
+    falls = np.where(end[:, 1] < start[:, 1], 1.0, -1.0)
+    steps = np.bincount(row * width + column, weights=falls[edge], minlength=width * height)
+    covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
+
+    tracer = contourpy.contour_generator(z=covered.astype(float), fill_type=contourpy.FillType.OuterOffset)
+    outlines, offsets = tracer.filled(0.5, 2.0)
+    rings = [
+        [(outline[a:b] - 2.0) * pixel + low for a, b in zip(offset[:-1], offset[1:], strict=True)]
+        for outline, offset in zip(outlines, offsets, strict=True)
+    ]
+    if not rings:
+        return shapely.MultiPoint(vertices).convex_hull
+    return shapely.union_all([shapely.Polygon(ring[0], ring[1:]) for ring in rings])
+
+
+def _without_pinholes(region: Region, area: float) -> Region:
+    """The region with the holes filled that are too small to be seen [m²]."""
+    polygons = [
+        shapely.Polygon(part.exterior, [hole for hole in part.interiors if shapely.Polygon(hole).area > area])
+        for part in shapely.get_parts(region)
+        if part.geom_type == "Polygon" and part.area > area / 9.0
+    ]
+    return shapely.MultiPolygon(polygons)
