@@ -71,7 +71,7 @@ def gyration_radii(robot: Robot) -> Array:
     """Radius of gyration of every body about its centre of mass, for the mean axis (nb,) [m]; 0 for a body without mass."""
     mass = np.array([body.mass for body in robot.bodies])
     trace = np.array([np.trace(body.inertia) for body in robot.bodies])
-    return np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf))
+    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf)))
 
 
 def _difference(
@@ -97,7 +97,7 @@ def _difference(
     length = np.maximum(gyration_radii(robot), 1e-6)
 
     def size(omega: Array, v: Array) -> Array:
-        return np.hypot(np.linalg.norm(v, axis=-1), length * np.linalg.norm(omega, axis=-1))
+        return np.asarray(np.hypot(np.linalg.norm(v, axis=-1), length * np.linalg.norm(omega, axis=-1)))
 
     own = size(omega, v_com)
     # A body that hardly moves is measured against what 1e-9 of the fastest one would be: below that there is nothing to be wrong.

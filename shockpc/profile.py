@@ -112,7 +112,9 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
 def _complete(scene: Scene, robot: Robot) -> Scene:
     """The scene with every default filled in, so that it says all that was computed."""
     if not scene.contact:
-        raise SceneError(f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
+        raise SceneError(
+            f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"'
+        )
     base = scene.base or ("free" if robot.free_base else "fixed")
     reference = reference_name(robot, scene.posture.reference)
     return replace(

@@ -28,7 +28,7 @@ def shock_ranges(robot: Robot, delta_omega: Array, delta_v: Array, v_in: float) 
     Returns: least (nb,), greatest (nb,) [1], NaN for a body without geometry; warnings.
     """
     kind = "collision" if robot.source.kind == "mjcf" or "<collision" in robot.source.xml else "visual"
-    seen = outline(robot, kind)  # type: ignore[arg-type]
+    seen = outline(robot, kind)
     least, greatest = np.full(len(robot.bodies), np.nan), np.full(len(robot.bodies), np.nan)
     for i, shapes in enumerate(seen.shapes):
         if shapes:
@@ -38,7 +38,13 @@ def shock_ranges(robot: Robot, delta_omega: Array, delta_v: Array, v_in: float) 
 
 
 def point_shocks(
-    robot: Robot, asked: tuple[Point, ...], rotation: Array, position: Array, delta_omega: Array, delta_v: Array, v_in: float
+    robot: Robot,
+    asked: tuple[Point, ...],
+    rotation: Array,
+    position: Array,
+    delta_omega: Array,
+    delta_v: Array,
+    v_in: float,
 ) -> tuple[PointShock, ...]:
     """Shock at the robot's sensors, then at the points asked for.
 

@@ -49,7 +49,11 @@ class Strike:
         Raises:
             SceneError: it is given in two ways at once, or has no speed.
         """
-        ways = [self.speed is not None or self.strike_angle_deg is not None, self.velocity is not None, self.drop_height is not None]
+        ways = [
+            self.speed is not None or self.strike_angle_deg is not None,
+            self.velocity is not None,
+            self.drop_height is not None,
+        ]
         if sum(ways) > 1:
             raise SceneError("the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height")
         if self.velocity is not None:

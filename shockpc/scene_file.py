@@ -4,7 +4,9 @@ pydantic checks the very dataclasses of `scene`, so the files, their JSON Schema
 """
 
 import dataclasses
+import json
 import os
+import re
 import tomllib
 import typing
 from collections.abc import Mapping
@@ -36,17 +38,19 @@ def read_scene(path: Path) -> Scene:
     try:
         scene: Scene = _adapter().validate_python(table)
     except ValidationError as refusal:
-        faults = [_fault(error) for error in refusal.errors(include_url=False)]
-        raise SceneError(f"{path}: " + "; ".join(dict.fromkeys(faults))) from None
+        faults: dict[str, list[str]] = {}
+        for error in refusal.errors(include_url=False):
+            key, text = _fault(error)
+            faults.setdefault(key, []).append(text)
+        listed = "; ".join(f"{key}: {' or '.join(dict.fromkeys(texts))}" for key, texts in faults.items())
+        raise SceneError(f"{path}: {listed}") from None
     return _with_paths(scene, lambda found: os.path.normpath(path.resolve().parent / found))
 
 
 def scene_text(scene: Scene, folder: Path) -> str:
     """The TOML text of a scene for a file in `folder`, with paths relative to it."""
-    import tomli_w
-
     here = folder.resolve()
-    return tomli_w.dumps(scene_table(_with_paths(scene, lambda found: os.path.relpath(found, here))))
+    return "\n".join(_toml_lines(scene_table(_with_paths(scene, lambda found: os.path.relpath(found, here))))) + "\n"
 
 
 def scene_schema() -> dict[str, Any]:
@@ -62,6 +66,30 @@ def _adapter() -> Any:
     return TypeAdapter(Scene)
 
 
+def _toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:
+    """A table of a scene as TOML, a vector to a line; JSON's strings, numbers and lists are TOML's too."""
+
+    def inline(value: Any) -> str:
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+    lines, parts = [], []
+    for key, value in table.items():
+        path = f"{name}.{_toml_key(key)}" if name else _toml_key(key)
+        if isinstance(value, Mapping):
+            parts += ["", f"[{path}]", *_toml_lines(value, path)]
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for item in value:
+                parts += ["", f"[[{path}]]", *_toml_lines(item, path)]
+        else:
+            lines.append(f"{_toml_key(key)} = {inline(value)}")
+    return lines + parts
+
+
+def _toml_key(key: str) -> str:
+    """A key, in quotes where TOML wants them."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key, ensure_ascii=False)
+
+
 def _with_paths(scene: Scene, change: typing.Callable[[str], str]) -> Scene:
     """The scene with every path in it changed; a robot's name is not a path."""
     robot = scene.robot
@@ -75,15 +103,16 @@ def _with_paths(scene: Scene, change: typing.Callable[[str], str]) -> Scene:
     )
 
 
-def _fault(error: Mapping[str, Any]) -> str:
-    """One of pydantic's findings in our words: the key, what is wrong, what would be valid."""
-    where = [part for part in error["loc"] if isinstance(part, int) or not part[:1].isupper()]
+def _fault(error: Mapping[str, Any]) -> tuple[str, str]:
+    """One of pydantic's findings in our words: the key; what is wrong with it and what would be valid."""
+    # Behind a key, pydantic names the kinds that it tried in turn ("literal[…]", "tuple[…]"); those are not in the file.
+    where = [part for part in error["loc"] if isinstance(part, int) or "[" not in part]
     key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in where).lstrip(".")
     if error["type"] in ("unexpected_keyword_argument", "extra_forbidden"):
-        return f"{key}: no such key; valid here: {', '.join(_keys_at(where[:-1]))}"
-    if error["type"] in ("missing", "missing_argument"):
-        return f"{key}: is missing"
-    return f"{key}: {error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
+        return key, f"no such key; valid here: {', '.join(_keys_at(where[:-1]))}"
+    if error["type"] in ("missing", "missing_argument", "missing_keyword_only_argument"):
+        return key, "is missing"
+    return key, f"{error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
 
 
 def _keys_at(where: list[Any]) -> list[str]:

@@ -41,41 +41,72 @@ def analyze(
     robot: Annotated[str, typer.Argument(help="A robot file (URDF, xacro, MJCF), a robot's name, or a scene (TOML).")],
     contact: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="What strikes: a frame, a glob or part of a link's name; A+B for one landing on both."),
+        typer.Option(
+            metavar="NAME", help="What strikes: a frame, a glob or part of a link's name; A+B for one landing on both."
+        ),
     ] = None,
     together: Annotated[bool, typer.Option("--together", help="One landing on all matching contacts at once.")] = False,
-    offset: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Contact point from the frame's origin [m].")] = None,
+    offset: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="Contact point from the frame's origin [m].")
+    ] = None,
     contact_point: Annotated[
         ContactPoint | None, typer.Option(help="Strike at the frame's origin, or at the link's lowest point.")
     ] = None,
-    slide: Annotated[bool, typer.Option("--slide", help="No friction: the contact stops the normal direction only.")] = False,
-    restitution: Annotated[str | None, typer.Option(metavar="E", help="Speed after impact over speed before it, 0 to 1.")] = None,
-    posture: Annotated[str | None, typer.Option(metavar="NAME", help="A reference posture of the robot, or neutral.")] = None,
+    slide: Annotated[
+        bool, typer.Option("--slide", help="No friction: the contact stops the normal direction only.")
+    ] = False,
+    restitution: Annotated[
+        str | None, typer.Option(metavar="E", help="Speed after impact over speed before it, 0 to 1.")
+    ] = None,
+    posture: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A reference posture of the robot, or neutral.")
+    ] = None,
     srdf: Annotated[Path | None, typer.Option(metavar="FILE", help="Read reference postures from this file.")] = None,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="JOINT=VALUE", help="Set joints, by name or glob [deg; m if prismatic].")
+        list[str] | None,
+        typer.Option("--set", metavar="JOINT=VALUE", help="Set joints, by name or glob [deg; m if prismatic]."),
     ] = None,
-    base_rpy: Annotated[str | None, typer.Option(metavar="R,P,Y", help="Roll, pitch and yaw of the base [deg].")] = None,
+    base_rpy: Annotated[
+        str | None, typer.Option(metavar="R,P,Y", help="Roll, pitch and yaw of the base [deg].")
+    ] = None,
     base: Annotated[BaseKind | None, typer.Option(help="How the base may move.")] = None,
     strike_angle: Annotated[
-        str | None, typer.Option(metavar="DEG", help="Velocity from the vertical in the plane, positive moving forward [deg].")
+        str | None,
+        typer.Option(metavar="DEG", help="Velocity from the vertical in the plane, positive moving forward [deg]."),
     ] = None,
-    speed: Annotated[str | None, typer.Option(metavar="V", help="Speed along the strike angle [m/s]; 1 by default.")] = None,
-    velocity: Annotated[str | None, typer.Option(metavar="VX,VY,VZ", help="Velocity of the strike, world axes [m/s].")] = None,
-    drop_height: Annotated[str | None, typer.Option(metavar="H", help="Strike after a free fall from this height [m].")] = None,
-    plane: Annotated[str | None, typer.Option(metavar="PLANE", help="xz (sagittal), yz, xy, or a normal NX,NY,NZ.")] = None,
+    speed: Annotated[
+        str | None, typer.Option(metavar="V", help="Speed along the strike angle [m/s]; 1 by default.")
+    ] = None,
+    velocity: Annotated[
+        str | None, typer.Option(metavar="VX,VY,VZ", help="Velocity of the strike, world axes [m/s].")
+    ] = None,
+    drop_height: Annotated[
+        str | None, typer.Option(metavar="H", help="Strike after a free fall from this height [m].")
+    ] = None,
+    plane: Annotated[
+        str | None, typer.Option(metavar="PLANE", help="xz (sagittal), yz, xy, or a normal NX,NY,NZ.")
+    ] = None,
     point: Annotated[
-        list[str] | None, typer.Option(metavar="FRAME[:X,Y,Z]", help="Also give the shock at this point, offset in the frame [m].")
+        list[str] | None,
+        typer.Option(metavar="FRAME[:X,Y,Z]", help="Also give the shock at this point, offset in the frame [m]."),
     ] = None,
     xacro: Annotated[list[str] | None, typer.Option(metavar="NAME:=VALUE", help="Argument of a xacro file.")] = None,
     package: Annotated[list[str] | None, typer.Option(metavar="NAME=DIR", help="Folder of a package.")] = None,
-    bodies: Annotated[str | None, typer.Option(metavar="PATTERN", help="Show only bodies that fit (tables and CSV).")] = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write JSON, CSV, a report and the figure into this folder.")] = None,
+    bodies: Annotated[
+        str | None, typer.Option(metavar="PATTERN", help="Show only bodies that fit (tables and CSV).")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write JSON, CSV, a report and the figure into this folder.")
+    ] = None,
     format_: Annotated[Format, typer.Option("--format", help="What standard output carries.")] = Format.TABLE,
-    save_scene: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the scene that this command line means.")] = None,
-    explain: Annotated[bool, typer.Option("--explain", help="Tell on standard error what each stage cost and what was left out.")] = False,
+    save_scene: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the scene that this command line means.")
+    ] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Tell on standard error what each stage cost and what was left out.")
+    ] = False,
 ) -> None:
-    """Compute the shock of a landing: a table of bodies, sensors and contacts, and how far to trust it."""
+    """Compute the shock of a landing on every body of a robot."""
     from shockpc.cli.build import Wishes, build
     from shockpc.ledger import Ledger
 

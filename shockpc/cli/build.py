@@ -54,14 +54,21 @@ def build(robot: str, wishes: Wishes, ledger: Ledger) -> tuple[Robot, list[Scene
         scene,
         srdf=wishes.srdf or scene.srdf,
         xacro={**scene.xacro, **dict(assignment("--xacro", text, "payload:=1.5") for text in wishes.xacro)},
-        packages={**scene.packages, **dict(assignment("--package", text, "dog_description=../dog") for text in wishes.package)},
+        packages={
+            **scene.packages,
+            **dict(assignment("--package", text, "dog_description=../dog") for text in wishes.package),
+        },
     )
     with ledger.stage("robot file"):
         loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
     scene = dataclasses.replace(
         scene,
         base=wishes.base or scene.base,
-        plane=scene.plane if wishes.plane is None else wishes.plane if wishes.plane in PLANES else vector("--plane", wishes.plane),
+        plane=scene.plane
+        if wishes.plane is None
+        else wishes.plane
+        if wishes.plane in PLANES
+        else vector("--plane", wishes.plane),
         posture=_posture(scene, wishes),
         strike=_strike(scene, wishes),
         point=scene.point + tuple(_point(text) for text in wishes.point),
@@ -86,7 +93,9 @@ def _landings(robot: Robot, scene: Scene, wishes: Wishes) -> list[tuple[str, ...
             return [None]
         known = feet(robot)
         listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
-        raise SceneError(f'no contact is given, so nothing strikes robot "{robot.name}"; name one with --contact, such as {listed}')
+        raise SceneError(
+            f'no contact is given, so nothing strikes robot "{robot.name}"; name one with --contact, such as {listed}'
+        )
     landings: list[tuple[str, ...]] = []
     for text in wishes.contact:
         parts = [match_frames(robot, part) for part in text.split("+")] if text not in robot.frames else [(text,)]

@@ -19,7 +19,6 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 app.command()(analyze)
@@ -30,7 +29,8 @@ app.command()(schema)
 def main(arguments: list[str] | None = None) -> None:
     """Run a command and leave with its exit code: 0 done, 2 bad arguments or files, 3 no verdict, 130 interrupted."""
     try:
-        code = app(arguments, standalone_mode=False, prog_name="shockpc")
+        words = sys.argv[1:] if arguments is None else arguments
+        code = app(words or ["--help"], standalone_mode=False, prog_name="shockpc")
         sys.stdout.flush()
     except typer.TyperException as refusal:
         code = _complain(refusal.format_message() if hasattr(refusal, "format_message") else str(refusal), 2)

@@ -9,7 +9,54 @@ __all__ = ["robots"]
 
 
 def robots(
-    robot: Annotated[str | None, typer.Argument(help="A name from the list, or a robot file.", show_default=False)] = None,
+    robot: Annotated[
+        str | None, typer.Argument(help="A name from the list, or a robot file.", show_default=False)
+    ] = None,
+    xacro: Annotated[list[str] | None, typer.Option(metavar="NAME:=VALUE", help="Argument of a xacro file.")] = None,
+    package: Annotated[list[str] | None, typer.Option(metavar="NAME=DIR", help="Folder of a package.")] = None,
 ) -> None:
-    """List every robot known by name, or show what is in one of them."""
-    sys.stdout.write("")
+    """List the robots known by name, or check and show one."""
+    from shockpc.cli.parse import assignment
+
+    arguments = dict(assignment("--xacro", text, "payload:=1.5") for text in xacro or ())
+    packages = dict(assignment("--package", text, "dog_description=../dog") for text in package or ())
+    sys.stdout.write(_all() if robot is None else _one(robot, arguments, packages))
+
+
+def _all() -> str:
+    """The list. A robot that cannot be loaded is a row with the reason."""
+    from shockpc.errors import ShockError
+    from shockpc.model.catalogue import catalogue
+    from shockpc.model.robot import load_robot
+    from shockpc.show.robot_sheets import catalogue_row, catalogue_sheet
+    from shockpc.show.text import as_text
+
+    rows, unloaded = [], []
+    entries = catalogue()
+    for k, entry in enumerate(entries):
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r\033[Kreading robot {k + 1} of {len(entries)}: {entry.name}")
+            sys.stderr.flush()
+        try:
+            rows.append(catalogue_row(entry.name, entry.source, load_robot(entry.name)))
+        except ShockError as refusal:
+            rows.append((entry.name, entry.source, "–", None, "cannot be loaded", ""))
+            unloaded.append(f"{entry.name}: {refusal}")
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\033[K")
+    return as_text(catalogue_sheet(rows, unloaded))
+
+
+def _one(name: str, xacro: dict[str, str], packages: dict[str, str]) -> str:
+    """One robot, with the check-up of its file."""
+    from shockpc.model.checkup import check_robot
+    from shockpc.model.robot import load_robot
+    from shockpc.show.robot_sheets import joints_sheet, links_sheet, robot_lines
+    from shockpc.show.text import as_text
+
+    robot = load_robot(name, xacro=xacro, packages=packages)
+    lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]
+    findings = [f"{finding.level}: {finding.where}: {finding.text}" for finding in check_robot(robot.source)]
+    blocks = ["\n".join(lines) + "\n", as_text(links_sheet(robot)), as_text(joints_sheet(robot))]
+    checkup = "\n".join(findings) if findings else "nothing to find fault with"
+    return "\n".join([*blocks, f"check-up\n{checkup}\n"])

@@ -6,7 +6,7 @@ __all__ = ["schema"]
 
 
 def schema() -> None:
-    """Print the JSON Schema of scene files, for editors that check TOML as you type."""
+    """Print the JSON Schema of scene files, for editors."""
     import json
 
     from shockpc.scene_file import scene_schema

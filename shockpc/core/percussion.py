@@ -32,7 +32,12 @@ class Percussion(NamedTuple):
 
 
 def percussion(
-    delta_omega: Array, delta_v: Array, normal: Array, v_in: float | Array, length: float | Array, tolerance: float | Array
+    delta_omega: Array,
+    delta_v: Array,
+    normal: Array,
+    v_in: float | Array,
+    length: float | Array,
+    tolerance: float | Array,
 ) -> Percussion:
     """The planar centre p = n × Δv / (n·Δω) and radius r_p = |v_in| / |n·Δω|.
 

@@ -74,7 +74,9 @@ def expand_xacro(markup: Markup, reach: Reach, arguments: Mapping[str, str]) -> 
             raise _unknown_argument(argument, declared, name)
     # Each of xacro's passes says the same again; the lines about where it happened mean nothing without the file at hand.
     place = ("when ", "in file:", "included from:", "instantiated from:")
-    warnings = dict.fromkeys(line for line in said.getvalue().splitlines() if line.strip() and not line.startswith(place))
+    warnings = dict.fromkeys(
+        line for line in said.getvalue().splitlines() if line.strip() and not line.startswith(place)
+    )
     return text, tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
 
 
@@ -149,7 +151,7 @@ def _arguments(text: str, root: Element) -> Iterator[str]:
 def _unknown_argument(argument: str, declared: set[str], name: str) -> RobotError:
     """The error for an argument that the file does not have."""
     if not declared:
-        return RobotError(f'{name} has no xacro arguments, so --xacro {argument}=… means nothing to it; leave it out')
+        return RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… means nothing to it; leave it out")
     near = difflib.get_close_matches(argument, declared, n=1)
     nearest = f'; nearest: "{near[0]}"' if near else ""
     listed = ", ".join(f'"{known}"' for known in sorted(declared))

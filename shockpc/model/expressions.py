@@ -63,4 +63,6 @@ def _check(expression: str, shown: str) -> ast.AST | None:
 
 def _refused(shown: str, name: str) -> RobotError:
     """The error for an expression that reaches too far."""
-    return RobotError(f'the xacro expression {shown} uses "{name}", which could reach files or programs; it is not evaluated')
+    return RobotError(
+        f'the xacro expression {shown} uses "{name}", which could reach files or programs; it is not evaluated'
+    )

@@ -35,7 +35,7 @@ def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array) -> Arr
     if base != "fixed" and not robot.free_base:
         raise SceneError(
             f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" cannot be had; '
-            "give its root body a <freejoint/>, or use base = \"fixed\""
+            'give its root body a <freejoint/>, or use base = "fixed"'
         )
     if not robot.mimics and (base == "free" or not robot.free_base):
         return None
@@ -60,4 +60,3 @@ def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array) -> Arr
     if not kept.any():
         raise SceneError(f'nothing of robot "{robot.name}" can move with base = "fixed" and no free joint; free its base')
     return np.ascontiguousarray(G[..., kept])
-

@@ -1,6 +1,207 @@
-"""placeholder."""
+"""An MJCF made plain: includes, repeated sections, defaults and orientations written out, so that nothing is left to guess.
+
+Pinocchio reads only the first of a repeated section, and only above the bodies; it overlooks some defaults (a geom's mass, a
+joint's position), and where a top-level body starts. In the plain text none of this occurs. What cannot be made plain is
+refused by `mjcf_refusals`.
+"""
+
+import math
+from collections.abc import Mapping
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from shockpc.errors import RobotError
+from shockpc.model.markup import read_markup
+from shockpc.model.mjcf_refusals import check_bodies, check_sections
 from shockpc.model.reach import Reach
-def plain_mjcf(root, reach: Reach):
-    """x."""
-    return ElementTree.tostring(root, encoding="unicode"), ()
+from shockpc.model.urdf_numbers import vector
+
+__all__ = ["plain_mjcf"]
+
+_ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
+_FIRST = ("compiler", "default")
+
+
+def plain_mjcf(root: Element, reach: Reach) -> tuple[str, tuple[str, ...]]:
+    """Write out everything that an MJCF leaves implicit.
+
+    Args:
+        root: its <mujoco> element, changed in place.
+        reach: what the file may read.
+
+    Returns:
+        MJCF text without includes, defaults and bodies that no joint moves, and what was left out of it.
+
+    Raises:
+        RobotError: an included file is missing or out of reach, or the model holds what Pinocchio would get wrong.
+    """
+    file = reach.file.name
+    _include(root, reach, [reach.file])
+    _merge_sections(root)
+    check_sections(root, file)
+    world = root.find("worldbody")
+    if world is None or world.find("body") is None:
+        raise RobotError(
+            f"{file} has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?"
+        )
+    _write_out_defaults(root, world, file)
+    _name_bodies(world)
+    check_bodies(world, file)
+    warnings = _one_robot(world, file) + _whole_keys(root, world, file)
+    compiler = root.find("compiler")
+    if compiler is not None:
+        for key in ("meshdir", "texturedir", "assetdir"):
+            if key in compiler.attrib:  # the plain text may be read from another folder
+                compiler.set(key, str(reach.file.parent / compiler.attrib[key]))
+    return ElementTree.tostring(root, encoding="unicode"), warnings
+
+
+def _include(parent: Element, reach: Reach, opened: list[object]) -> None:
+    """Put the contents of included files in place of their <include>, which MuJoCo counts from the main file's folder."""
+    children = list(parent)
+    for child in children:
+        if child.tag != "include":
+            _include(child, reach, opened)
+            continue
+        named = child.get("file", "")
+        path = reach.require(reach.file.parent / named, named)
+        if not path.is_file():
+            raise RobotError(f'{reach.file.name} includes "{named}", which does not exist')
+        if path in opened:
+            raise RobotError(
+                f'{reach.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names'
+            )
+        opened.append(path)
+        part = read_markup(path).root
+        _include(part, reach, opened)
+        place = list(parent).index(child)
+        parent.remove(child)
+        for offset, element in enumerate(part):
+            parent.insert(place + offset, element)
+
+
+def _merge_sections(root: Element) -> None:
+    """Make one of every repeated section, as MuJoCo does, with the compiler and the defaults first."""
+    merged: dict[str, Element] = {}
+    for section in list(root):
+        root.remove(section)
+        kept = merged.setdefault(section.tag, section)
+        if kept is not section:
+            kept.attrib.update(section.attrib)
+            for child in section:
+                alike = kept.find(child.tag) if section.tag == "default" and child.tag != "default" else None
+                if alike is not None:
+                    alike.attrib.update(child.attrib)
+                else:
+                    kept.append(child)
+    root.extend(sorted(merged.values(), key=lambda section: section.tag not in _FIRST))
+
+
+def _write_out_defaults(root: Element, world: Element, file: str) -> None:
+    """Give every joint, geom and site the attributes of its class, and drop the classes."""
+    classes: dict[str, dict[str, Mapping[str, str]]] = {}
+    top = root.find("default")
+    main = top.get("class", "main") if top is not None else "main"
+    pending: list[tuple[Element, dict[str, Mapping[str, str]]]] = [(top, {})] if top is not None else []
+    classes[main] = {}
+    while pending:
+        default, inherited = pending.pop()
+        own = dict(inherited)
+        for child in default:
+            if child.tag != "default":
+                own[child.tag] = {**own.get(child.tag, {}), **child.attrib}
+        classes[default.get("class", main)] = own
+        pending += [(child, own) for child in default.findall("default")]
+    if top is not None:
+        root.remove(top)
+
+    def of_class(name: str) -> dict[str, Mapping[str, str]]:
+        if name not in classes:
+            known = ", ".join(f'"{known}"' for known in sorted(classes))
+            raise RobotError(f'{file}: default class "{name}" is used but not defined; there are {known}')
+        return classes[name]
+
+    bodies = [(world, main)]
+    while bodies:
+        body, active = bodies.pop()
+        active = body.attrib.pop("childclass", active)
+        of_class(active)
+        for element in body:
+            if element.tag == "body":
+                bodies.append((element, active))
+            else:
+                inherited = dict(of_class(element.attrib.pop("class", active)).get(element.tag, {}))
+                if any(key in element.attrib for key in (*_ORIENTATIONS, "fromto")):
+                    inherited = {key: value for key, value in inherited.items() if key not in _ORIENTATIONS}
+                inherited.pop("class", None)
+                for key, value in inherited.items():
+                    element.attrib.setdefault(key, value)
+        for element in (body, *body):
+            _unit_axis(element)
+
+
+def _unit_axis(element: Element) -> None:
+    """Write an axis-angle with a unit axis, which MuJoCo makes it and Pinocchio takes it to be."""
+    words = element.get("axisangle", "").split()
+    try:
+        x, y, z, angle = (float(word) for word in words)
+    except ValueError:
+        return  # not four numbers: check_bodies says so
+    length = math.hypot(x, y, z)
+    if length > 0 and math.isfinite(length):
+        element.set("axisangle", f"{x / length!r} {y / length!r} {z / length!r} {angle!r}")
+
+
+def _name_bodies(world: Element) -> None:
+    """Name the bodies without a name after their number, in the order of the file; Pinocchio loses joints of nameless ones."""
+    taken = {body.get("name") for body in world.iter("body")}
+    for number, body in enumerate(world.iter("body"), start=1):
+        if not body.get("name"):
+            name = f"body_{number}"
+            while name in taken:
+                name += "_"
+            body.set("name", name)
+            taken.add(name)
+
+
+def _one_robot(world: Element, file: str) -> tuple[str, ...]:
+    """Keep the one top-level body that moves, and start it where Pinocchio would."""
+    tops = world.findall("body")
+    movers = [top for top in tops if top.find(".//joint") is not None or top.find(".//freejoint") is not None]
+    if not movers:
+        raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
+    if len(movers) > 1:
+        listed = ", ".join(f'"{top.get("name")}"' for top in movers)
+        raise RobotError(f"{file} holds {len(movers)} separate moving bodies, {listed}; keep one robot in the file")
+    robot = movers[0]
+    for top in tops:
+        if top is not robot:
+            world.remove(top)
+    free = robot.find("freejoint") is not None or any(joint.get("type") == "free" for joint in robot.findall("joint"))
+    if free:  # where it floats is the posture's business
+        for key in ("pos", *_ORIENTATIONS):
+            robot.attrib.pop(key, None)
+    elif any(key in robot.attrib for key in ("pos", *_ORIENTATIONS)):
+        # Pinocchio puts a top-level body at the origin; one level down it is put where it belongs.
+        world.remove(robot)
+        ElementTree.SubElement(world, "body", {"name": "worldbody"}).append(robot)
+    left = [f'"{top.get("name")}"' for top in tops if top is not robot]
+    if not left:
+        return ()
+    return (f"{file}: {', '.join(left)} cannot move and is left out; a strike on the robot does not reach it",)
+
+
+def _whole_keys(root: Element, world: Element, file: str) -> tuple[str, ...]:
+    """Drop the keyframes that do not hold one value for each position variable; Pinocchio would refuse the whole file."""
+    sizes = {"free": 7, "ball": 4}
+    wanted = sum(7 for _ in world.iter("freejoint")) + sum(sizes.get(j.get("type", ""), 1) for j in world.iter("joint"))
+    warnings = []
+    for keys in root.findall("keyframe"):
+        for key in keys.findall("key"):
+            text = key.get("qpos")
+            if text is not None and vector(text, wanted) is None:
+                keys.remove(key)
+                warnings.append(
+                    f'{file}: keyframe "{key.get("name", "")}" does not hold {wanted} finite numbers; the posture is left out'
+                )
+    return tuple(warnings)

@@ -149,7 +149,7 @@ def load_robot(
     source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
     model = _build(source)
     if model.njoints < 2:
-        raise RobotError(f'{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck')
+        raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
     free_base = model.joints[1].shortname() == "JointModelFreeFlyer"
     bodies = _bodies(model)
     frames = _frames(model, bodies)

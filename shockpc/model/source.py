@@ -90,7 +90,9 @@ def read_source(
         text, warnings = expand_xacro(markup, reach, xacro)
         markup = Markup(text, parse_markup(text, path.name))
     elif xacro:
-        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out")
+        raise RobotError(
+            f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out"
+        )
     stem = path.name.split(".")[0]
     text, root = markup.text, markup.root
     kind: Literal["urdf", "mjcf"] = "urdf"
@@ -133,7 +135,9 @@ def resolve_asset(source: RobotSource, uri: str) -> Path:
 
 def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
     """An SRDF begins with <robot> too, and holds no links."""
-    if root.find("link") is None and any(root.find(tag) is not None for tag in ("group", "group_state", "disable_collisions")):
+    if root.find("link") is None and any(
+        root.find(tag) is not None for tag in ("group", "group_state", "disable_collisions")
+    ):
         raise RobotError(
             f"{path.name} is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with "
             f"--srdf {path.name}"
@@ -145,5 +149,7 @@ def _given_srdf(srdf: str | Path) -> Path:
     path = Path(srdf).expanduser().resolve()
     root = read_markup(path).root
     if root.tag != "robot" or root.find("link") is not None:
-        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
+        raise RobotError(
+            f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
+        )
     return path

@@ -27,21 +27,25 @@ def check_urdf(robot: Element, file: str) -> None:
     """
     links, joints = robot.findall("link"), robot.findall("joint")
     if not links:
-        raise RobotError(f"{file} has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them")
+        raise RobotError(
+            f"{file} has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them"
+        )
     _check_names(links, "link", file)
     _check_names(joints, "joint", file)
     _check_reserved(links, joints, file)
     _check_tree([link.get("name", "") for link in links], joints, file)
     check_numbers(links, joints, file)
     if not any(float(mass.get("value", "0")) > 0 for link in links for mass in link.findall("inertial/mass")):
-        raise RobotError(f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
+        raise RobotError(
+            f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>"
+        )
 
 
 def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
     """Put right, in place, what carries no meaning but would make the parser fail or print.
 
-    Blanks around attribute values go; a robot without a name gets one; a visual or collision without a valid shape goes,
-    with a warning.
+    Blanks around attribute values go; a robot without a name gets one. With a warning go a visual or collision without a
+    valid shape, and a <mimic> that follows no joint of the file.
 
     Args:
         robot: the root element, changed in place.
@@ -70,6 +74,17 @@ def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ..
                     f'{file}: link "{link.get("name")}": a <{part.tag}> without a valid shape is left out; '
                     "figures and extremes do without it, the numbers are the same"
                 )
+    names = {joint.get("name") for joint in robot.findall("joint")}
+    for joint in robot.findall("joint"):
+        for mimic in joint.findall("mimic"):
+            leader = mimic.get("joint", "")
+            if leader not in names or leader == joint.get("name"):
+                joint.remove(mimic)
+                changed = True
+                said = "itself" if leader == joint.get("name") else f'"{leader}", which does not exist'
+                warnings.append(
+                    f'{file}: joint "{joint.get("name")}" mimics {said}; it is computed as a joint that moves freely'
+                )
     return changed, tuple(warnings)
 
 
@@ -95,7 +110,9 @@ def _check_names(elements: list[Element], kind: str, file: str) -> None:
         if not name:
             raise RobotError(f"{file}: <{kind}> number {number} has no name; give it one")
         if name in seen:
-            raise RobotError(f'{file}: two {kind}s are called "{name}"; names are how bodies are told apart, so rename one')
+            raise RobotError(
+                f'{file}: two {kind}s are called "{name}"; names are how bodies are told apart, so rename one'
+            )
         seen.add(name)
 
 
@@ -140,7 +157,9 @@ def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
         if trail[-1] in above:
             circle = trail[trail.index(above[trail[-1]][0]) :]
             through = _listed(sorted(above[member][1] for member in circle))
-            raise RobotError(f"{file}: joint{'s' * (len(circle) > 1)} {through} close a circle that hangs on no root link; a URDF is a tree")
+            raise RobotError(
+                f"{file}: joint{'s' * (len(circle) > 1)} {through} close a circle that hangs on no root link; a URDF is a tree"
+            )
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         raise RobotError(

@@ -66,7 +66,10 @@ def document(profile: ShockProfile) -> dict[str, Any]:
 def to_json(profiles: list[ShockProfile]) -> str:
     """One document, or a list of them where a contact pattern made several cases."""
     documents = [document(profile) for profile in profiles]
-    return json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return (
+        json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False)
+        + "\n"
+    )
 
 
 def _body(profile: ShockProfile, i: int) -> dict[str, Any]:
@@ -74,7 +77,10 @@ def _body(profile: ShockProfile, i: int) -> dict[str, Any]:
     return {
         "body": profile.bodies[i],
         "links": list(profile.robot.bodies[i].links),
-        "placement": {"position": _vector(profile.position[i]), "rotation": [_vector(row) for row in profile.rotation[i]]},
+        "placement": {
+            "position": _vector(profile.position[i]),
+            "rotation": [_vector(row) for row in profile.rotation[i]],
+        },
         "delta_omega": _vector(profile.delta_omega[i]),
         "delta_v": _vector(profile.delta_v[i]),
         "copc": None if profile.translates[i] else _vector(profile.copc[i]),

@@ -6,7 +6,16 @@ from typing import NamedTuple
 
 from shockpc.record import ShockProfile
 
-__all__ = ["Sheet", "bodies_sheet", "contact_name", "contacts_sheet", "header_lines", "health_lines", "points_sheet", "summary_sheet"]
+__all__ = [
+    "Sheet",
+    "bodies_sheet",
+    "contact_name",
+    "contacts_sheet",
+    "header_lines",
+    "health_lines",
+    "points_sheet",
+    "summary_sheet",
+]
 
 Cell = str | float | None
 
@@ -68,7 +77,9 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
         if fold and not moved[i]:
             still.append(name)
             continue
-        copc: tuple[Cell, ...] = ("translates", None, None) if profile.translates[i] else tuple(map(float, profile.copc[i]))
+        copc: tuple[Cell, ...] = (
+            ("translates", None, None) if profile.translates[i] else tuple(map(float, profile.copc[i]))
+        )
         rows.append(
             (
                 name,
@@ -89,7 +100,11 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
         )
     if still:
         listed = ", ".join(still[:6]) + (f" and {len(still) - 6} more" if len(still) > 6 else "")
-        notes.append(f"{len(still)} bodies not shown, {UNMOVED}: {listed}" if len(still) > 1 else f"1 body not shown, {UNMOVED}: {listed}")
+        notes.append(
+            f"{len(still)} bodies not shown, {UNMOVED}: {listed}"
+            if len(still) > 1
+            else f"1 body not shown, {UNMOVED}: {listed}"
+        )
     if hidden:
         notes.append(f"{hidden} bodies not shown, their names do not fit {pattern}")
     header = (
@@ -187,4 +202,8 @@ def _plane_text(profile: ShockProfile) -> str:
     """The plane by its name, or by its normal."""
     named = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
     plane = profile.scene.plane
-    return named[plane] if isinstance(plane, str) else "normal (" + ", ".join(f"{n:.4g}" for n in profile.plane.normal) + ")"
+    return (
+        named[plane]
+        if isinstance(plane, str)
+        else "normal (" + ", ".join(f"{n:.4g}" for n in profile.plane.normal) + ")"
+    )

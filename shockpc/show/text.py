@@ -28,7 +28,9 @@ def as_text(sheet: Sheet) -> str:
     numbers = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(heads))]
 
     def line(parts: list[str]) -> str:
-        placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numbers, strict=True)]
+        placed = [
+            part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numbers, strict=True)
+        ]
         return "  ".join(placed).rstrip()
 
     lines = [sheet.title, line([head[0] for head in heads]), line([head[1] for head in heads])]
@@ -39,7 +41,11 @@ def as_text(sheet: Sheet) -> str:
 
 def as_markdown(sheet: Sheet) -> str:
     """A table for a report."""
-    lines = [f"### {sheet.title[0].upper()}{sheet.title[1:]}", "", "| " + " | ".join(_safe(h) for h in sheet.header) + " |"]
+    lines = [
+        f"### {sheet.title[0].upper()}{sheet.title[1:]}",
+        "",
+        "| " + " | ".join(_safe(h) for h in sheet.header) + " |",
+    ]
     numeric = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]
     lines.append("|" + "|".join("---:" if right else "---" for right in numeric) + "|")
     lines += ["| " + " | ".join(_safe(_shown(cell)) for cell in row) + " |" for row in sheet.rows]

@@ -1,0 +1,161 @@
+"""What Pinocchio would read wrongly, or not at all, in an MJCF: refused, so that no wrong number is printed.
+
+Each rule stands for a small model on which the joint-space inertia of Pinocchio and of MuJoCo was seen to differ.
+"""
+
+import math
+from collections.abc import Iterator
+from xml.etree.ElementTree import Element
+
+from shockpc.errors import RobotError
+from shockpc.model.urdf_numbers import vector
+
+__all__ = ["check_bodies", "check_sections"]
+
+_REMEDY = "Compile it with MuJoCo once and give the result (mujoco.mj_saveLastXML writes it)"
+# Compiler settings that change masses or angles: attribute, values that change nothing, what it does.
+_COMPILER = (
+    ("coordinate", ("local",), "reads positions in the world's frame"),
+    ("inertiafromgeom", ("false", "auto"), "takes inertias from geoms"),
+    ("inertiagrouprange", ("0 5",), "leaves geoms out of the inertias"),
+    ("settotalmass", ("-1",), "scales all masses"),
+    ("balanceinertia", ("false",), "changes inertias that are not physical"),
+)
+_UNREAD = ("frame", "replicate", "composite", "flexcomp", "attach")
+_JOINTS = ("free", "ball", "slide", "hinge")
+# Numbers of each element: attribute and how many (0: any number of them).
+_PLACE = (("pos", 3), ("quat", 4), ("axisangle", 4), ("euler", 3), ("xyaxes", 6), ("zaxis", 3))
+_NUMBERS: dict[str, tuple[tuple[str, int], ...]] = {
+    "body": _PLACE,
+    "inertial": (*_PLACE, ("mass", 1), ("diaginertia", 3), ("fullinertia", 6)),
+    "joint": (("pos", 3), ("axis", 3), ("armature", 1), ("range", 2), ("ref", 1)),
+    "geom": (*_PLACE, ("size", 0), ("fromto", 6), ("mass", 1), ("density", 1)),
+    "site": _PLACE,
+}
+
+
+def check_sections(root: Element, file: str) -> None:
+    """Refuse settings and couplings outside the bodies that would change the numbers.
+
+    Args:
+        root: the <mujoco> element, each section once.
+        file: the file's name, for messages.
+
+    Raises:
+        RobotError: naming the element.
+    """
+    compiler = root.find("compiler")
+    for key, harmless, effect in _COMPILER if compiler is not None else ():
+        value = " ".join(compiler.get(key, harmless[0]).split()) if compiler is not None else ""
+        if value not in harmless:
+            raise RobotError(f'{file}: <compiler {key}="{value}"> {effect}, which Pinocchio does not. {_REMEDY}')
+    if compiler is not None and compiler.get("eulerseq", "xyz").lower() != compiler.get("eulerseq", "xyz"):
+        raise RobotError(
+            f'{file}: <compiler eulerseq="{compiler.get("eulerseq")}"> turns about fixed axes, which Pinocchio reads as moving '
+            f"ones. {_REMEDY}"
+        )
+    for tie in root.findall("equality/*"):
+        if tie.get("active", "true") != "false":
+            name = f' "{tie.get("name")}"' if tie.get("name") else ""
+            raise RobotError(
+                f"{file}: the equality {tie.tag}{name} closes a loop or couples joints, and that is not computed from MJCF yet. "
+                'Without it the numbers would be wrong; set active="false" to do without it on purpose'
+            )
+    for kind, path in (("tendon", "tendon/*"), ("actuator", "actuator/*"), ("default", "default//*")):
+        for element in root.findall(path):
+            if kind == "default" and element.tag in ("joint", "default"):
+                continue
+            if (vector(element.get("armature", "0"), 1) or (1.0,))[0] != 0:
+                raise RobotError(
+                    f"{file}: <{element.tag}> has armature {element.get('armature')}, which Pinocchio reads at joints only; "
+                    "give the joint that armature, times gear² for an actuator"
+                )
+
+
+def check_bodies(world: Element, file: str) -> None:
+    """Refuse bodies and joints that Pinocchio would leave out, or weigh otherwise than MuJoCo.
+
+    Args:
+        world: the <worldbody>, defaults written out, every body named.
+        file: the file's name, for messages.
+
+    Raises:
+        RobotError: naming the body or joint.
+    """
+    for tag in _UNREAD:
+        if world.find(f".//{tag}") is not None:
+            raise RobotError(
+                f"{file}: there is a <{tag}> among the bodies, and Pinocchio passes over what it stands for. {_REMEDY}"
+            )
+    for kind in ("body", "joint"):
+        names = [element.get("name") for element in world.iter(kind) if element.get("name")]
+        for name in names:
+            if names.count(name) > 1:
+                raise RobotError(f'{file}: two {kind} elements are called "{name}"; rename one')
+    mass = 0.0
+    for body in world.iter("body"):
+        whose = f'{file}: body "{body.get("name")}"'
+        for element in (body, *body):
+            _check_numbers(element, whose)
+        for joint in body.findall("joint"):
+            _check_joint(joint, whose)
+        mass += sum(_masses(body, whose))
+    if mass <= 0:
+        raise RobotError(
+            f"{file}: no body has mass, so nothing in it can be struck; give the bodies <inertial> or geoms with mass"
+        )
+
+
+def _check_numbers(element: Element, whose: str) -> None:
+    """Every number finite, and as many as there have to be."""
+    for key, size in _NUMBERS.get(element.tag, ()):
+        text = element.get(key)
+        if text is not None and vector(text, size or len(text.split())) is None:
+            wanted = f"{size} finite number{'s' * (size > 1)}" if size else "finite numbers"
+            raise RobotError(f'{whose}: {element.tag} {key} is "{text}"; it has to be {wanted}')
+
+
+def _check_joint(joint: Element, whose: str) -> None:
+    """A type that exists, and an axis with a direction."""
+    named = f'{whose}: joint "{joint.get("name", "")}"'
+    kind = joint.get("type", "hinge")
+    if kind not in _JOINTS:
+        raise RobotError(f'{named} is of type "{kind}", which MJCF does not have; it has {", ".join(_JOINTS)}')
+    if kind in ("hinge", "slide") and not any(vector(joint.get("axis", "0 0 1"), 3) or ()):
+        raise RobotError(f"{named}: its axis is 0 0 0, so it has no direction to move in; give it one")
+    if (vector(joint.get("armature", "0"), 1) or (0.0,))[0] < 0:
+        raise RobotError(f"{named}: armature {joint.get('armature')} is negative; no rotor has that")
+
+
+def _masses(body: Element, whose: str) -> Iterator[float]:
+    """The masses that make up a body, each checked: of its <inertial>, else of its geoms."""
+    inertials = body.findall("inertial")
+    if len(inertials) > 1:
+        raise RobotError(f"{whose} has {len(inertials)} <inertial> elements; keep one")
+    for inertial in inertials:
+        mass = vector(inertial.get("mass"), 1)
+        moments = vector(inertial.get("diaginertia"), 3) or (vector(inertial.get("fullinertia"), 6) or ())[:3]
+        if mass is None or not moments:
+            missing = "mass" if mass is None else "diaginertia or fullinertia"
+            raise RobotError(
+                f"{whose}: its <inertial> has no {missing}; add it, or drop the <inertial> to take it from the geoms"
+            )
+        if mass[0] < 0 or min(moments) < 0:
+            raise RobotError(
+                f"{whose}: mass {mass[0]:g} kg with moments {moments} kg m² is negative somewhere; no body has that"
+            )
+        yield mass[0]
+    for geom in body.findall("geom") if not inertials else ():
+        density, mass = vector(geom.get("density", "1000"), 1), vector(geom.get("mass"), 1)
+        weight = (mass or density or (0.0,))[0]
+        if weight < 0 or not math.isfinite(weight):
+            raise RobotError(f"{whose}: a geom has negative mass or density; no body has that")
+        if weight > 0 and (geom.get("type") in ("mesh", "sdf", "hfield", "plane") or "mesh" in geom.attrib):
+            raise RobotError(
+                f"{whose} takes its mass from a mesh, and meshes are not weighed here; give it an <inertial>. {_REMEDY}"
+            )
+        if weight > 0 and geom.get("shellinertia", "false") == "true":
+            raise RobotError(
+                f"{whose}: a geom asks for the inertia of a shell, which Pinocchio does not compute. {_REMEDY}"
+            )
+        yield weight

@@ -1,0 +1,92 @@
+"""Robots as tables: the list of all that have a name, and what is in one of them. Computes nothing."""
+
+import math
+
+import pinocchio as pin
+
+from shockpc.model.landmarks import feet, sensors
+from shockpc.model.robot import Robot
+from shockpc.show.sheets import Cell, Sheet
+
+__all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
+
+FREE_BASE = "free base"
+
+
+def catalogue_row(name: str, source: str, robot: Robot) -> tuple[Cell, ...]:
+    """One robot in the list of all."""
+    return (
+        name,
+        source,
+        str(len(robot.bodies)),
+        float(robot.mass),
+        _few(feet(robot)),
+        _few(tuple(robot.postures)) or "neutral only",
+    )
+
+
+def catalogue_sheet(rows: list[tuple[Cell, ...]], unloaded: list[str]) -> Sheet:
+    """Every robot that is known by name, and why some cannot be loaded."""
+    notes = (
+        *unloaded,
+        "analyse one with: shockpc analyze NAME --contact FOOT",
+        "see what is in one with: shockpc robots NAME",
+    )
+    header = ("robot", "from", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures")
+    return Sheet("robots known by name", header, rows, notes)
+
+
+def robot_lines(robot: Robot) -> list[tuple[str, str]]:
+    """What a designer needs to know before striking a robot; (name, text)."""
+    postures = ", ".join([*robot.postures, "neutral"])
+    srdf = f" (from {robot.source.srdf.name})" if robot.source.srdf is not None and robot.postures else ""
+    followers = ", ".join(f"{m.joint} = {m.multiplier:g} {m.leader} + {m.offset:g}" for m in robot.mimics)
+    return [
+        ("robot", f"{robot.name}, {robot.mass:.4g} kg, {len(robot.bodies)} moving bodies, {robot.model.nv} velocities"),
+        ("file", str(robot.source.path)),
+        ("base", "free by default; planar or fixed on demand" if robot.free_base else "fixed in the file"),
+        ("feet", _few(feet(robot), 12)),
+        ("sensors", _few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera"),
+        ("postures", postures + srdf),
+        *([("mimic", followers)] if followers else []),
+    ]
+
+
+def links_sheet(robot: Robot) -> Sheet:
+    """Moving bodies: the links that move as one, their mass and what they hang on."""
+    rows: list[tuple[Cell, ...]] = []
+    for body in robot.bodies:
+        parent = robot.model.parents[body.joint]
+        hangs = robot.bodies[parent - 1].name if parent else "world"
+        rows.append((body.name, hangs, float(body.mass), _few(body.links[1:], 6)))
+    return Sheet("bodies", ("body", "hangs on", "mass [kg]", "other links of the same body"), rows)
+
+
+def joints_sheet(robot: Robot) -> Sheet:
+    """Joints with their limits, in degrees where they turn."""
+    rows: list[tuple[Cell, ...]] = []
+    for body in robot.bodies:
+        joint = robot.model.joints[body.joint]
+        name = robot.model.names[body.joint]
+        kind = joint.shortname().removeprefix("JointModel")
+        armature = float(max(robot.model.armature[joint.idx_v : joint.idx_v + joint.nv], default=0.0))
+        if joint.nv != 1:
+            rows.append((name, FREE_BASE if kind == "FreeFlyer" else kind.lower(), None, None, None, armature))
+            continue
+        if joint.nq == 2:
+            rows.append((name, "continuous", None, None, "deg", armature))
+            continue
+        linear = kind.startswith("P")
+        unit = 1.0 if linear else 180.0 / math.pi
+        low, high = (
+            float(x[joint.idx_q]) * unit for x in (robot.model.lowerPositionLimit, robot.model.upperPositionLimit)
+        )
+        limits = [bound if abs(bound) < 1e30 else None for bound in (low, high)]
+        rows.append((name, "prismatic" if linear else "revolute", *limits, "m" if linear else "deg", armature))
+    header = ("joint", "kind", "lower", "upper", "unit", "armature [kg m², kg]")
+    return Sheet(f"joints (read by Pinocchio {pin.__version__})", header, rows)
+
+
+def _few(names: tuple[str, ...], most: int = 4) -> str:
+    """The first names, and how many more there are."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
