@@ -46,7 +46,7 @@ def health_of(
     b = equation.b[0] @ v
     left = float(residual(equation.H[0], equation.J_c[0], b, impact.delta_qd[0] @ v, impact.impulse[0] @ v))
     if left > 1e-6:
-        raise SceneError(_contradiction(touches, equation.J_c[0] @ impact.delta_qd[0] @ v + b, b))
+        raise SceneError(_contradiction(touches, equation.J_c[0] @ impact.delta_qd[0] @ v + b))
     difference = _difference(robot, state, touches, equation, impact, maps @ strike, b)
     worst = int(np.argmax(difference))
     estimate = float(difference[worst])
@@ -104,14 +104,14 @@ def _difference(
     return np.asarray(size(omega - other[:, :3], v_com - other[:, 3:]) / np.maximum(own, 1e-9 * own.max()))
 
 
-def _contradiction(touches: tuple[Touch, ...], left: Array, b: Array) -> str:
+def _contradiction(touches: tuple[Touch, ...], left: Array) -> str:
     """The message for contacts that cannot be met: which one, along what, by how much."""
     row = int(np.argmax(np.abs(left[:, 0])))
     names = [(touch.frame, direction) for touch in touches for direction in touch.directions]
     frame, direction = names[row]
     axis = " ".join(f"{u:.3g}" for u in direction + 0.0)
     return (
-        f'contact "{frame}" strikes at {abs(b[row, 0]):.3g} m/s along ({axis}), but {abs(left[row, 0]):.3g} m/s of that cannot be '
-        "stopped: the mechanism cannot move that way here, or another contact asks for the opposite; "
-        "leave that direction out of the contact or of the strike, or free the base"
+        f'contact "{frame}" cannot be stopped: {abs(left[row, 0]):.3g} m/s are left along ({axis}), because the mechanism cannot move '
+        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, or free "
+        "the base"
     )

@@ -117,13 +117,19 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
         )
     base = scene.base or ("free" if robot.free_base else "fixed")
     reference = reference_name(robot, scene.posture.reference)
+    strike = scene.strike
+    if strike.velocity is None and strike.drop_height is None:
+        strike = replace(
+            strike, speed=1.0 if strike.speed is None else strike.speed, strike_angle_deg=strike.strike_angle_deg or 0.0
+        )
     return replace(
         scene,
         robot=robot.label,
         base=base,
-        srdf=None if scene.srdf is None else str(Path(scene.srdf).resolve()),
-        packages={name: str(Path(folder).resolve()) for name, folder in scene.packages.items()},
+        srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
+        packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
         posture=replace(scene.posture, reference=reference),
+        strike=strike,
     )
 
 
