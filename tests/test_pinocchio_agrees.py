@@ -95,7 +95,7 @@ def test_sticking_needs_the_friction_that_was_found_before(name, friction):
     feet = [link for link in robot.links if link.endswith(pattern)]
     needed = [shock_profile(Scene(robot=name, contact=(Contact(frame=foot),)), robot).contacts[0].friction_needed for foot in feet]
     assert len(feet) == 4
-    assert max(needed) == pytest.approx(friction, abs=0.005)
+    assert max(needed) == pytest.approx(friction, abs=0.006)  # two digits were written down
 
 
 @given(trees.landings(kinds=MJCF_KINDS, most=8, hits=1))

@@ -111,9 +111,9 @@ def _geometry(geometry: Element, named: dict[str, Element]) -> list[Triangles]:
         elif part.tag == "tristrips":
             corners = [np.stack([run[:-2], run[1:-1], run[2:]], axis=1) for run in runs]
         else:
-            corners = [fan(run) for run in runs]
+            corners = [_fan(run) for run in runs]
         if corners:
-            parts.append(checked(_positions(inputs["VERTEX"], named), np.concatenate(corners)))
+            parts.append(_checked(_positions(inputs["VERTEX"], named), np.concatenate(corners)))
     return parts
 
 
@@ -158,18 +158,18 @@ def read_wavefront(path: Path) -> Triangles:
             points.append([float(word) for word in words[1:4]])
         elif words and words[0] == "f":
             corners = np.array([int(word.split("/")[0]) for word in words[1:]])
-            triangles.append(fan(np.where(corners > 0, corners - 1, corners + len(points))))
+            triangles.append(_fan(np.where(corners > 0, corners - 1, corners + len(points))))
     if not triangles or any(len(point) != 3 for point in points):
         raise ValueError("it holds no triangles, or a vertex without three coordinates")
-    return checked(np.array(points), np.concatenate(triangles))
+    return _checked(np.array(points), np.concatenate(triangles))
 
 
-def fan(corners: NDArray[np.int64]) -> NDArray[np.int64]:
+def _fan(corners: NDArray[np.int64]) -> NDArray[np.int64]:
     """A polygon (k,) as k − 2 triangles (k − 2, 3) around its first corner."""
     return np.stack([np.repeat(corners[:1], max(len(corners) - 2, 0)), corners[1:-1], corners[2:]], axis=1)
 
 
-def checked(vertices: Array, triangles: NDArray[np.int64]) -> Triangles:
+def _checked(vertices: Array, triangles: NDArray[np.int64]) -> Triangles:
     """Vertices and triangles that fit each other. Raises ValueError if they do not."""
     if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
         raise ValueError("a triangle names a vertex that is not there")
