@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from shockpc.core.impulse import Impact, residual
-from shockpc.core.maximal import solve_maximal
+from shockpc.core.impulse import residual
+from shockpc.core.maximal import Tree, solve_maximal
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
-from shockpc.model.contact import Touch
-from shockpc.model.dynamics import Dynamics, tree
-from shockpc.model.equation import Equation
+from shockpc.model.dynamics import Dynamics
+from shockpc.model.equation import Solution
 from shockpc.model.robot import Robot
+from shockpc.model.rows import Rows
 from shockpc.record import Health
 
 __all__ = ["gyration_radii", "health_of"]
@@ -18,36 +18,26 @@ TRUSTED = 1e-9
 """Two solutions that differ by more than this are reported with a warning."""
 
 
-def health_of(
-    robot: Robot,
-    state: Dynamics,
-    touches: tuple[Touch, ...],
-    equation: Equation,
-    impact: Impact,
-    maps: Array,
-    strike: Array,
-) -> Health:
-    """Judge a solution for one strike.
+def health_of(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Health:
+    """Judge the solution for the scene's strike, the last column.
 
     Args:
         robot: the robot.
         state: its dynamics, first posture.
-        touches: the contacts.
-        equation: what was solved.
-        impact: its solution for unit strikes.
-        maps: (nb, 6, 3) jumps of the bodies for unit strikes.
-        strike: (3,) velocity of the strike [m/s].
+        bodies: the same as free bodies and joints.
+        rows: what is held.
+        solution: what was found.
 
     Raises:
         SceneError: the mechanism cannot meet its contacts, because they contradict one another or ask for a motion that it does not
             have.
     """
-    v = strike[:, None]
-    b = equation.b[0] @ v
-    left = float(residual(equation.H[0], equation.J_c[0], b, impact.delta_qd[0] @ v, impact.impulse[0] @ v))
+    equation, impact = solution.equation, solution.impact
+    b, delta = equation.b[0, :, -1:], impact.delta_qd[0, :, -1:]
+    left = float(residual(equation.H[0], equation.J_c[0], b, delta, impact.impulse[0, :, -1:]))
     if left > 1e-6:
-        raise SceneError(_contradiction(touches, equation.J_c[0] @ impact.delta_qd[0] @ v + b, b))
-    difference = _difference(robot, state, touches, equation, impact, maps @ strike, b)
+        raise SceneError(_contradiction(rows, (equation.J_c[0] @ delta + b)[:, 0], b[:, 0]))
+    difference = _difference(robot, state, bodies, rows, solution)
     worst = int(np.argmax(difference))
     estimate = float(difference[worst])
     warnings: tuple[str, ...] = ()
@@ -74,21 +64,13 @@ def gyration_radii(robot: Robot) -> Array:
     return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf)))
 
 
-def _difference(
-    robot: Robot, state: Dynamics, touches: tuple[Touch, ...], equation: Equation, impact: Impact, jump: Array, b: Array
-) -> Array:
-    """Relative difference (nb,) between every body's jump (nb, 6) and the one found in maximal coordinates."""
-    bodies = tree(robot, state, equation.G)
-    rows = []
-    for touch in touches:
-        arm = state.position[0, touch.body] + state.rotation[0, touch.body] @ touch.point - bodies.com[touch.body]
-        row = np.zeros((len(touch.directions), len(robot.bodies), 6))
-        row[:, touch.body, :3] = np.cross(arm, touch.directions)
-        row[:, touch.body, 3:] = touch.directions
-        rows.append(row)
-    combine = impact.combine[0, : int(impact.rank[0])]
-    independent = np.einsum("mc,cbk->mbk", combine, np.concatenate(rows))
-    other = solve_maximal(bodies, independent, combine @ b)[..., 0]
+def _difference(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Array:
+    """Relative difference (nb,) between every body's jump and the one found in maximal coordinates."""
+    W = rows.W[0].copy()
+    W[..., :3] -= np.cross(bodies.com, W[..., 3:])
+    combine = solution.impact.combine[0, : int(solution.impact.rank[0])]
+    jump = solution.jumps[0, :, :, -1]
+    other = solve_maximal(bodies, np.einsum("mc,cbk->mbk", combine, W), combine @ rows.b[0, :, -1:])[..., 0]
 
     rotation = state.rotation[0]
     com = np.stack([body.com for body in robot.bodies])
@@ -104,14 +86,13 @@ def _difference(
     return np.asarray(size(omega - other[:, :3], v_com - other[:, 3:]) / np.maximum(own, 1e-9 * own.max()))
 
 
-def _contradiction(touches: tuple[Touch, ...], left: Array, b: Array) -> str:
-    """The message for contacts that cannot be met: which one, along what, by how much."""
-    row = int(np.argmax(np.abs(left[:, 0])))
-    names = [(touch.frame, direction) for touch in touches for direction in touch.directions]
-    frame, direction = names[row]
-    axis = " ".join(f"{u:.3g}" for u in direction + 0.0)
+def _contradiction(rows: Rows, left: Array, b: Array) -> str:
+    """The message for rows that cannot be met: which one, along what, by how much."""
+    row = int(np.argmax(np.abs(left)))
+    block, own = next((block, own) for block, own in zip(rows.blocks, rows.slices, strict=True) if row < own.stop)
+    axis = " ".join(f"{u:.3g}" for u in block.axes[row - own.start] + 0.0)
     return (
-        f'contact "{frame}" strikes at {abs(b[row, 0]):.3g} m/s along ({axis}), but {abs(left[row, 0]):.3g} m/s of that cannot be '
-        "stopped: the mechanism cannot move that way here, or another contact asks for the opposite; "
+        f"{block.name} strikes at {abs(b[row]):.3g} m/s along ({axis}), but {abs(left[row]):.3g} m/s of that cannot be stopped: "
+        "the mechanism cannot move that way here, or another contact asks for the opposite; "
         "leave that direction out of the contact or of the strike, or free the base"
     )

@@ -13,9 +13,11 @@ import numpy as np
 from shockpc.core.spatial import Array, Plane, plane_from
 from shockpc.errors import SceneError
 from shockpc.model import CHECKED
+from shockpc.model.closure import Closure
 from shockpc.model.contact import Contact
 from shockpc.model.freedom import Base
 from shockpc.model.posture import Posture
+from shockpc.model.transmission import Joints
 
 __all__ = ["GRAVITY", "Point", "Scene", "Strike", "plane_of", "scene_table"]
 
@@ -27,13 +29,17 @@ PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 
 @dataclass(frozen=True, kw_only=True)
 class Strike:
-    """Velocity of the robot against the ground when it strikes, given in one of three ways; 1 m/s straight down by default.
+    """How the robot moves against the ground when it strikes; 1 m/s straight down by default.
+
+    The velocity is given in one of three ways. Rotation and joint rates come on top, and each contact approaches as they make it.
 
     Attributes:
         speed: along the strike angle [m/s].
         strike_angle_deg: angle of the velocity from the vertical in the plane, positive moving forward [deg].
-        velocity: of the contact point, world axes [m/s].
+        velocity: of the base frame's origin, and of every point if nothing turns, world axes [m/s].
         drop_height: height of a free fall that ends in the strike [m].
+        angular_velocity: of the base, world axes [rad/s].
+        joint_velocities: rates of the joints by name or glob [rad/s; m/s for a prismatic joint].
     """
 
     __pydantic_config__ = CHECKED
@@ -42,6 +48,8 @@ class Strike:
     strike_angle_deg: float | None = None
     velocity: tuple[float, float, float] | None = None
     drop_height: float | None = None
+    angular_velocity: tuple[float, float, float] | None = None
+    joint_velocities: Mapping[str, float] = field(default_factory=dict)
 
     def vector(self, plane: Plane) -> Array:
         """The velocity (3,) in world axes [m/s]: speed · (sin θ e1 − cos θ e2).
@@ -98,7 +106,14 @@ class Scene:
         posture: of base and joints.
         strike: velocity against the ground.
         contact: what strikes, all at once.
+        stance: frames that are down already and stay where they are.
+        closure: loops, besides those in the robot's file.
+        assemble: patterns of the joints that may move to close the loops; by default all that the posture does not set.
+        joints: what the drives do.
         point: where shock is asked for, besides the robot's own sensors.
+        v_in: the speed by which shock is normalised: of the contact, or of the robot's centre of mass.
+        pulse: shape and length of the pulse for peak accelerations, such as "half-sine:5ms".
+        range_g: range of the sensors, which peak accelerations are held against [g].
     """
 
     __pydantic_config__ = CHECKED
@@ -112,7 +127,14 @@ class Scene:
     posture: Posture = field(default_factory=Posture)
     strike: Strike = field(default_factory=Strike)
     contact: tuple[Contact, ...] = ()
+    stance: tuple[str, ...] = ()
+    closure: tuple[Closure, ...] = ()
+    assemble: tuple[str, ...] = ()
+    joints: Joints = field(default_factory=Joints)
     point: tuple[Point, ...] = ()
+    v_in: Literal["contact", "com"] = "contact"
+    pulse: str | None = None
+    range_g: float | None = None
 
 
 def plane_of(scene: Scene) -> Plane:
@@ -137,7 +159,7 @@ def scene_table(record: Any) -> dict[str, Any]:
         elif isinstance(value, tuple):
             value = [scene_table(part) if is_dataclass(part) else list(part) if isinstance(part, tuple) else part for part in value]
         elif isinstance(value, Mapping):
-            value = dict(value)
+            value = {key: scene_table(part) if is_dataclass(part) else part for key, part in value.items()}
         if value is None or value in ({}, []):
             continue
         table[item.name] = value

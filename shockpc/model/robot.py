@@ -1,8 +1,9 @@
 """A robot: URDF, xacro or MJCF in, moving bodies and frames out. What cannot be computed is refused by name."""
 
+import fnmatch
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,7 +13,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import RobotError, UnknownName
 from shockpc.model.source import RobotSource, read_source
 
-__all__ = ["Body", "Frame", "Mimic", "Robot", "load_robot"]
+__all__ = ["Body", "Frame", "Loop", "Mimic", "Robot", "load_robot"]
 
 SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
 
@@ -78,6 +79,26 @@ class Mimic:
     offset: float
 
 
+class Loop(NamedTuple):
+    """Two bodies that are held together.
+
+    Attributes:
+        name: of the two ends.
+        bodies: index of each end's body; −1 for the world.
+        points: (3,) each end in its body's frame [m].
+        rotations: (3, 3) each end's frame in its body's frame.
+        axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
+        turns: whether the orientations are held too.
+    """
+
+    name: str
+    bodies: tuple[int, int]
+    points: tuple[Array, Array]
+    rotations: tuple[Array, Array]
+    axes: Array
+    turns: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A robot ready to be struck.
@@ -90,6 +111,7 @@ class Robot:
         frames: every named place, by name; where a link and a joint share a name it is the link's.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
+        loops: what the file holds together beside the tree (MJCF connect and weld).
         free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
         mass: of all bodies [kg].
         warnings: what the file's reader met.
@@ -102,6 +124,7 @@ class Robot:
     frames: Mapping[str, Frame] = field(repr=False)
     postures: Mapping[str, Array] = field(repr=False)
     mimics: tuple[Mimic, ...] = field(repr=False)
+    loops: tuple[Loop, ...] = field(repr=False)
     free_base: bool
     mass: float
     warnings: tuple[str, ...] = field(repr=False)
@@ -115,6 +138,23 @@ class Robot:
     def label(self) -> str:
         """How a command names this robot: its catalogue name, else the path of its file."""
         return self.source.name or str(self.source.path)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints between bodies; the floating base's is not among them."""
+        return tuple(self.model.names[body.joint] for body in self.bodies if not (self.free_base and body.joint == 1))
+
+    def match_joints(self, pattern: str) -> tuple[str, ...]:
+        """The joints that an exact name or a glob means.
+
+        Raises:
+            UnknownName: none fits.
+        """
+        known = self.joints
+        found = (pattern,) if pattern in known else tuple(name for name in known if fnmatch.fnmatchcase(name, pattern))
+        if not found:
+            raise UnknownName("joint", pattern, known, f'robot "{self.name}"', f"shockpc robots {self.label}")
+        return found
 
     def frame(self, name: str) -> Frame:
         """The frame of that exact name.
@@ -147,7 +187,7 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
-    model = _build(source)
+    model, constraints = _build(source)
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
     free_base = model.joints[1].shortname() == "JointModelFreeFlyer"
@@ -161,23 +201,44 @@ def load_robot(
         frames=frames,
         postures={entry.key(): _read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"},
         mimics=_mimics(source, model),
+        loops=_loops(constraints, bodies),
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
         warnings=source.warnings,
     )
 
 
-def _build(source: RobotSource) -> pin.Model:
-    """The Pinocchio model, with its reference postures; the base of a URDF is always free here."""
+def _build(source: RobotSource) -> tuple[pin.Model, list[pin.PointAnchorConstraintModel | pin.FrameAnchorConstraintModel]]:
+    """The Pinocchio model with its reference postures, and the loops of an MJCF; the base of a URDF is always free here."""
     try:
         if source.kind == "mjcf":
-            return pin.buildModelFromMJCF(str(source.path))
+            model, points, frames = pin.buildModelAndConstraintsFromMJCF(str(source.path))
+            return model, [*points, *frames]
         model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
         if source.srdf is not None:
             pin.loadReferenceConfigurations(model, str(source.srdf), False)
     except (ValueError, RuntimeError, IndexError) as refusal:
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {str(refusal).strip()}") from None
-    return model
+    return model, []
+
+
+def _loops(constraints: list[Any], bodies: tuple[Body, ...]) -> tuple[Loop, ...]:
+    """The loops that Pinocchio read, written in body frames."""
+    loops = []
+    for constraint in constraints:
+        ends = []
+        for joint, placement in (
+            (constraint.joint1_id, constraint.joint1_placement),
+            (constraint.joint2_id, constraint.joint2_placement),
+        ):
+            body = joint - 1
+            place = placement if body < 0 else pin.SE3(bodies[body].rotation, bodies[body].offset).inverse() * placement
+            ends.append((body, _read_only(place.translation), _read_only(place.rotation)))
+        a, b = ends
+        names = ["world" if body < 0 else bodies[body].name for body in (a[0], b[0])]
+        turns = isinstance(constraint, pin.FrameAnchorConstraintModel)
+        loops.append(Loop("–".join(names), (a[0], b[0]), (a[1], b[1]), (a[2], b[2]), np.eye(3), turns))
+    return tuple(loops)
 
 
 def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
