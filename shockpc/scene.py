@@ -4,9 +4,9 @@ Everything that the numbers depend on is in here, so a scene can be written down
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from shockpc.model.freedom import Base
 from shockpc.model.posture import Posture
 from shockpc.model.transmission import Joints
 
-__all__ = ["GRAVITY", "Point", "Scene", "Strike", "plane_of", "scene_table"]
+__all__ = ["GRAVITY", "Point", "Scene", "Strike", "plane_of", "refuse_nonsense", "scene_table"]
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]: turns a drop height into a speed."""
@@ -147,6 +147,49 @@ def plane_of(scene: Scene) -> Plane:
         return plane_from(PLANES[scene.plane] if isinstance(scene.plane, str) else scene.plane)
     except ValueError as refusal:
         raise SceneError(f"plane: {refusal}; valid are xz, yz, xy or a normal such as 0,-1,0") from None
+
+
+def refuse_nonsense(scene: Scene) -> None:
+    """See that a scene built in Python holds what a scene file could: finite numbers, and words that are known.
+
+    Raises:
+        SceneError: it does not; the text names the key and what would be valid.
+    """
+    _check(scene, "")
+
+
+def _check(record: Any, where: str) -> None:
+    """Check one record of a scene; `where` is its key."""
+    hints = get_type_hints(type(record))
+    for item in fields(record):
+        key, value = f"{where}{item.name}", getattr(record, item.name)
+        words = [word for option in (hints[item.name], *get_args(hints[item.name])) for word in _words(option)]
+        for name, part in _parts(key, value):
+            if is_dataclass(part):
+                _check(part, f"{name}.")
+            elif isinstance(part, float | int) and not math.isfinite(part):
+                raise SceneError(f"{name} is {part}, which is not finite; give a finite number")
+            elif isinstance(part, str) and words and part not in words and str not in get_args(hints[item.name]):
+                raise SceneError(f'{name} is "{part}"; valid are {", ".join(words)}')
+
+
+def _words(option: Any) -> tuple[str, ...]:
+    """The words of a Literal, also inside a tuple."""
+    if get_origin(option) is Literal:
+        return get_args(option)
+    return tuple(word for part in get_args(option) if get_origin(part) is Literal for word in get_args(part))
+
+
+def _parts(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """A value, or what it holds, each with its key."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield f"{key}.{name}", part
+    elif isinstance(value, tuple):
+        for k, part in enumerate(value):
+            yield from _parts(f"{key}[{k}]", part)
+    else:
+        yield key, value
 
 
 def scene_table(record: Any) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from shockpc.model.posture import configuration, held_joints, outside_limits, re
 from shockpc.model.robot import Loop, Robot
 from shockpc.model.rows import Rows, row_jacobian, stack
 from shockpc.model.transmission import Transmission, transmission
-from shockpc.scene import Scene, plane_of
+from shockpc.scene import Scene, plane_of, refuse_nonsense
 
 __all__ = ["Setting", "complete", "setting_of"]
 
@@ -60,9 +60,10 @@ def complete(scene: Scene, robot: Robot) -> Scene:
     """The scene with every default filled in and every path absolute, so that it says all that is computed.
 
     Raises:
-        SceneError: it has no contact.
+        SceneError: it has no contact, or holds a number that is not finite or a word that is not known.
         UnknownName: the robot has no such posture.
     """
+    refuse_nonsense(scene)
     if not scene.contact:
         raise SceneError(
             f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"'
@@ -139,10 +140,7 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
         if robot.model.existJointName(mimic.leader):
             leader, follower = (robot.model.joints[robot.model.getJointId(n)].idx_v for n in (mimic.leader, mimic.joint))
             rates[follower] = mimic.multiplier * rates[leader]
-    motion = Motion(velocity, omega, rates)
-    if not all(np.all(np.isfinite(part)) for part in motion):
-        raise SceneError("the motion before the impact holds a number that is not finite; give finite velocities")
-    return motion
+    return Motion(velocity, omega, rates)
 
 
 def _refuse_twice(touches: tuple[Touch, ...]) -> None:

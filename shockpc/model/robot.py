@@ -12,8 +12,11 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError, UnknownName
 from shockpc.model.source import RobotSource, read_source
+from shockpc.model.srdf import srdf_postures
 
 __all__ = ["Body", "Frame", "Loop", "Mimic", "Robot", "load_robot"]
+
+FREE_FLYER = "JointModelFreeFlyer"
 
 SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
 
@@ -190,7 +193,7 @@ def load_robot(
     model, constraints = _build(source)
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
-    free_base = model.joints[1].shortname() == "JointModelFreeFlyer"
+    free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
     frames = _frames(model, bodies)
     return Robot(
@@ -199,7 +202,7 @@ def load_robot(
         model=model,
         bodies=bodies,
         frames=frames,
-        postures={entry.key(): _read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"},
+        postures=_postures(source, model),
         mimics=_mimics(source, model),
         loops=_loops(constraints, bodies),
         free_base=free_base,
@@ -213,13 +216,21 @@ def _build(source: RobotSource) -> tuple[pin.Model, list[pin.PointAnchorConstrai
     try:
         if source.kind == "mjcf":
             model, points, frames = pin.buildModelAndConstraintsFromMJCF(str(source.path))
+            if model.njoints > 1 and model.joints[1].shortname() == FREE_FLYER:
+                # qpos places a free body in the world; its pos and quat in the file are only where it starts.
+                model.jointPlacements[1] = pin.SE3.Identity()
             return model, [*points, *frames]
         model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
-        if source.srdf is not None:
-            pin.loadReferenceConfigurations(model, str(source.srdf), False)
     except (ValueError, RuntimeError, IndexError) as refusal:
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {str(refusal).strip()}") from None
     return model, []
+
+
+def _postures(source: RobotSource, model: pin.Model) -> dict[str, Array]:
+    """Reference configurations: an MJCF's keyframes, or the group states of the SRDF beside a URDF."""
+    if source.kind == "mjcf":
+        return {entry.key(): _read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"}
+    return {} if source.srdf is None else {n: _read_only(q) for n, q in srdf_postures(source.srdf, model).items()}
 
 
 def _loops(constraints: list[Any], bodies: tuple[Body, ...]) -> tuple[Loop, ...]:
