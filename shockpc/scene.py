@@ -19,12 +19,16 @@ from shockpc.model.freedom import Base
 from shockpc.model.posture import Posture
 from shockpc.model.transmission import Joints
 
-__all__ = ["GRAVITY", "Point", "Scene", "Strike", "plane_of", "refuse_nonsense", "scene_table"]
+__all__ = ["GRAVITY", "PLANES", "Point", "Scene", "Strike", "plane_of", "refuse_nonsense", "scene_table"]
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]: turns a drop height into a speed."""
 
 PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
+"""The planes that have a name, by their normals."""
+
+SLOWEST, FASTEST = 1e-9, 1e9
+"""Speeds of a strike that can be computed with [m/s]: beyond them squares run out of range."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +59,7 @@ class Strike:
         """The velocity (3,) in world axes [m/s]: speed · (sin θ e1 − cos θ e2).
 
         Raises:
-            SceneError: it is given in two ways at once, or has no speed.
+            SceneError: it is given in two ways at once, or has no speed, or one beyond all bounds.
         """
         ways = [
             self.speed is not None or self.strike_angle_deg is not None,
@@ -65,16 +69,30 @@ class Strike:
         if sum(ways) > 1:
             raise SceneError("the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height")
         if self.velocity is not None:
-            return np.array(self.velocity, dtype=float)
+            velocity = np.array(self.velocity, dtype=float)
+            if velocity.any():
+                _check_speed(float(np.abs(velocity).max()))
+            return velocity
         if self.drop_height is not None:
             if not self.drop_height > 0.0:
                 raise SceneError(f"a drop height of {self.drop_height:g} m gives no impact; it has to be above zero")
-            return -math.sqrt(2.0 * GRAVITY * self.drop_height) * plane.e2
+            fall = math.sqrt(2.0 * GRAVITY * self.drop_height)
+            _check_speed(fall)
+            return -fall * plane.e2
         speed = 1.0 if self.speed is None else self.speed
         if not speed > 0.0:
             raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
+        _check_speed(speed)
         theta = math.radians(self.strike_angle_deg or 0.0)
         return np.asarray(speed * (math.sin(theta) * plane.e1 - math.cos(theta) * plane.e2))
+
+
+def _check_speed(speed: float) -> None:
+    """Refuse a speed that cannot be computed with."""
+    if not SLOWEST <= speed <= FASTEST:
+        raise SceneError(
+            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

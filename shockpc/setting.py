@@ -68,12 +68,17 @@ def complete(scene: Scene, robot: Robot) -> Scene:
         raise SceneError(
             f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"'
         )
+    strike = scene.strike
+    if strike.velocity is None and strike.drop_height is None:
+        speed = 1.0 if strike.speed is None else strike.speed
+        strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
     return replace(
         scene,
         robot=robot.label,
         base=scene.base or ("free" if robot.free_base else "fixed"),
-        srdf=None if scene.srdf is None else str(Path(scene.srdf).resolve()),
-        packages={name: str(Path(folder).resolve()) for name, folder in scene.packages.items()},
+        srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
+        packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
+        strike=strike,
         posture=replace(scene.posture, reference=reference_name(robot, scene.posture.reference)),
     )
 

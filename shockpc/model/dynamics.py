@@ -14,7 +14,10 @@ from shockpc.core.maximal import Tree
 from shockpc.core.spatial import Array
 from shockpc.model.robot import Robot
 
-__all__ = ["Dynamics", "dynamics", "tree"]
+__all__ = ["PINOCCHIO", "Dynamics", "dynamics", "tree"]
+
+PINOCCHIO: str = pin.__version__
+"""Version of the library that computes all this."""
 
 
 class Dynamics(NamedTuple):
@@ -62,7 +65,7 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
         Q[:, :3] = 0.0
     for k, q in enumerate(Q):
         H[k] = pin.crba(model, data, q, pin.Convention.WORLD)
-        J[k] = data.J
+        J[k] = data.J.reshape(6, nv)  # one column alone comes back as a vector
         placed[k] = [placement.homogeneous for placement in data.oMi.tolist()]
     # crba fills the upper triangle; some versions leave the lower one empty.
     upper = np.triu(H)

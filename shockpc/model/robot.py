@@ -4,19 +4,18 @@ import fnmatch
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError, UnknownName
+from shockpc.model.build import FREE_FLYER, build_model
+from shockpc.model.markup import parse_markup
 from shockpc.model.source import RobotSource, read_source
 from shockpc.model.srdf import srdf_postures
 
 __all__ = ["Body", "Frame", "Loop", "Mimic", "Robot", "load_robot"]
-
-FREE_FLYER = "JointModelFreeFlyer"
 
 SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
 
@@ -190,7 +189,7 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
-    model, constraints = _build(source)
+    model, constraints = build_model(source)
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
     free_base = model.joints[1].shortname() == FREE_FLYER
@@ -209,21 +208,6 @@ def load_robot(
         mass=sum(body.mass for body in bodies),
         warnings=source.warnings,
     )
-
-
-def _build(source: RobotSource) -> tuple[pin.Model, list[pin.PointAnchorConstraintModel | pin.FrameAnchorConstraintModel]]:
-    """The Pinocchio model with its reference postures, and the loops of an MJCF; the base of a URDF is always free here."""
-    try:
-        if source.kind == "mjcf":
-            model, points, frames = pin.buildModelAndConstraintsFromMJCF(str(source.path))
-            if model.njoints > 1 and model.joints[1].shortname() == FREE_FLYER:
-                # qpos places a free body in the world; its pos and quat in the file are only where it starts.
-                model.jointPlacements[1] = pin.SE3.Identity()
-            return model, [*points, *frames]
-        model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
-    except (ValueError, RuntimeError, IndexError) as refusal:
-        raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {str(refusal).strip()}") from None
-    return model, []
 
 
 def _postures(source: RobotSource, model: pin.Model) -> dict[str, Array]:
@@ -260,7 +244,7 @@ def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
     if source.kind != "urdf" or "<mimic" not in source.xml:
         return ()
     found: list[Mimic] = []
-    for joint in ElementTree.fromstring(source.xml).iter("joint"):
+    for joint in parse_markup(source.xml, source.path.name).iter("joint"):
         for mimic in joint.findall("mimic"):
             if not model.existJointName(joint.get("name", "")):
                 continue

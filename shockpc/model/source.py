@@ -3,6 +3,7 @@
 Nothing is read outside the robot's own folder and the folders given with it, no XML entity expands, no mesh is opened.
 """
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,7 +82,7 @@ def read_source(
         RobotError: the file is missing, not a robot, not valid, or reaches outside the folders that may be read.
     """
     found, name = find_robot(robot)
-    path = found.resolve()
+    path = Path(os.path.realpath(found))
     markup = read_markup(path)
     reach = reach_of(path, packages)
     warnings: tuple[str, ...] = ()
@@ -90,9 +91,7 @@ def read_source(
         text, warnings = expand_xacro(markup, reach, xacro)
         markup = Markup(text, parse_markup(text, path.name))
     elif xacro:
-        raise RobotError(
-            f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out"
-        )
+        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out")
     stem = path.name.split(".")[0]
     text, root = markup.text, markup.root
     kind: Literal["urdf", "mjcf"] = "urdf"
@@ -135,9 +134,7 @@ def resolve_asset(source: RobotSource, uri: str) -> Path:
 
 def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
     """An SRDF begins with <robot> too, and holds no links."""
-    if root.find("link") is None and any(
-        root.find(tag) is not None for tag in ("group", "group_state", "disable_collisions")
-    ):
+    if root.find("link") is None and any(root.find(tag) is not None for tag in ("group", "group_state", "disable_collisions")):
         raise RobotError(
             f"{path.name} is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with "
             f"--srdf {path.name}"
@@ -146,10 +143,8 @@ def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
 
 def _given_srdf(srdf: str | Path) -> Path:
     """An SRDF that was asked for: it has to be one."""
-    path = Path(srdf).expanduser().resolve()
+    path = Path(os.path.realpath(os.path.expanduser(srdf)))
     root = read_markup(path).root
     if root.tag != "robot" or root.find("link") is not None:
-        raise RobotError(
-            f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
-        )
+        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
     return path

@@ -9,10 +9,10 @@ import math
 from typing import Any
 
 import numpy as np
-import pinocchio
 
 import shockpc
 from shockpc.core.spatial import Array
+from shockpc.model.dynamics import PINOCCHIO
 from shockpc.record import ShockProfile
 from shockpc.scene import scene_table
 
@@ -27,7 +27,7 @@ def document(profile: ShockProfile) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "shockpc": shockpc.__version__,
-        "pinocchio": pinocchio.__version__,
+        "pinocchio": PINOCCHIO,
         "robot": {
             "name": robot.name,
             "file": robot.label,
@@ -66,10 +66,7 @@ def document(profile: ShockProfile) -> dict[str, Any]:
 def to_json(profiles: list[ShockProfile]) -> str:
     """One document, or a list of them where a contact pattern made several cases."""
     documents = [document(profile) for profile in profiles]
-    return (
-        json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False)
-        + "\n"
-    )
+    return json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _body(profile: ShockProfile, i: int) -> dict[str, Any]:

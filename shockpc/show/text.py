@@ -28,12 +28,10 @@ def as_text(sheet: Sheet) -> str:
     numbers = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(heads))]
 
     def line(parts: list[str]) -> str:
-        placed = [
-            part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numbers, strict=True)
-        ]
+        placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numbers, strict=True)]
         return "  ".join(placed).rstrip()
 
-    lines = [sheet.title, line([head[0] for head in heads]), line([head[1] for head in heads])]
+    lines = [sheet.title, *(line([head[k] for head in heads]) for k in (0, 1) if any(head[k] for head in heads))]
     lines.append("  ".join("─" * width for width in widths))
     lines += [line(row) for row in cells]
     return "\n".join([*lines, *(f"({note})" for note in sheet.notes)]) + "\n"
@@ -53,12 +51,12 @@ def as_markdown(sheet: Sheet) -> str:
 
 
 def as_csv(sheet: Sheet) -> str:
-    """A table for a spreadsheet: full precision, `inf` for an infinite radius, empty where there is nothing."""
+    """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where there is nothing."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(sheet.header)
     for row in sheet.rows:
-        writer.writerow(["" if cell is None else repr(cell) if isinstance(cell, float) else cell for cell in row])
+        writer.writerow(["" if cell is None else repr(cell + 0.0) if isinstance(cell, float) else cell for cell in row])
     return out.getvalue()
 
 
