@@ -70,7 +70,8 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         ) from None
     motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
     errors = _relative(robot, motion - other.twists[..., -1], motion)
-    method, warnings = f"{JOINT_SPACE}, checked in maximal coordinates", ()
+    method = f"{JOINT_SPACE}, checked in maximal coordinates"
+    warnings: list[str] = []
     moving = _size(robot, motion) > UNMOVED * _size(robot, motion).max()
     if np.any(errors[moving] > TRUSTED):
         refined, spread = refine(bodies, len(combine), other)
@@ -79,12 +80,12 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         if np.max(rounding[moving]) < np.max(errors[moving]):
             solution = _from_maximal(robot, state, refined, solution, combine)
             chosen, better = MAXIMAL, rounding
-        warnings = (_ill(robot, errors, better, moving, chosen),)
+        warnings.append(_ill(robot, errors, better, moving, chosen))
         errors = better
         method = f"{chosen}, because two independent solutions part"
     still = int(np.sum(~moving & (_size(robot, motion) > 0.0)))
     if still:
-        warnings += (f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding",)
+        warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
     health = Health(
         rank=int(impact.rank[0]),
         rows=equation.J_c.shape[1],
@@ -92,7 +93,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         error_estimate=float(np.max(errors[moving])),
         body_errors=tuple(map(float, errors)),
         method=method,
-        warnings=warnings,
+        warnings=tuple(warnings),
     )
     return Verdict(solution, health)
 

@@ -127,7 +127,9 @@ def _v_in(scene: Scene, robot: Robot, setting: Setting) -> tuple[float, Array]:
     )
     speed = float(np.linalg.norm(momentum)) / robot.mass
     if not speed > 0.0:
-        raise SceneError('the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"')
+        raise SceneError(
+            'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
+        )
     return speed, strike
 
 

@@ -50,7 +50,7 @@ class ContactImpulse:
         approach: (3,) velocity of the contact point before the impact, world axes [m/s].
         mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
         mass_frictionless: the same if it slides [kg].
-        mitigation: impact mitigation factor, 1 if the joints hide the whole robot from the ground [1]; None on a base that is not free.
+        mitigation: impact mitigation factor, 1 if the joints hide the robot from the ground [1]; None unless its base is free.
     """
 
     frame: str

@@ -1,4 +1,4 @@
-"""From a scene to what the method works on: the robot in its posture, what is held, what is free, how it moves before the impact."""
+"""From a scene to what the method works on: the robot in its posture, what is held, what is free, how it moves before."""
 
 import math
 from dataclasses import replace
@@ -12,11 +12,12 @@ from shockpc.errors import SceneError
 from shockpc.model.assembly import Assembly, assemble
 from shockpc.model.closure import closure_block, loop_of
 from shockpc.model.contact import Touch, stance_block, touch, touch_block
+from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.freedom import freedom
 from shockpc.model.motion import Motion, velocity_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
-from shockpc.model.robot import Loop, Robot
+from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, row_jacobian, stack
 from shockpc.model.transmission import Transmission, transmission
 from shockpc.scene import Scene, plane_of, refuse_nonsense
@@ -139,7 +140,9 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
                     raise SceneError(f'joint "{name}" follows joint "{followers[name]}"; give the rate of that one')
                 continue
             if drives.locked[joint.idx_v] and rate != 0.0:
-                raise SceneError(f'joint "{name}" is locked, so it cannot turn at {rate:g} before the impact; free it or leave it out')
+                raise SceneError(
+                    f'joint "{name}" is locked, so it cannot turn at {rate:g} before the impact; free it or leave it out'
+                )
             rates[joint.idx_v] = rate
     for mimic in robot.mimics:
         if robot.model.existJointName(mimic.leader):

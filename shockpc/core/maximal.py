@@ -92,8 +92,8 @@ def solve_maximal(tree: Tree, W: Array, b: Array) -> MaximalSolution:
 def refine(tree: Tree, nc: int, solution: MaximalSolution) -> tuple[MaximalSolution, Array]:
     """One step of iterative refinement with the residual in extended precision, and what rounding in the data can still do.
 
-    The refined unknowns solve the system as it stands in double precision; its entries themselves carry rounding, so their effect is
-    sampled: K⁻¹ δK x for random δK of a few units in the last place of every entry.
+    The refined unknowns solve the system as it stands in double precision; its entries themselves carry rounding, so the effect of
+    that is sampled: K⁻¹ δK x for random δK of a few units in the last place of every entry.
 
     Args:
         tree: bodies and joints.

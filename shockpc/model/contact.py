@@ -106,7 +106,8 @@ def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
         raise SceneError(f'contact "{contact.frame}" keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
     if contact.restitution < 0.0 or contact.restitution > 1.0:
         raise SceneError(
-            f'contact "{contact.frame}" has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)'
+            f'contact "{contact.frame}" has restitution {contact.restitution:g}; '
+            "it lies between 0 (stays down) and 1 (bounces fully)"
         )
     vectors = unit_directions(f'contact "{contact.frame}"', contact.directions)
     if not np.any(np.abs(vectors @ up) > 1e-9):

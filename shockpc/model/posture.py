@@ -77,7 +77,7 @@ def configuration(robot: Robot, posture: Posture) -> Array:
 
 
 def _with_rotations(robot: Robot, name: str, q: Array) -> Array:
-    """The posture with its quaternions and cosines made whole: files round them, and a length other than 1 would scale the shock."""
+    """The posture with its quaternions and cosines made whole: files round them, and another length than 1 scales the shock."""
     whole = np.asarray(pin.normalize(robot.model, q))
     if not np.abs(whole - q).max(initial=0.0) < 0.05:
         raise SceneError(

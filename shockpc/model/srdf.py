@@ -1,6 +1,7 @@
-"""Reference postures from an SRDF: its group states, as configurations of a model.
+"""Reference postures of a robot: the group states of an SRDF, the keyframes of an MJCF.
 
-Read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one name apart.
+An SRDF is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one
+name apart.
 """
 
 import math
@@ -9,11 +10,19 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.model.markup import read_markup
+from shockpc.model.source import RobotSource
 
-__all__ = ["srdf_postures"]
+__all__ = ["postures_of", "srdf_postures"]
+
+
+def postures_of(source: RobotSource, model: pin.Model) -> dict[str, Array]:
+    """Reference configurations by name: an MJCF's keyframes, or the group states of the SRDF beside a URDF."""
+    if source.kind == "mjcf":
+        return {entry.key(): read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"}
+    return {} if source.srdf is None else srdf_postures(source.srdf, model)
 
 
 def srdf_postures(path: Path, model: pin.Model) -> dict[str, Array]:
@@ -44,7 +53,7 @@ def srdf_postures(path: Path, model: pin.Model) -> dict[str, Array]:
                     f'{path.name}: posture "{name}" gives joint "{joint_name}" the value "{text}", but it takes {joint.nq} numbers'
                 )
             q[joint.idx_q : joint.idx_q + joint.nq] = values
-    return postures
+    return {name: read_only(q) for name, q in postures.items()}
 
 
 def _numbers(text: str) -> list[float]:

@@ -24,13 +24,17 @@ def directions_sheet(profile: ShockProfile) -> Sheet:
         if moved[i]:
             worst, kindest = found.worst[i], found.kindest[i]
             rows.append(
-                (f"CoM of {body}", float(found.worst_shock[i]), *map(float, worst), float(found.kindest_shock[i]), *map(float, kindest))
+                (
+                    f"CoM of {body}",
+                    float(found.worst_shock[i]),
+                    *map(float, worst),
+                    float(found.kindest_shock[i]),
+                    *map(float, kindest),
+                )
             )
     for point in profile.points:
         d = point.directions
-        rows.append(
-            (point.frame, float(d.worst_shock), *map(float, d.worst), float(d.kindest_shock), *map(float, d.kindest))
-        )
+        rows.append((point.frame, float(d.worst_shock), *map(float, d.worst), float(d.kindest_shock), *map(float, d.kindest)))
     header = ("place", "worst [-]", "from x", "y", "z", "kindest [-]", "from x", "y", "z")
     return Sheet("worst and kindest strike (direction of the velocity, world axes)", header, rows)
 
