@@ -1,70 +1,101 @@
-"""How far to trust a profile: rank, residual, and a second solution that shares nothing with the first."""
+"""How far to trust a solution: rank, residual, and a second solution that shares nothing with the first."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import Impact, residual
-from shockpc.core.maximal import solve_maximal
+from shockpc.core.impulse import residuals
+from shockpc.core.maximal import MaximalSolution, Tree, refine, solve_maximal
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.errors import SceneError
-from shockpc.model.contact import Touch
-from shockpc.model.dynamics import Dynamics, tree
-from shockpc.model.equation import Equation
+from shockpc.errors import SceneError, SolveError
+from shockpc.model.dynamics import Dynamics
+from shockpc.model.equation import Solution
 from shockpc.model.robot import Robot
+from shockpc.model.rows import Rows
 from shockpc.record import Health
 
-__all__ = ["gyration_radii", "health_of"]
+__all__ = ["Verdict", "gyration_radii", "judge"]
 
 TRUSTED = 1e-9
-"""Two solutions that differ by more than this are reported with a warning."""
+"""Two solutions that differ by more than this at any body call for the better one, and a warning."""
+
+UNMOVED = 1e-13
+"""A body that moves by less than this share of the fastest one is not told from one that does not move."""
+
+JOINT_SPACE = "joint space (Eq. 4)"
+MAXIMAL = "maximal coordinates, refined"
 
 
-def health_of(
-    robot: Robot,
-    state: Dynamics,
-    touches: tuple[Touch, ...],
-    equation: Equation,
-    impact: Impact,
-    maps: Array,
-    strike: Array,
-) -> Health:
-    """Judge a solution for one strike.
+class Verdict(NamedTuple):
+    """A solution, the better of two, and how far to trust it."""
+
+    solution: Solution
+    health: Health
+
+
+def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Verdict:
+    """Hold a solution against one in maximal coordinates, for the scene's strike (the last column).
+
+    While the two agree to 1e-9 of every body's own motion, the first stands and their difference is its error estimate. Where they
+    part, the second is refined, what rounding in the data can still do to it is sampled, and the one with the smaller estimate is
+    reported.
 
     Args:
         robot: the robot.
         state: its dynamics, first posture.
-        touches: the contacts.
-        equation: what was solved.
-        impact: its solution for unit strikes.
-        maps: (nb, 6, 3) jumps of the bodies for unit strikes.
-        strike: (3,) velocity of the strike [m/s].
+        bodies: the same as free bodies and joints.
+        rows: what is held.
+        solution: in joint space.
 
     Raises:
         SceneError: the mechanism cannot meet its contacts, because they contradict one another or ask for a motion that it does not
             have.
+        SolveError: the check in maximal coordinates is singular.
     """
-    v = strike[:, None]
-    b = equation.b[0] @ v
-    left = float(residual(equation.H[0], equation.J_c[0], b, impact.delta_qd[0] @ v, impact.impulse[0] @ v))
-    if left > 1e-6:
-        raise SceneError(_contradiction(touches, equation.J_c[0] @ impact.delta_qd[0] @ v + b))
-    difference = _difference(robot, state, touches, equation, impact, maps @ strike, b)
-    worst = int(np.argmax(difference))
-    estimate = float(difference[worst])
-    warnings: tuple[str, ...] = ()
-    if estimate > TRUSTED:
-        digits = max(0, int(-np.log10(estimate)))
-        warnings = (
-            f'two independent solutions differ by {estimate:.1e} at body "{robot.bodies[worst].name}", so its numbers hold to '
-            f"{digits} digits at best; very light bodies under heavy ones, or a nearly singular chain, are the usual cause",
-        )
-    return Health(
+    equation, impact = solution.equation, solution.impact
+    b, delta = equation.b[0, :, -1:], impact.delta_qd[0, :, -1:]
+    momentum, contact = residuals(equation.H[0], equation.J_c[0], b, delta, impact.impulse[0, :, -1:])
+    if contact > 1e-6:
+        raise SceneError(_contradiction(rows, (equation.J_c[0] @ delta + b)[:, 0], b[:, 0]))
+
+    combine = impact.combine[0, : int(impact.rank[0])]
+    W = rows.W[0].copy()
+    W[..., :3] -= np.cross(bodies.com, W[..., 3:])
+    try:
+        other = solve_maximal(bodies, np.einsum("mc,cbk->mbk", combine, W), combine @ rows.b[0])
+    except np.linalg.LinAlgError:
+        raise SolveError(
+            f'robot "{robot.name}" cannot be checked in maximal coordinates: some body can move without any mass resisting it; '
+            "give every moving body mass and inertia in the file, or lock their joints with --lock"
+        ) from None
+    motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
+    errors = _relative(robot, motion - other.twists[..., -1], motion)
+    method = f"{JOINT_SPACE}, checked in maximal coordinates"
+    warnings: list[str] = []
+    moving = _size(robot, motion) > UNMOVED * _size(robot, motion).max()
+    if np.any(errors[moving] > TRUSTED):
+        refined, spread = refine(bodies, len(combine), other)
+        rounding = _relative(robot, spread[..., -1], refined.twists[..., -1])
+        chosen, better = JOINT_SPACE, errors + rounding
+        if np.max(rounding[moving]) < np.max(errors[moving]):
+            solution = _from_maximal(robot, state, refined, solution, combine)
+            chosen, better = MAXIMAL, rounding
+        warnings.append(_ill(robot, errors, better, moving, chosen))
+        errors = better
+        method = f"{chosen}, because two independent solutions part"
+    still = int(np.sum(~moving & (_size(robot, motion) > 0.0)))
+    if still:
+        warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
+    health = Health(
         rank=int(impact.rank[0]),
         rows=equation.J_c.shape[1],
-        residual=left,
-        error_estimate=estimate,
-        method="joint space (Eq. 4), checked in maximal coordinates",
-        warnings=warnings,
+        residual=float(max(momentum, contact)),
+        error_estimate=float(np.max(errors[moving])),
+        body_errors=tuple(map(float, errors)),
+        method=method,
+        warnings=tuple(warnings),
     )
+    return Verdict(solution, health)
 
 
 def gyration_radii(robot: Robot) -> Array:
@@ -74,44 +105,69 @@ def gyration_radii(robot: Robot) -> Array:
     return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf)))
 
 
-def _difference(
-    robot: Robot, state: Dynamics, touches: tuple[Touch, ...], equation: Equation, impact: Impact, jump: Array, b: Array
-) -> Array:
-    """Relative difference (nb,) between every body's jump (nb, 6) and the one found in maximal coordinates."""
-    bodies = tree(robot, state, equation.G)
-    rows = []
-    for touch in touches:
-        arm = state.position[0, touch.body] + state.rotation[0, touch.body] @ touch.point - bodies.com[touch.body]
-        row = np.zeros((len(touch.directions), len(robot.bodies), 6))
-        row[:, touch.body, :3] = np.cross(arm, touch.directions)
-        row[:, touch.body, 3:] = touch.directions
-        rows.append(row)
-    combine = impact.combine[0, : int(impact.rank[0])]
-    independent = np.einsum("mc,cbk->mbk", combine, np.concatenate(rows))
-    other = solve_maximal(bodies, independent, combine @ b)[..., 0]
-
-    rotation = state.rotation[0]
+def _at_com(robot: Robot, state: Dynamics, jump: Array) -> Array:
+    """Jumps (nb, 6) from body axes at the body frames to world axes at the centres of mass."""
     com = np.stack([body.com for body in robot.bodies])
-    omega = (rotation @ jump[:, :3, None])[..., 0]
-    v_com = (rotation @ velocity_at(jump[:, :3], jump[:, 3:], com)[..., None])[..., 0]
-    length = np.maximum(gyration_radii(robot), 1e-6)
-
-    def size(omega: Array, v: Array) -> Array:
-        return np.asarray(np.hypot(np.linalg.norm(v, axis=-1), length * np.linalg.norm(omega, axis=-1)))
-
-    own = size(omega, v_com)
-    # A body that hardly moves is measured against what 1e-9 of the fastest one would be: below that there is nothing to be wrong.
-    return np.asarray(size(omega - other[:, :3], v_com - other[:, 3:]) / np.maximum(own, 1e-9 * own.max()))
+    v_com = velocity_at(jump[:, :3], jump[:, 3:], com)
+    rotation = state.rotation[0]
+    return np.concatenate([(rotation @ jump[:, :3, None])[..., 0], (rotation @ v_com[..., None])[..., 0]], axis=1)
 
 
-def _contradiction(touches: tuple[Touch, ...], left: Array) -> str:
-    """The message for contacts that cannot be met: which one, along what, by how much."""
-    row = int(np.argmax(np.abs(left[:, 0])))
-    names = [(touch.frame, direction) for touch in touches for direction in touch.directions]
-    frame, direction = names[row]
-    axis = " ".join(f"{u:.3g}" for u in direction + 0.0)
+def _size(robot: Robot, twist: Array) -> Array:
+    """Size (nb,) of a twist (nb, 6) at the centre of mass as a speed: translation, and rotation times radius of gyration."""
+    radius = gyration_radii(robot)
+    # A body without inertia of its own is measured by the smallest length that the others have.
+    length = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
+    return np.asarray(np.hypot(np.linalg.norm(twist[:, 3:], axis=-1), length * np.linalg.norm(twist[:, :3], axis=-1)))
+
+
+def _relative(robot: Robot, difference: Array, motion: Array) -> Array:
+    """Size of a difference relative to each body's own motion (nb,); 0 where nothing moves in either solution."""
+    own = _size(robot, motion)
+    apart = _size(robot, difference)
+    return np.where(apart > 0.0, apart / np.where(own > 0.0, own, np.finfo(float).tiny), 0.0)
+
+
+def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, combine: Array) -> Solution:
+    """The solution in maximal coordinates, written as the joint-space one is."""
+    rotation = np.swapaxes(state.rotation[0], -1, -2)
+    omega, v_com = rotation @ refined.twists[:, :3], rotation @ refined.twists[:, 3:]
+    com = np.stack([body.com for body in robot.bodies])
+    jumps = np.concatenate([omega, v_com - np.cross(omega, com[..., None], axis=1)], axis=1)[None]
+    delta_y = refined.delta_y[None]
+    delta_qd = delta_y if before.equation.G is None else before.equation.G @ delta_y
+    impact = before.impact._replace(delta_qd=delta_y, impulse=(combine.T @ refined.impulse)[None])
+    return Solution(before.equation, impact, delta_qd, jumps)
+
+
+def _ill(robot: Robot, apart: Array, better: Array, moving: np.ndarray, chosen: str) -> str:
+    """The warning for two solutions that part: where, how far, what is to blame, what was done about it."""
+    names = [body.name for body in robot.bodies]
+    worst = int(np.argmax(np.where(moving, apart, 0.0)))
+    left = float(np.max(better[moving]))
+    mass = np.array([body.mass for body in robot.bodies])
+    light, heavy = int(np.argmin(mass)), int(np.argmax(mass))
+    ratio = mass[heavy] / mass[light] if mass[light] > 0.0 else np.inf
+    blame = (
+        f'the masses of "{names[light]}" ({mass[light]:.3g} kg) and "{names[heavy]}" ({mass[heavy]:.3g} kg) lie far apart'
+        if ratio > 1e4
+        else f"a chain of {len(names)} bodies hardly passes the shock on"
+        if len(names) > 20
+        else "the mechanism is close to a posture in which it cannot give way"
+    )
     return (
-        f'contact "{frame}" cannot be stopped: {abs(left[row, 0]):.3g} m/s are left along ({axis}), because the mechanism cannot move '
-        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, or free "
-        "the base"
+        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}" ({blame}); the numbers are those of '
+        f"{chosen}, good to about {left:.0e} of each body's motion"
+    )
+
+
+def _contradiction(rows: Rows, left: Array, b: Array) -> str:
+    """The message for rows that cannot be met: which one, along what, by how much."""
+    row = int(np.argmax(np.abs(left)))
+    block, own = next((block, own) for block, own in zip(rows.blocks, rows.slices, strict=True) if row < own.stop)
+    axis = " ".join(f"{u:.3g}" for u in block.axes[row - own.start] + 0.0)
+    return (
+        f"{block.name} strikes at {abs(b[row]):.3g} m/s along ({axis}), but {abs(left[row]):.3g} m/s of that cannot be stopped: "
+        "the mechanism cannot move that way here, or another contact asks for the opposite; "
+        "leave that direction out of the contact or of the strike, or free the base"
     )

@@ -4,29 +4,33 @@
 2. The tree's recursion turns it into the jump of every body (Eqs. 8 and 9).
 3. In the plane a body's jump is a point at rest and a radius (Eqs. 11 and 12).
 
-Everything is linear in the velocity of the strike, so steps 1 and 2 are done for 1 m/s along x, y and z, for every strike at once.
+Everything is linear in the velocity of the strike, so steps 1 and 2 are done for 1 m/s along x, y and z besides the scene's own
+strike: every strike angle, and the worst one, is a product afterwards.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
+from shockpc.core.directions import extreme_directions
 from shockpc.core.percussion import off_plane_share, percussion, shock_at
-from shockpc.core.spatial import Array, Plane, velocity_at
+from shockpc.core.pulse import Pulse, pulse_from
+from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
-from shockpc.health import gyration_radii, health_of
+from shockpc.health import gyration_radii, judge
 from shockpc.ledger import Ledger
-from shockpc.model.bodies import body_jumps
-from shockpc.model.contact import touch
-from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.equation import impulsive_equation, joint_jumps, solve_equation
-from shockpc.model.freedom import freedom
-from shockpc.model.posture import configuration, reference_name
+from shockpc.model.dynamics import tree
+from shockpc.model.equation import solve
+from shockpc.model.motion import velocity_before
 from shockpc.model.robot import Robot, load_robot
-from shockpc.readings import contact_impulses, point_shocks, shock_ranges
+from shockpc.readings.bracket import drive_bracket
+from shockpc.readings.contacts import contact_impulses
+from shockpc.readings.geometry import shock_ranges
+from shockpc.readings.loads import energy, joint_loads
+from shockpc.readings.points import point_maps, point_shocks, spots
 from shockpc.record import ShockProfile
-from shockpc.scene import Scene, plane_of
+from shockpc.scene import Scene
+from shockpc.setting import Setting, complete, setting_of
 
 __all__ = ["shock_profile"]
 
@@ -45,49 +49,47 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
     ledger = ledger or Ledger()
     with ledger.stage("robot file"):
         robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
-    scene = _complete(scene, robot)
-    plane = plane_of(scene)
-    strike = scene.strike.vector(plane)
-    v_in = float(np.linalg.norm(strike))
-    up = _ground_normal(plane, strike)
-    _refuse_separation(scene, strike, up)
-
-    with ledger.stage("posture, inertia and Jacobians"):
-        q, outside = configuration(robot, scene.posture)
-        state = dynamics(robot, q[None])
-        touches = tuple(touch(robot, contact, state.rotation[0], up) for contact in scene.contact)
-        G = freedom(robot, scene.base or "free", plane, state.rotation[:, 0])
-    with ledger.stage("step 1: impulsive equation of motion"):
-        equation = impulsive_equation(state, touches, G)
-        impact = solve_equation(robot, equation)
-        delta_qd = joint_jumps(equation, impact)
-    with ledger.stage("step 2: bodies"):
-        maps = body_jumps(state, delta_qd)[0]
-    with ledger.stage("check in maximal coordinates"):
-        health = health_of(robot, state, touches, equation, impact, maps, strike)
-    with ledger.stage("step 3: centres and radii of percussion"):
-        jump = maps @ strike
-        delta_omega, delta_v = jump[:, :3], jump[:, 3:]
-        rotation, position = state.rotation[0], state.position[0] + state.origin[0]
-        normal = plane.normal @ rotation
+    scene = complete(scene, robot)
+    pulse = _pulse(scene)
+    with ledger.stage("posture, inertia, Jacobians and rows"):
+        setting = setting_of(scene, robot)
+        state, rows, up = setting.state, setting.rows, setting.up
+        v_in, strike = _v_in(scene, robot, setting)
         com = np.stack([body.com for body in robot.bodies])
-        tolerance = max(1e-12, 10.0 * health.error_estimate)
-        reduced = percussion(delta_omega, delta_v, normal, v_in, _size(robot, state), tolerance)
+    with ledger.stage("steps 1 and 2: impulsive equation of motion, bodies"):
+        solution = solve(robot, state, rows, setting.drives.armature, setting.G)
+    with ledger.stage("check in maximal coordinates"):
+        bodies = tree(robot, state, setting.drives.armature, setting.G)
+        solution, health = judge(robot, state, bodies, rows, solution)
+        maps, jump = solution.jumps[0, ..., :3], solution.jumps[0, ..., 3]
+        delta_omega, delta_v = jump[:, :3], jump[:, 3:]
+    with ledger.stage("step 3: centres and radii of percussion"):
+        rotation, position = state.rotation[0], state.position[0] + state.origin[0]
+        normal = setting.plane.normal @ rotation
+        tolerance = np.maximum(1e-12, 10.0 * np.array(health.body_errors))
+        reduced = percussion(delta_omega, delta_v, normal, v_in, _size(robot, setting), tolerance)
         off_plane = off_plane_share(delta_omega, velocity_at(delta_omega, delta_v, com), normal, gyration_radii(robot))
     with ledger.stage("shock over geometry"):
         shock_min, shock_max, unseen = shock_ranges(robot, delta_omega, delta_v, v_in)
     with ledger.stage("sensors, points and contacts"):
-        points = point_shocks(robot, scene.point, rotation, position, delta_omega, delta_v, v_in)
-        contacts, pulled = contact_impulses(touches, impact, strike, state, up)
-    _left_out(ledger, robot, scene, equation.G is None)
+        found = spots(robot, scene.point)
+        points = point_shocks(robot, found, rotation, position, jump, maps, v_in, up, pulse)
+        floating = scene.base == "free" and not scene.stance
+        contacts, pulled = contact_impulses(state, setting.touches, rows, solution, setting.approach, up, floating)
+    with ledger.stage("loads, energy and the bracket of drives"):
+        loads = joint_loads(robot, state, bodies, rows, solution)
+        lost, share = energy(robot, state, bodies, rows, solution, setting.before, floating)
+        gained = _gained(lost, setting)
+        bracket = drive_bracket(robot, scene, setting, solution, found, v_in)
+    _left_out(ledger, robot, scene, setting)
     return ShockProfile(
         scene=scene,
         robot=robot,
-        plane=plane,
+        plane=setting.plane,
         v_in=v_in,
         strike=strike,
-        q=q,
-        delta_qd=delta_qd[0] @ strike,
+        q=setting.q,
+        delta_qd=solution.delta_qd[0, :, 3],
         maps=maps,
         position=position,
         rotation=rotation,
@@ -104,79 +106,78 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         shock_max=shock_max,
         points=points,
         contacts=contacts,
-        joint_model=_joint_model(robot),
-        health=replace(health, warnings=(*robot.warnings, *outside, *health.warnings, *pulled, *unseen)),
+        directions=extreme_directions(point_maps(maps, com), up),
+        loads=loads,
+        energy_lost=lost,
+        energy_share=share,
+        bracket=bracket,
+        assembly=setting.assembly,
+        joint_model=setting.drives.model,
+        health=replace(health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *pulled, *gained, *unseen)),
     )
 
 
-def _complete(scene: Scene, robot: Robot) -> Scene:
-    """The scene with every default filled in, so that it says all that was computed."""
-    if not scene.contact:
+def _v_in(scene: Scene, robot: Robot, setting: Setting) -> tuple[float, Array]:
+    """The speed that shock is normalised by [m/s], and the velocity of the fastest contact (3,)."""
+    strike = setting.approach[np.argmax(np.linalg.norm(setting.approach, axis=1))]
+    if scene.v_in == "contact":
+        return float(np.linalg.norm(strike)), strike
+    momentum = sum(
+        body.mass * velocity_before(setting.state, setting.before, i, body.com)[0] for i, body in enumerate(robot.bodies)
+    )
+    speed = float(np.linalg.norm(momentum)) / robot.mass
+    if not speed > 0.0:
         raise SceneError(
-            f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"'
+            'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
         )
-    base = scene.base or ("free" if robot.free_base else "fixed")
-    reference = reference_name(robot, scene.posture.reference)
-    strike = scene.strike
-    if strike.velocity is None and strike.drop_height is None:
-        strike = replace(
-            strike, speed=1.0 if strike.speed is None else strike.speed, strike_angle_deg=strike.strike_angle_deg or 0.0
-        )
-    return replace(
-        scene,
-        robot=robot.label,
-        base=base,
-        srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
-        packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
-        posture=replace(scene.posture, reference=reference),
-        strike=strike,
+    return speed, strike
+
+
+def _gained(lost: float, setting: Setting) -> tuple[str, ...]:
+    """A warning where contacts that bounce differently would make energy, which no impact does."""
+    speed = np.linalg.norm(setting.approach, axis=1).max()
+    if lost >= -1e-9 * speed**2:
+        return ()
+    return (
+        f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one another; "
+        "give them one restitution, or strike them one after the other",
     )
 
 
-def _ground_normal(plane: Plane, strike: Array) -> Array:
-    """World z; in a plane seen from above, and struck within it, the plane's own upward direction."""
-    level = abs(plane.normal[2]) > 1.0 - 1e-9
-    return plane.e2 if level and strike[2] == 0.0 else np.array([0.0, 0.0, 1.0])
+def _pulse(scene: Scene) -> Pulse | None:
+    """The scene's pulse, if it has one."""
+    if scene.range_g is not None and not scene.range_g > 0.0:
+        raise SceneError(f"a sensor's range of {scene.range_g:g} g has to be above zero")
+    if scene.pulse is None:
+        if scene.range_g is not None:
+            raise SceneError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms")
+        return None
+    try:
+        return pulse_from(scene.pulse)
+    except ValueError as refusal:
+        raise SceneError(f"pulse: {refusal}") from None
 
 
-def _refuse_separation(scene: Scene, strike: Array, up: Array) -> None:
-    """A contact that does not approach the ground does not strike it."""
-    if not np.all(np.isfinite(strike)):
-        raise SceneError(f"the strike's velocity {strike.tolist()} is not finite")
-    leaving = float(strike @ up)
-    if leaving >= -1e-9 * float(np.linalg.norm(strike)):
-        how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
-        theta = scene.strike.strike_angle_deg
-        remedy = (
-            f"strike angle is {theta:g} deg, try between -90 and 90 deg"
-            if theta is not None
-            else "turn the velocity towards the ground"
-        )
-        raise SceneError(f'contact "{scene.contact[0].frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; {remedy}')
-
-
-def _joint_model(robot: Robot) -> str:
-    """How the joints' drives take part: by their reflected inertia, or not at all."""
-    armature = robot.model.armature[6:] if robot.free_base else robot.model.armature
-    if not np.any(armature > 0.0):
-        return "free"
-    return "geared" if np.all(armature > 0.0) else "mixed"
-
-
-def _size(robot: Robot, state: Dynamics) -> float:
+def _size(robot: Robot, setting: Setting) -> float:
     """Length of the robot [m]: over which a rotation too small to matter is measured."""
+    state = setting.state
     com = np.stack([body.com for body in robot.bodies])
     places = np.concatenate([state.position[0], state.position[0] + (state.rotation[0] @ com[..., None])[..., 0]])
     size = float(np.linalg.norm(np.ptp(places, axis=0))) + float(gyration_radii(robot).max())
     return size or 1.0
 
 
-def _left_out(ledger: Ledger, robot: Robot, scene: Scene, all_free: bool) -> None:
+def _left_out(ledger: Ledger, robot: Robot, scene: Scene, setting: Setting) -> None:
     """Note what this scene did not need."""
-    ledger.skip("closure rows", "nothing closes a loop")
-    if all_free:
+    if setting.assembly is None:
+        ledger.skip("closure rows and assembly", "nothing closes a loop")
+    if setting.G is None:
         ledger.skip("reduction to free velocities (Eq. 7)", "every joint velocity is free")
-    if not robot.model.armature.any():
-        ledger.skip("reflected inertia", "the file gives none")
+    if not setting.drives.armature.any():
+        ledger.skip("reflected inertia", "no drive has any")
+    if not scene.stance:
+        ledger.skip("stance rows", "no foot stands already")
+    if scene.pulse is None:
+        ledger.skip("peak accelerations", "no pulse is given")
     if all(len(contact.directions) == 3 for contact in scene.contact):
-        ledger.skip("friction", "every contact sticks")
+        ledger.skip("sliding", "every contact sticks")

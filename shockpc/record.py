@@ -4,12 +4,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from shockpc.core.directions import ExtremeDirections
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane
+from shockpc.model.assembly import Assembly
 from shockpc.model.robot import Robot
 from shockpc.scene import Scene
 
-__all__ = ["ContactImpulse", "Health", "PointShock", "ShockProfile"]
+__all__ = ["Bracket", "ContactImpulse", "Health", "JointLoad", "PointShock", "ShockProfile"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +24,8 @@ class PointShock:
         position: (3,) world [m].
         delta_v: (3,) jump of its velocity, in the frame's own axes [m/s].
         shock: |Δv| / v_in [1].
+        directions: the strikes that it feels most and least.
+        peak_g: peak acceleration for the scene's pulse, in multiples of gravity; None without a pulse.
     """
 
     frame: str
@@ -29,6 +33,8 @@ class PointShock:
     position: Array
     delta_v: Array
     shock: float
+    directions: ExtremeDirections
+    peak_g: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +47,55 @@ class ContactImpulse:
         impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several contacts is determined.
         friction_needed: tangential over normal impulse, the least coefficient of friction that makes it stick [1]; None without an
             impulse, or where the ground would have to pull.
+        approach: (3,) velocity of the contact point before the impact, world axes [m/s].
+        mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
+        mass_frictionless: the same if it slides [kg].
+        mitigation: impact mitigation factor, 1 if the joints hide the robot from the ground [1]; None unless its base is free.
     """
 
     frame: str
     point: Array
     impulse: Array | None
     friction_needed: float | None
+    approach: Array
+    mass_sticking: float
+    mass_frictionless: float
+    mitigation: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class JointLoad:
+    """Impulse that a body receives through its joint: what its bearings and gearbox have to carry.
+
+    Attributes:
+        joint: its name.
+        force: (3,) on the body from its parent, world axes [N s].
+        moment: (3,) about the joint's origin, world axes [N m s].
+        along: part of the moment (of the force, if prismatic) along the joint's axis: what the drive carries [N m s, N s]; None
+            for a joint of more than one axis.
+    """
+
+    joint: str
+    force: Array
+    moment: Array
+    along: float | None
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """The same landing with three models of the drives, the choice that moves the answer most; shock at one place [1].
+
+    Attributes:
+        place: a body (its centre of mass), or a sensor.
+        free: no drive takes part; None if massless bodies then make it unsolvable.
+        as_modelled: as the scene says.
+        locked: every drive holds; None if the contact could not give way then.
+    """
+
+    place: str
+    free: float | None
+    as_modelled: float | None
+    locked: float | None
 
 
 @dataclass(frozen=True)
@@ -57,8 +106,9 @@ class Health:
         rank: independent contact rows.
         rows: contact rows.
         residual: largest violation of the impulsive equation of motion, relative [1].
-        error_estimate: largest difference, over the bodies, between this solution and an independent one in maximal coordinates,
-            relative to the body's own motion [1].
+        error_estimate: largest of `body_errors` over the bodies that move [1].
+        body_errors: estimated error of every body's jump, relative to the body's own motion: the difference between two independent
+            solutions, in joint space and in maximal coordinates [1].
         method: how the reported numbers were computed.
         warnings: each with its consequence.
     """
@@ -67,6 +117,7 @@ class Health:
     rows: int
     residual: float
     error_estimate: float
+    body_errors: tuple[float, ...]
     method: str
     warnings: tuple[str, ...]
 
@@ -80,7 +131,7 @@ class ShockProfile:
         robot: the robot.
         plane: in which CoPc and RoPc are read.
         v_in: speed of the contact against the ground, by which shock is normalised [m/s].
-        strike: (3,) velocity of the contact against the ground, world axes [m/s].
+        strike: (3,) velocity of the (fastest) contact against the ground, world axes [m/s].
         q: (nq,) configuration in Pinocchio's layout.
         delta_qd: (nv,) jump of the joint velocities, Pinocchio's layout [rad/s, m/s].
         maps: (nb, 6, 3) jump (Δω, Δv) of every body, as below, for a strike of 1 m/s along world x, y and z.
@@ -99,7 +150,13 @@ class ShockProfile:
         shock_max: (nb,) greatest shock over the body's geometry [1]; NaN without geometry.
         points: sensors and asked-for points.
         contacts: what the ground does.
-        joint_model: "free" (no reflected inertia), "geared" (every joint has some) or "mixed".
+        directions: the strikes that every body's centre of mass feels most and least; arrays over the bodies.
+        loads: impulse through every joint.
+        energy_lost: kinetic energy that the impact takes [J].
+        energy_share: of the kinetic energy before it [1]; None where that is not determined (fixed base, standing feet).
+        bracket: the same landing with free, modelled and locked drives.
+        assembly: what closing the loops changed; None without loops.
+        joint_model: "free" (no reflected inertia), "geared" (every joint has some), "locked" (every joint holds) or "mixed".
         health: how far to trust all this.
     """
 
@@ -126,6 +183,12 @@ class ShockProfile:
     shock_max: Array
     points: tuple[PointShock, ...]
     contacts: tuple[ContactImpulse, ...]
+    directions: ExtremeDirections = field(repr=False)
+    loads: tuple[JointLoad, ...] = field(repr=False)
+    energy_lost: float
+    energy_share: float | None
+    bracket: tuple[Bracket, ...]
+    assembly: Assembly | None
     joint_model: str
     health: Health
 

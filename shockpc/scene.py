@@ -4,20 +4,22 @@ Everything that the numbers depend on is in here, so a scene can be written down
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane, plane_from
 from shockpc.errors import SceneError
 from shockpc.model import CHECKED
+from shockpc.model.closure import Closure
 from shockpc.model.contact import Contact
 from shockpc.model.freedom import Base
 from shockpc.model.posture import Posture
+from shockpc.model.transmission import Joints
 
-__all__ = ["GRAVITY", "PLANES", "Point", "Scene", "Strike", "plane_of", "scene_table"]
+__all__ = ["GRAVITY", "PLANES", "Point", "Scene", "Strike", "plane_of", "refuse_nonsense", "scene_table"]
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]: turns a drop height into a speed."""
@@ -31,13 +33,17 @@ SLOWEST, FASTEST = 1e-9, 1e9
 
 @dataclass(frozen=True, kw_only=True)
 class Strike:
-    """Velocity of the robot against the ground when it strikes, given in one of three ways; 1 m/s straight down by default.
+    """How the robot moves against the ground when it strikes; 1 m/s straight down by default.
+
+    The velocity is given in one of three ways. Rotation and joint rates come on top, and each contact approaches as they make it.
 
     Attributes:
         speed: along the strike angle [m/s].
         strike_angle_deg: angle of the velocity from the vertical in the plane, positive moving forward [deg].
-        velocity: of the contact point, world axes [m/s].
+        velocity: of the base frame's origin, and of every point if nothing turns, world axes [m/s].
         drop_height: height of a free fall that ends in the strike [m].
+        angular_velocity: of the base, world axes [rad/s].
+        joint_velocities: rates of the joints by name or glob [rad/s; m/s for a prismatic joint].
     """
 
     __pydantic_config__ = CHECKED
@@ -46,6 +52,8 @@ class Strike:
     strike_angle_deg: float | None = None
     velocity: tuple[float, float, float] | None = None
     drop_height: float | None = None
+    angular_velocity: tuple[float, float, float] | None = None
+    joint_velocities: Mapping[str, float] = field(default_factory=dict)
 
     def vector(self, plane: Plane) -> Array:
         """The velocity (3,) in world axes [m/s]: speed · (sin θ e1 − cos θ e2).
@@ -79,6 +87,14 @@ class Strike:
         return np.asarray(speed * (math.sin(theta) * plane.e1 - math.cos(theta) * plane.e2))
 
 
+def _check_speed(speed: float) -> None:
+    """Refuse a speed that cannot be computed with."""
+    if not SLOWEST <= speed <= FASTEST:
+        raise SceneError(
+            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
+        )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Point:
     """A point at which shock is asked for.
@@ -108,7 +124,14 @@ class Scene:
         posture: of base and joints.
         strike: velocity against the ground.
         contact: what strikes, all at once.
+        stance: frames that are down already and stay where they are.
+        closure: loops, besides those in the robot's file.
+        assemble: patterns of the joints that may move to close the loops; by default all that the posture does not set.
+        joints: what the drives do.
         point: where shock is asked for, besides the robot's own sensors.
+        v_in: the speed by which shock is normalised: of the contact, or of the robot's centre of mass.
+        pulse: shape and length of the pulse for peak accelerations, such as "half-sine:5ms".
+        range_g: range of the sensors, which peak accelerations are held against [g].
     """
 
     __pydantic_config__ = CHECKED
@@ -122,7 +145,14 @@ class Scene:
     posture: Posture = field(default_factory=Posture)
     strike: Strike = field(default_factory=Strike)
     contact: tuple[Contact, ...] = ()
+    stance: tuple[str, ...] = ()
+    closure: tuple[Closure, ...] = ()
+    assemble: tuple[str, ...] = ()
+    joints: Joints = field(default_factory=Joints)
     point: tuple[Point, ...] = ()
+    v_in: Literal["contact", "com"] = "contact"
+    pulse: str | None = None
+    range_g: float | None = None
 
 
 def plane_of(scene: Scene) -> Plane:
@@ -137,12 +167,47 @@ def plane_of(scene: Scene) -> Plane:
         raise SceneError(f"plane: {refusal}; valid are xz, yz, xy or a normal such as 0,-1,0") from None
 
 
-def _check_speed(speed: float) -> None:
-    """Refuse a speed that cannot be computed with."""
-    if not SLOWEST <= speed <= FASTEST:
-        raise SceneError(
-            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
-        )
+def refuse_nonsense(scene: Scene) -> None:
+    """See that a scene built in Python holds what a scene file could: finite numbers, and words that are known.
+
+    Raises:
+        SceneError: it does not; the text names the key and what would be valid.
+    """
+    _check(scene, "")
+
+
+def _check(record: Any, where: str) -> None:
+    """Check one record of a scene; `where` is its key."""
+    hints = get_type_hints(type(record))
+    for item in fields(record):
+        key, value = f"{where}{item.name}", getattr(record, item.name)
+        words = [word for option in (hints[item.name], *get_args(hints[item.name])) for word in _words(option)]
+        for name, part in _parts(key, value):
+            if is_dataclass(part):
+                _check(part, f"{name}.")
+            elif isinstance(part, float | int) and not math.isfinite(part):
+                raise SceneError(f"{name} is {part}, which is not finite; give a finite number")
+            elif isinstance(part, str) and words and part not in words and str not in get_args(hints[item.name]):
+                raise SceneError(f'{name} is "{part}"; valid are {", ".join(words)}')
+
+
+def _words(option: Any) -> tuple[str, ...]:
+    """The words of a Literal, also inside a tuple."""
+    if get_origin(option) is Literal:
+        return get_args(option)
+    return tuple(word for part in get_args(option) if get_origin(part) is Literal for word in get_args(part))
+
+
+def _parts(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """A value, or what it holds, each with its key."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield f"{key}.{name}", part
+    elif isinstance(value, tuple):
+        for k, part in enumerate(value):
+            yield from _parts(f"{key}[{k}]", part)
+    else:
+        yield key, value
 
 
 def scene_table(record: Any) -> dict[str, Any]:
@@ -155,7 +220,7 @@ def scene_table(record: Any) -> dict[str, Any]:
         elif isinstance(value, tuple):
             value = [scene_table(part) if is_dataclass(part) else list(part) if isinstance(part, tuple) else part for part in value]
         elif isinstance(value, Mapping):
-            value = dict(value)
+            value = {key: scene_table(part) if is_dataclass(part) else part for key, part in value.items()}
         if value is None or value in ({}, []):
             continue
         table[item.name] = value

@@ -14,7 +14,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
 
-__all__ = ["Impact", "residual", "solve_impact", "weakest_columns"]
+__all__ = ["Impact", "residuals", "solve_impact", "weakest_columns"]
 
 
 class Impact(NamedTuple):
@@ -52,7 +52,8 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     """
     eps = np.finfo(float).eps
     diagonal = np.diagonal(H, axis1=-2, axis2=-1)
-    if not np.all(diagonal > 0.0):
+    # Below this a diagonal is what rounding made of a zero: the square of 1e-13 in a lever arm.
+    if not np.all(diagonal > 1e-26 * diagonal.max(axis=-1, keepdims=True, initial=0.0)):
         raise SolveError("the joint-space inertia has a zero or negative diagonal, so it cannot be inverted")
     d = 1.0 / np.sqrt(diagonal)
     try:
@@ -81,11 +82,13 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), kept[..., None] * Vt * c[..., None, :])
 
 
-def residual(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> Array:
-    """Largest violation (...) of either line of Eq. 4, relative to the largest of its own terms [1].
+def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> tuple[Array, Array]:
+    """Violation of the two lines of Eq. 4, each relative to the size of its own terms [1].
 
-    Above rounding in the second line it says that the rows contradict one another, or ask for a motion that the mechanism does not
-    have. Arguments as for `solve_impact` and `Impact`.
+    The first says whether momentum balances; it is rounding, always. The second, above rounding, says that the rows contradict one
+    another, or ask for a motion that the mechanism does not have. Arguments as for `solve_impact` and `Impact`.
+
+    Returns: (...) of the momentum line, (...) of the contact line.
     """
 
     def worst(found: Array, size: Array) -> Array:
@@ -93,8 +96,9 @@ def residual(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) ->
         off = np.abs(found).max(axis=(-2, -1), initial=0.0)
         return np.asarray(off / np.where(top > 0.0, top, 1.0))
 
-    momentum = H @ delta_qd
-    return np.maximum(worst(J_c @ delta_qd + b, b), worst(momentum - np.swapaxes(J_c, -1, -2) @ impulse, momentum))
+    J_T = np.swapaxes(J_c, -1, -2)
+    momentum = np.abs(H) @ np.abs(delta_qd) + np.abs(J_T) @ np.abs(impulse)
+    return worst(H @ delta_qd - J_T @ impulse, momentum), worst(J_c @ delta_qd + b, b)
 
 
 def weakest_columns(H: Array) -> list[int]:
@@ -106,7 +110,7 @@ def weakest_columns(H: Array) -> list[int]:
     Returns: indices, ascending.
     """
     d = np.sqrt(np.abs(np.diagonal(H)))
-    empty = d <= 1e-12 * d.max(initial=0.0)
+    empty = d <= 1e-13 * d.max(initial=0.0)
     if empty.any() or not d.size:
         return [int(i) for i in np.flatnonzero(empty)]
     _, vectors = np.linalg.eigh(H / d[:, None] / d[None, :])

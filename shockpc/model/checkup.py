@@ -63,7 +63,7 @@ def _bodies_without_mass(source: RobotSource) -> Iterator[Finding]:
     """Moving bodies without mass, and masses far from all the others."""
     from shockpc.model.build import build_model
 
-    model = build_model(source)
+    model = build_model(source)[0]
     names = {joint: model.names[joint] for joint in range(1, model.njoints)}
     for frame in reversed(list(model.frames)):
         if frame.parentJoint in names and frame.type == frame.type.BODY:

@@ -9,10 +9,13 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
+from shockpc.model.dynamics import Dynamics
+from shockpc.model.motion import Motion, spin_before, velocity_before
 from shockpc.model.outline import outline
 from shockpc.model.robot import Robot
+from shockpc.model.rows import Block, moment_block, point_block
 
-__all__ = ["Contact", "Touch", "match_frames", "touch"]
+__all__ = ["Contact", "Touch", "match_frames", "stance_block", "touch", "touch_block", "unit_directions"]
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -27,6 +30,8 @@ class Contact:
         at: "frame" takes that point; "lowest" takes the lowest point of the link's own collision geometry in this posture
             (the middle of all that are equally low), and adds the offset to it.
         directions: world axes or vectors along which the contact stops the point; the others slide.
+        kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
+            twisting if it sticks.
         restitution: speed after impact over speed before it, along each of these directions [1].
     """
 
@@ -36,6 +41,7 @@ class Contact:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     at: Literal["frame", "lowest"] = "frame"
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
+    kind: Literal["point", "flat"] = "point"
     restitution: float = 0.0
 
 
@@ -46,7 +52,8 @@ class Touch(NamedTuple):
         frame: its name.
         body: index of the body that strikes.
         point: (3,) contact point in the body's frame [m].
-        directions: (n, 3) unit vectors, world axes.
+        directions: (n, 3) unit vectors along which the point is stopped, world axes.
+        turns: (m, 3) unit vectors about which the link is stopped, world axes; m = 0 for a point.
         restitution: [1]
     """
 
@@ -54,6 +61,7 @@ class Touch(NamedTuple):
     body: int
     point: Array
     directions: Array
+    turns: Array
     restitution: float
 
 
@@ -98,13 +106,11 @@ def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
         raise SceneError(f'contact "{contact.frame}" keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
     if contact.restitution < 0.0 or contact.restitution > 1.0:
         raise SceneError(
-            f'contact "{contact.frame}" has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)'
+            f'contact "{contact.frame}" has restitution {contact.restitution:g}; '
+            "it lies between 0 (stays down) and 1 (bounces fully)"
         )
-    vectors = np.array([AXES[d] if isinstance(d, str) else d for d in contact.directions], dtype=float)
-    lengths = np.linalg.norm(vectors, axis=1)
-    if not np.all(lengths > 0.0):
-        raise SceneError(f'contact "{contact.frame}" has a direction of zero length; valid are "x", "y", "z" and vectors')
-    if not np.any(np.abs(vectors @ up) > 1e-9 * lengths):
+    vectors = unit_directions(f'contact "{contact.frame}"', contact.directions)
+    if not np.any(np.abs(vectors @ up) > 1e-9):
         raise SceneError(
             f'contact "{contact.frame}" keeps only directions along the ground, so nothing stops its fall; '
             f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions"
@@ -112,7 +118,69 @@ def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
     point = frame.offset + frame.rotation @ np.asarray(contact.offset)
     if contact.at == "lowest":
         point = _lowest_point(robot, contact.frame, rotation[frame.body].T @ up) + frame.rotation @ np.asarray(contact.offset)
-    return Touch(contact.frame, frame.body, point, vectors / lengths[:, None], contact.restitution)
+    turns = np.zeros((0, 3))
+    if contact.kind == "flat":
+        twist = [up] if len(vectors) >= 3 else []
+        turns = np.array([*_across(up), *twist])
+    return Touch(contact.frame, frame.body, point, vectors, turns, contact.restitution)
+
+
+def unit_directions(owner: str, directions: tuple[str | tuple[float, float, float], ...]) -> Array:
+    """Directions as unit vectors (n, 3); "x", "y" and "z" are the axes.
+
+    Raises:
+        SceneError: there is none, or one has no length.
+    """
+    if not directions:
+        raise SceneError(f'{owner} keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
+    vectors = np.array([AXES[d] if isinstance(d, str) else d for d in directions], dtype=float)
+    lengths = np.linalg.norm(vectors, axis=1)
+    if not (np.all(np.isfinite(vectors)) and np.all(lengths > 0.0)):
+        raise SceneError(f'{owner} has a direction without a length; valid are "x", "y", "z" and vectors')
+    return np.asarray(vectors / lengths[:, None])
+
+
+def touch_block(state: Dynamics, touch: Touch, before: Motion) -> Block:
+    """The rows of a contact, with the speeds (1 + e) · approach that they undo.
+
+    The first three columns of b are strikes of 1 m/s along world x, y and z, the last is the scene's own strike.
+
+    Args:
+        state: the robot in N postures.
+        touch: the contact.
+        before: how the robot moves before the impact.
+    """
+    W = point_block(state, touch.body, touch.point, touch.directions)
+    approach = velocity_before(state, before, touch.body, touch.point) @ touch.directions.T
+    unit = np.broadcast_to(touch.directions, (len(state.H), *touch.directions.shape))
+    b = (1.0 + touch.restitution) * np.concatenate([unit, approach[..., None]], axis=-1)
+    if len(touch.turns):
+        W = np.concatenate([W, moment_block(state, touch.body, touch.turns)], axis=1)
+        turning = spin_before(state, before, touch.body) @ touch.turns.T
+        still = np.zeros((len(state.H), len(touch.turns), 3))
+        b = np.concatenate([b, (1.0 + touch.restitution) * np.concatenate([still, turning[..., None]], axis=-1)], axis=1)
+    return Block(f'contact "{touch.frame}"', W, b, np.concatenate([touch.directions, touch.turns]), touch.restitution)
+
+
+def stance_block(robot: Robot, state: Dynamics, frame: str) -> Block:
+    """The rows of a foot that is already down: it stays where it is, whatever strikes elsewhere.
+
+    Raises:
+        UnknownName: the robot has no such frame.
+        SceneError: the frame is fixed to the world.
+    """
+    found = robot.frame(frame)
+    if found.body < 0:
+        raise SceneError(f'stance "{frame}" is fixed to the world, so it stands anyway; name a frame on a moving link')
+    W = point_block(state, found.body, found.offset, np.eye(3))
+    return Block(f'stance "{frame}"', W, np.zeros((len(state.H), 3, 4)), np.eye(3))
+
+
+def _across(up: Array) -> tuple[Array, Array]:
+    """Two unit vectors that span the ground."""
+    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first /= np.linalg.norm(first)
+    return first, np.cross(up, first)
 
 
 def _lowest_point(robot: Robot, link: str, up: Array) -> Array:

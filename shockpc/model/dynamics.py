@@ -12,10 +12,9 @@ import pinocchio as pin
 
 from shockpc.core.maximal import Tree
 from shockpc.core.spatial import Array
-from shockpc.model.contact import Touch
 from shockpc.model.robot import Robot
 
-__all__ = ["PINOCCHIO", "Dynamics", "contact_rows", "dynamics", "tree"]
+__all__ = ["PINOCCHIO", "Dynamics", "dynamics", "tree"]
 
 PINOCCHIO: str = pin.__version__
 """Version of the library that computes all this."""
@@ -25,7 +24,7 @@ class Dynamics(NamedTuple):
     """A robot in N postures.
 
     Attributes:
-        H: (N, nv, nv) joint-space inertia, armature included [kg, kg m, kg m²].
+        H: (N, nv, nv) joint-space inertia of the bodies alone, without armature [kg, kg m, kg m²].
         J: (N, 6, nv) unit-rate twist (ω, v at the common origin) that each joint velocity gives to the bodies behind it.
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) origins of the body frames, from the base [m].
@@ -50,7 +49,12 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
         robot: the robot.
         Q: (N, nq) configurations in Pinocchio's layout.
     """
-    model, data = robot.model, robot.model.createData()
+    model = robot.model
+    if model.armature.any():
+        # crba would add the file's armature; which one counts is the transmission's to say.
+        model = pin.Model(model)
+        model.armature = np.zeros(model.nv)
+    data = model.createData()
     n, nb, nv = len(Q), len(robot.bodies), model.nv
     H, J = np.empty((n, nv, nv)), np.empty((n, 6, nv))
     placed = np.empty((n, model.njoints, 4, 4))
@@ -89,18 +93,7 @@ def _moves(robot: Robot) -> np.ndarray:
     return moves
 
 
-def contact_rows(state: Dynamics, touches: tuple[Touch, ...]) -> Array:
-    """The contact Jacobian J_c (N, nc, nv): each row is the velocity of a contact point along one kept direction."""
-    rows = []
-    for touch in touches:
-        p = state.position[:, touch.body] + state.rotation[:, touch.body] @ touch.point
-        J = state.J * state.moves[touch.body]
-        velocity = J[:, 3:] - np.cross(p[:, None, :], np.swapaxes(J[:, :3], -1, -2)).swapaxes(-1, -2)
-        rows.append(touch.directions @ velocity)
-    return np.concatenate(rows, axis=1)
-
-
-def tree(robot: Robot, state: Dynamics, G: Array | None) -> Tree:
+def tree(robot: Robot, state: Dynamics, armature: Array, G: Array | None) -> Tree:
     """The first posture of a state as free bodies and joints, for the check in maximal coordinates.
 
     It takes masses and placements from the model and the joints' axes from J, and nothing from H.
@@ -122,6 +115,6 @@ def tree(robot: Robot, state: Dynamics, G: Array | None) -> Tree:
         inertia=rotation @ inertia @ np.swapaxes(rotation, -1, -2),
         joint=state.joint_position[0],
         S=S,
-        armature=np.array(robot.model.armature),
+        armature=armature,
         G=np.eye(nv) if G is None else G[0],
     )

@@ -1,4 +1,4 @@
-"""Step 1 for a robot: from postures, contacts and free velocities to the system that `core.impulse` solves."""
+"""Step 1 for a robot: from postures, rows and free velocities to the system that `core.impulse` solves."""
 
 from typing import NamedTuple
 
@@ -7,20 +7,21 @@ import numpy as np
 from shockpc.core.impulse import Impact, solve_impact, weakest_columns
 from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
-from shockpc.model.contact import Touch
-from shockpc.model.dynamics import Dynamics, contact_rows
+from shockpc.model.bodies import body_jumps
+from shockpc.model.dynamics import Dynamics
 from shockpc.model.robot import Robot
+from shockpc.model.rows import Rows, row_jacobian
 
-__all__ = ["Equation", "impulsive_equation", "joint_jumps", "solve_equation"]
+__all__ = ["Equation", "Solution", "impulsive_equation", "solve"]
 
 
 class Equation(NamedTuple):
-    """The impulsive equation of motion in N postures, in the free velocities ẏ, for strikes of 1 m/s along world x, y and z.
+    """The impulsive equation of motion in N postures, in the free velocities ẏ, for k motions before the impact.
 
     Attributes:
-        H: (N, ny, ny) GᵀHG.
-        J_c: (N, nc, ny) J_c G.
-        b: (N, nc, 3) (1 + e) times the approach along each row.
+        H: (N, ny, ny) GᵀHG, armature included.
+        J_c: (N, nc, ny) J_c G, closure rows included.
+        b: (N, nc, k) speed to be undone along each row.
         G: (N, nv, ny), or None where all velocities are free.
     """
 
@@ -30,32 +31,53 @@ class Equation(NamedTuple):
     G: Array | None
 
 
-def impulsive_equation(state: Dynamics, touches: tuple[Touch, ...], G: Array | None) -> Equation:
-    """Assemble Eq. 4, reduced by Eq. 7 where some velocities are not free."""
-    J_c = contact_rows(state, touches)
-    approach = np.concatenate([(1.0 + touch.restitution) * touch.directions for touch in touches])
-    b = np.broadcast_to(approach, (len(J_c), *approach.shape))
+def impulsive_equation(state: Dynamics, rows: Rows, armature: Array, G: Array | None) -> Equation:
+    """Assemble Eq. 4, reduced by Eq. 7 where some velocities are not free.
+
+    Args:
+        state: the robot in N postures.
+        rows: what is held.
+        armature: (nv,) reflected inertia of the drives, added to H's diagonal [kg m², kg].
+        G: (N, nv, ny) columns of the free velocities, or None.
+    """
+    H, J_c = state.H, row_jacobian(state, rows.W)
+    if armature.any():
+        H = H + np.diag(armature)
     if G is None:
-        return Equation(state.H, J_c, b, None)
-    return Equation(np.swapaxes(G, -1, -2) @ state.H @ G, J_c @ G, b, G)
+        return Equation(H, J_c, rows.b, None)
+    return Equation(np.swapaxes(G, -1, -2) @ H @ G, J_c @ G, rows.b, G)
 
 
-def solve_equation(robot: Robot, equation: Equation) -> Impact:
-    """Solve Eq. 4 for unit strikes.
+class Solution(NamedTuple):
+    """Eq. 4 solved, and what it does to every body.
+
+    Attributes:
+        equation: what was solved.
+        impact: its solution in the free velocities.
+        delta_qd: (N, nv, k) jumps of all joint velocities, Δq̇ = G Δẏ [rad/s, m/s].
+        jumps: (N, nb, 6, k) jumps of the bodies, body coordinates at their frames' origins [rad/s, m/s].
+    """
+
+    equation: Equation
+    impact: Impact
+    delta_qd: Array
+    jumps: Array
+
+
+def solve(robot: Robot, state: Dynamics, rows: Rows, armature: Array, G: Array | None) -> Solution:
+    """Steps 1 and 2: solve the impulsive equation of motion, and carry the jump to every body. Arguments as for the equation.
 
     Raises:
         SolveError: the inertia cannot be inverted; the text names the bodies to blame.
     """
+    equation = impulsive_equation(state, rows, armature, G)
     try:
-        return solve_impact(equation.H, equation.J_c, equation.b)
+        impact = solve_impact(equation.H, equation.J_c, equation.b)
     except SolveError:
-        H = next(H for H in equation.H if np.linalg.eigvalsh(H)[0] <= 1e-14 * np.linalg.eigvalsh(H)[-1] or len(equation.H) == 1)
-        raise SolveError(_blame(robot, equation.G, weakest_columns(H))) from None
-
-
-def joint_jumps(equation: Equation, impact: Impact) -> Array:
-    """Jumps of all joint velocities for unit strikes, Δq̇ = G Δẏ (N, nv, 3)."""
-    return impact.delta_qd if equation.G is None else equation.G @ impact.delta_qd
+        singular = next((H for H in equation.H if np.linalg.eigvalsh(H)[0] <= 1e-14 * np.linalg.eigvalsh(H)[-1]), equation.H[0])
+        raise SolveError(_blame(robot, equation.G, weakest_columns(singular))) from None
+    delta_qd = impact.delta_qd if G is None else G @ impact.delta_qd
+    return Solution(equation, impact, delta_qd, body_jumps(state, delta_qd))
 
 
 def _blame(robot: Robot, G: Array | None, columns: list[int]) -> str:
@@ -69,5 +91,6 @@ def _blame(robot: Robot, G: Array | None, columns: list[int]) -> str:
     listed = ", ".join(f'"{name}"' for name in names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
     return (
         f'{"bodies" if len(names) > 1 else "body"} {listed} of robot "{robot.name}" can move but carry no mass or inertia to '
-        "resist it, so the inertia matrix cannot be inverted; give them mass and inertia in the file, or make their joints fixed"
+        "resist it, so the inertia matrix cannot be inverted; "
+        "give them mass and inertia in the file, or lock their joints with --lock"
     )

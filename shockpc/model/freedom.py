@@ -1,7 +1,7 @@
 """Which joint velocities are free: q̇ = G ẏ (shock paper, Eq. 7).
 
-A base that cannot move, or moves in the plane alone, and a joint that follows another are columns of G: fewer unknowns, the same
-equation.
+A base that cannot move, or moves in the plane alone, a joint that holds, and a joint that follows another are columns of G: fewer
+unknowns, the same equation.
 """
 
 from typing import Literal
@@ -17,7 +17,7 @@ __all__ = ["Base", "freedom"]
 Base = Literal["free", "planar", "fixed"]
 
 
-def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array) -> Array | None:
+def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray) -> Array | None:
     """The columns G of the free joint velocities, or None where all are free.
 
     Args:
@@ -25,6 +25,7 @@ def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array) -> Arr
         base: free; planar (moves and turns in the plane only); fixed.
         plane: of the study.
         base_rotation: (..., 3, 3) orientation of the base, base to world.
+        locked: (nv,) joint velocities that are held at zero.
 
     Returns: (..., nv, ny).
 
@@ -37,10 +38,11 @@ def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array) -> Arr
             f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" cannot be had; '
             'give its root body a <freejoint/>, or use base = "fixed"'
         )
-    if not robot.mimics and (base == "free" or not robot.free_base):
+    if not robot.mimics and not locked.any() and (base == "free" or not robot.free_base):
         return None
     G = np.broadcast_to(np.eye(nv), (*base_rotation.shape[:-2], nv, nv)).copy()
-    kept = np.ones(nv, dtype=bool)
+    G[..., locked, :] = 0.0
+    kept = ~locked
     if robot.free_base and base == "fixed":
         kept[:6] = False
     if base == "planar":
@@ -58,5 +60,5 @@ def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array) -> Arr
         G[..., index[mimic.joint], :] = mimic.multiplier * G[..., index[mimic.leader], :] if led else 0.0
         kept[index[mimic.joint]] = False
     if not kept.any():
-        raise SceneError(f'nothing of robot "{robot.name}" can move with base = "fixed" and no free joint; free its base')
+        raise SceneError(f'nothing of robot "{robot.name}" can move: its base is fixed and no joint is free; free one of them')
     return np.ascontiguousarray(G[..., kept])

@@ -1,10 +1,8 @@
 """Where the joints and the base stand when the foot strikes: names, angles and limits → q."""
 
-import fnmatch
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -14,7 +12,7 @@ from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
 from shockpc.model.robot import Robot
 
-__all__ = ["STANDING", "Configuration", "Posture", "configuration", "reference_name"]
+__all__ = ["STANDING", "Posture", "configuration", "held_joints", "outside_limits", "reference_name"]
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order; neutral if a robot has none of them."""
@@ -43,18 +41,6 @@ class Posture:
     joints_deg: Mapping[str, float] = field(default_factory=dict)
 
 
-class Configuration(NamedTuple):
-    """A posture made numbers.
-
-    Attributes:
-        q: (nq,) configuration in Pinocchio's layout.
-        warnings: joints that stand outside their limits, with the consequence.
-    """
-
-    q: Array
-    warnings: tuple[str, ...]
-
-
 def reference_name(robot: Robot, wanted: str | None) -> str:
     """The reference posture that a scene means: the one asked for, else the robot's standing one, else "neutral".
 
@@ -64,20 +50,22 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
     if wanted is None:
         return next((name for name in STANDING if name in robot.postures), "neutral")
     if wanted != "neutral" and wanted not in robot.postures:
-        known = [*robot.postures, "neutral"]
+        known = dict.fromkeys([*robot.postures, "neutral"])
         raise UnknownName("posture", wanted, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     return wanted
 
 
-def configuration(robot: Robot, posture: Posture) -> Configuration:
-    """Set every joint of a robot.
+def configuration(robot: Robot, posture: Posture) -> Array:
+    """Set every joint of a robot: its configuration (nq,) in Pinocchio's layout.
 
     Raises:
         UnknownName: no such posture or joint.
         SceneError: a joint or a base that cannot be set that way.
     """
     name = reference_name(robot, posture.reference)
-    q = pin.neutral(robot.model) if name == "neutral" else np.array(robot.postures[name])
+    # A robot may have a posture that it calls neutral itself; that one is meant then.
+    q = np.array(robot.postures[name]) if name in robot.postures else pin.neutral(robot.model)
+    q = _with_rotations(robot, name, q)
     _set_base(robot, posture, q)
     for pattern, value in posture.joints.items():
         _set_joints(robot, pattern, value, q, 1.0)
@@ -85,7 +73,18 @@ def configuration(robot: Robot, posture: Posture) -> Configuration:
         _set_joints(robot, pattern, value, q, math.pi / 180.0)
     for mimic in robot.mimics:
         _set_mimic(robot, mimic.joint, mimic.multiplier * _value(robot, mimic.leader, q) + mimic.offset, q)
-    return Configuration(q, _outside_limits(robot, q))
+    return q
+
+
+def _with_rotations(robot: Robot, name: str, q: Array) -> Array:
+    """The posture with its quaternions and cosines made whole: files round them, and another length than 1 scales the shock."""
+    whole = np.asarray(pin.normalize(robot.model, q))
+    if not np.abs(whole - q).max(initial=0.0) < 0.05:
+        raise SceneError(
+            f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
+            "sine, has length 1; correct it in the file of postures"
+        )
+    return whole
 
 
 def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
@@ -106,17 +105,14 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, yaw)).coeffs()
     if posture.base_quaternion is not None:
         length = float(np.linalg.norm(posture.base_quaternion))
-        if not 0.9 < length < 1.1:
+        if not 0.95 < length < 1.05:
             raise SceneError(f"base_quaternion has length {length:.3g}; a rotation (x, y, z, w) has length 1")
         q[3:7] = np.asarray(posture.base_quaternion) / length
 
 
 def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float) -> None:
     """Set every joint that a name or a glob means."""
-    movable = [robot.model.names[body.joint] for body in robot.bodies if not (robot.free_base and body.joint == 1)]
-    names = [pattern] if pattern in movable else [name for name in movable if fnmatch.fnmatchcase(name, pattern)]
-    if not names:
-        raise UnknownName("joint", pattern, movable, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+    names = robot.match_joints(pattern)
     followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
     for name in names:
         if name in followers:
@@ -150,8 +146,28 @@ def _set_mimic(robot: Robot, name: str, value: float, q: Array) -> None:
     q[joint.idx_q : joint.idx_q + joint.nq] = (math.cos(value), math.sin(value)) if joint.nq == 2 else value
 
 
-def _outside_limits(robot: Robot, q: Array) -> tuple[str, ...]:
-    """A warning for every joint outside its limits."""
+def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
+    """Which joint velocities (nv,) may not move while loops are closed: the base's, and those of joints that the posture sets.
+
+    Args:
+        robot: the robot.
+        posture: what it sets stays where it is.
+        movable: patterns of the only joints that may move, if any are given.
+    """
+    held = np.zeros(robot.model.nv, dtype=bool)
+    if robot.free_base:
+        held[:6] = True
+    named = {name for pattern in movable for name in robot.match_joints(pattern)}
+    set_ = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
+    for name in robot.joints:
+        if (name not in named) if movable else (name in set_):
+            joint = robot.model.joints[robot.model.getJointId(name)]
+            held[joint.idx_v : joint.idx_v + joint.nv] = True
+    return held
+
+
+def outside_limits(robot: Robot, q: Array) -> tuple[str, ...]:
+    """A warning for every joint outside its limits, with the consequence."""
     warnings = []
     for body in robot.bodies:
         joint = robot.model.joints[body.joint]

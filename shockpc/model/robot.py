@@ -1,18 +1,20 @@
 """A robot: URDF, xacro or MJCF in, moving bodies and frames out. What cannot be computed is refused by name."""
 
+import fnmatch
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
-from xml.etree import ElementTree
 
-import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
+from shockpc.model.build import FREE_FLYER, build_model
+from shockpc.model.couplings import Loop, Mimic, loops_of, mimics_of
 from shockpc.model.source import RobotSource, read_source
+from shockpc.model.srdf import postures_of
 
-__all__ = ["Body", "Frame", "Mimic", "Robot", "load_robot"]
+__all__ = ["Body", "Frame", "Robot", "load_robot"]
 
 SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
 
@@ -61,23 +63,6 @@ class Frame:
     kind: Literal["link", "joint", "site"]
 
 
-@dataclass(frozen=True)
-class Mimic:
-    """A joint that follows another: q_joint = multiplier · q_leader + offset.
-
-    Attributes:
-        joint: the follower's name.
-        leader: the name of the joint that it follows.
-        multiplier: [1]
-        offset: [rad, m]
-    """
-
-    joint: str
-    leader: str
-    multiplier: float
-    offset: float
-
-
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A robot ready to be struck.
@@ -90,6 +75,7 @@ class Robot:
         frames: every named place, by name; where a link and a joint share a name it is the link's.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
+        loops: what the file holds together beside the tree (MJCF connect and weld).
         free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
         mass: of all bodies [kg].
         warnings: what the file's reader met.
@@ -102,6 +88,7 @@ class Robot:
     frames: Mapping[str, Frame] = field(repr=False)
     postures: Mapping[str, Array] = field(repr=False)
     mimics: tuple[Mimic, ...] = field(repr=False)
+    loops: tuple[Loop, ...] = field(repr=False)
     free_base: bool
     mass: float
     warnings: tuple[str, ...] = field(repr=False)
@@ -115,6 +102,23 @@ class Robot:
     def label(self) -> str:
         """How a command names this robot: its catalogue name, else the path of its file."""
         return self.source.name or str(self.source.path)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints between bodies; the floating base's is not among them."""
+        return tuple(self.model.names[body.joint] for body in self.bodies if not (self.free_base and body.joint == 1))
+
+    def match_joints(self, pattern: str) -> tuple[str, ...]:
+        """The joints that an exact name or a glob means.
+
+        Raises:
+            UnknownName: none fits.
+        """
+        known = self.joints
+        found = (pattern,) if pattern in known else tuple(name for name in known if fnmatch.fnmatchcase(name, pattern))
+        if not found:
+            raise UnknownName("joint", pattern, known, f'robot "{self.name}"', f"shockpc robots {self.label}")
+        return found
 
     def frame(self, name: str) -> Frame:
         """The frame of that exact name.
@@ -147,10 +151,10 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
-    model = _build(source)
+    model, constraints = build_model(source)
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
-    free_base = model.joints[1].shortname() == "JointModelFreeFlyer"
+    free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
     frames = _frames(model, bodies)
     return Robot(
@@ -159,58 +163,13 @@ def load_robot(
         model=model,
         bodies=bodies,
         frames=frames,
-        postures={entry.key(): _read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"},
-        mimics=_mimics(source, model),
+        postures=postures_of(source, model),
+        mimics=mimics_of(source, model),
+        loops=loops_of(constraints, [pin.SE3(b.rotation, b.offset) for b in bodies], [b.name for b in bodies]),
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
         warnings=source.warnings,
     )
-
-
-def _build(source: RobotSource) -> pin.Model:
-    """The Pinocchio model, with its reference postures; the base of a URDF is always free here."""
-    try:
-        if source.kind == "mjcf":
-            return pin.buildModelFromMJCF(str(source.path))
-        model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
-        if source.srdf is not None:
-            pin.loadReferenceConfigurations(model, str(source.srdf), False)
-    except (ValueError, RuntimeError, IndexError) as refusal:
-        raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {str(refusal).strip()}") from None
-    return model
-
-
-def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
-    """The joints that follow others, leaders before followers. Pinocchio reads them as free ones; `freedom` ties them.
-
-    A fixed joint follows nothing, whatever its file says; one that follows a fixed joint stays where its offset puts it.
-    """
-    if source.kind != "urdf" or "<mimic" not in source.xml:
-        return ()
-    found: list[Mimic] = []
-    for joint in ElementTree.fromstring(source.xml).iter("joint"):
-        for mimic in joint.findall("mimic"):
-            if not model.existJointName(joint.get("name", "")):
-                continue
-            multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-            found.append(Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset))
-    ordered: list[Mimic] = []
-    while found:
-        waiting = {mimic.joint for mimic in found}
-        ready = [mimic for mimic in found if mimic.leader not in waiting]
-        if not ready:
-            names = ", ".join(f'"{mimic.joint}"' for mimic in found)
-            raise RobotError(f"{source.path.name}: mimic joints {names} follow one another in a circle; one of them has to lead")
-        ordered += ready
-        found = [mimic for mimic in found if mimic.leader in waiting]
-    return tuple(ordered)
-
-
-def _read_only(values: Array) -> Array:
-    """A copy that outlives Pinocchio's buffers and cannot be changed."""
-    out = np.array(values, dtype=float)
-    out.flags.writeable = False
-    return out
 
 
 def _bodies(model: pin.Model) -> tuple[Body, ...]:
@@ -229,11 +188,11 @@ def _bodies(model: pin.Model) -> tuple[Body, ...]:
                 name=carried[0].name if carried else model.names[joint],
                 joint=joint,
                 links=tuple(frame.name for frame in carried),
-                rotation=_read_only(placement.rotation),
-                offset=_read_only(placement.translation),
+                rotation=read_only(placement.rotation),
+                offset=read_only(placement.translation),
                 mass=float(inertia.mass),
-                com=_read_only(inertia.lever),
-                inertia=_read_only(inertia.inertia),
+                com=read_only(inertia.lever),
+                inertia=read_only(inertia.inertia),
             )
         )
     return tuple(bodies)
@@ -251,5 +210,5 @@ def _frames(model: pin.Model, bodies: tuple[Body, ...]) -> dict[str, Frame]:
             if index >= 0:
                 place = pin.SE3(bodies[index].rotation, bodies[index].offset).inverse() * place
             kind: Literal["link", "joint", "site"] = "link" if wanted else "site" if frame.type in SITES else "joint"
-            frames[frame.name] = Frame(frame.name, index, _read_only(place.rotation), _read_only(place.translation), kind)
+            frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
     return frames

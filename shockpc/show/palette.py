@@ -1,8 +1,8 @@
 """The colours of normalised shock: five blues below the strike, four reds above it.
 
 The change of hue at 1 shows at a glance what feels more than the strike itself. Lightness falls from band to band, most of
-all at 1, so the order survives grey printing, and blue against red survives every common colour blindness. Nothing is clipped: the last band is
-open.
+all at 1, so the order survives grey printing, and blue against red survives every common colour blindness. Nothing is clipped:
+the last band is open.
 """
 
 import math

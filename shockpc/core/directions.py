@@ -1,0 +1,42 @@
+"""The worst and the kindest strike for a point: singular values of its 3 × 3 map from strike to shock."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+
+__all__ = ["ExtremeDirections", "extreme_directions"]
+
+
+class ExtremeDirections(NamedTuple):
+    """The strikes that a point feels most and least.
+
+    Attributes:
+        worst: (..., 3) unit direction of the strike with the greatest shock, world axes; pointing into the ground.
+        worst_shock: (...) shock there [1].
+        kindest: (..., 3) unit direction of the strike with the least shock.
+        kindest_shock: (...) shock there [1].
+    """
+
+    worst: Array
+    worst_shock: Array
+    kindest: Array
+    kindest_shock: Array
+
+
+def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
+    """Over all strikes of one speed, the greatest |A v| / |v| and the least.
+
+    Args:
+        maps: (..., 3, 3) jump of a point's velocity for unit strikes along x, y and z.
+        up: (3,) unit normal of the ground; of a direction and its opposite the one that approaches the ground is given.
+    """
+    _, s, Vt = np.linalg.svd(maps)
+    worst, kindest = Vt[..., 0, :], Vt[..., 2, :]
+
+    def downwards(direction: Array) -> Array:
+        leaving = np.sum(direction * up, axis=-1, keepdims=True) > 0.0
+        return np.asarray(np.where(leaving, -direction, direction) + 0.0)
+
+    return ExtremeDirections(downwards(worst), s[..., 0], downwards(kindest), s[..., 2])

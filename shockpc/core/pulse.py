@@ -1,0 +1,46 @@
+"""From a jump in velocity to a peak acceleration, for the pulse shapes of IEC 60068-2-27.
+
+The rigid-body model gives Δv; how long the impact lasts is the weakest input of all, so the jump is always reported first.
+"""
+
+import math
+from typing import NamedTuple
+
+__all__ = ["SHAPES", "Pulse", "peak_acceleration", "pulse_from"]
+
+SHAPES = {"half-sine": math.pi / 2.0, "saw-tooth": 2.0, "haversine": 2.0, "rectangle": 1.0}
+"""Peak over mean acceleration of each shape."""
+
+UNITS = {"us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0}
+
+
+class Pulse(NamedTuple):
+    """A pulse of acceleration: a shape of `SHAPES` and its length [s]."""
+
+    shape: str
+    length: float
+
+
+def peak_acceleration(delta_v: float, pulse: Pulse) -> float:
+    """Peak acceleration [m/s²] of a pulse that changes a velocity by delta_v [m/s]: π Δv / (2T) for a half-sine of length T."""
+    return SHAPES[pulse.shape] * delta_v / pulse.length
+
+
+def pulse_from(text: str) -> Pulse:
+    """A pulse from its text, such as "half-sine:5ms".
+
+    Raises:
+        ValueError: it has no known shape, or no length above zero.
+    """
+    shape, _, length = text.partition(":")
+    valid = f"valid are {', '.join(SHAPES)}, with a length such as half-sine:5ms"
+    if shape not in SHAPES:
+        raise ValueError(f'there is no pulse shape "{shape}"; {valid}')
+    unit = next((unit for unit in UNITS if length.endswith(unit) and length.removesuffix(unit).strip()), "")
+    try:
+        seconds = float(length.removesuffix(unit)) * UNITS[unit]
+    except (KeyError, ValueError):
+        raise ValueError(f'"{length}" is not the length of a pulse; {valid}') from None
+    if not (math.isfinite(seconds) and seconds > 0.0):
+        raise ValueError(f'a pulse of length "{length}" is not above zero; {valid}')
+    return Pulse(shape, seconds)

@@ -1,0 +1,69 @@
+"""The same landing with free, modelled and locked drives: the choice that moves the answer most."""
+
+import numpy as np
+
+from shockpc.core.spatial import Array, velocity_at
+from shockpc.errors import SceneError, SolveError
+from shockpc.model.equation import Solution, solve
+from shockpc.model.freedom import freedom
+from shockpc.model.robot import Robot
+from shockpc.readings.points import Spot
+from shockpc.record import Bracket
+from shockpc.scene import Scene
+from shockpc.setting import Setting
+
+__all__ = ["drive_bracket"]
+
+
+def drive_bracket(
+    robot: Robot, scene: Scene, setting: Setting, modelled: Solution, spots: tuple[Spot, ...], v_in: float
+) -> tuple[Bracket, ...]:
+    """Shock at the heaviest body's centre of mass and at every sensor, for three models of the drives.
+
+    Args:
+        robot: the robot.
+        scene: complete.
+        setting: the same as arrays.
+        modelled: its solution.
+        spots: sensors and points.
+        v_in: speed that shock is normalised by [m/s].
+    """
+    nv = robot.model.nv
+    none = np.zeros(nv, dtype=bool)
+    every = ~none
+    if robot.free_base:
+        every[:6] = False
+
+    def solution(locked: np.ndarray) -> Solution | None:
+        """None where this model of the drives leaves nothing to move, or cannot be solved."""
+        try:
+            G = freedom(robot, scene.base or "free", setting.plane, setting.state.rotation[:, 0], locked)
+            found = solve(robot, setting.state, setting.rows, np.zeros(nv), G)
+        except (SceneError, SolveError):
+            return None
+        b = found.equation.b[0, :, -1]
+        left = found.equation.J_c[0] @ found.impact.delta_qd[0, :, -1] + b
+        return found if np.abs(left).max() <= 1e-6 * np.abs(b).max() else None
+
+    free = modelled if setting.drives.model == "free" else solution(none)
+    locked = modelled if setting.drives.model == "locked" else solution(every)
+    heaviest = max(range(len(robot.bodies)), key=lambda i: robot.bodies[i].mass)
+    places = [(robot.bodies[heaviest].name, heaviest, robot.bodies[heaviest].com)]
+    places += [(spot.label, spot.frame.body, spot.r) for spot in spots if spot.frame.body >= 0]
+    return tuple(
+        Bracket(
+            place=name,
+            free=_shock(free, body, r, v_in),
+            as_modelled=_shock(modelled, body, r, v_in),
+            locked=_shock(locked, body, r, v_in),
+        )
+        for name, body, r in places
+    )
+
+
+def _shock(solution: Solution | None, body: int, r: Array, v_in: float) -> float | None:
+    """Shock at a point of a body; None without a solution."""
+    if solution is None:
+        return None
+    jump = solution.jumps[0, body, :, -1]
+    return float(np.linalg.norm(velocity_at(jump[:3], jump[3:], r))) / v_in

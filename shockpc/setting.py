@@ -1,0 +1,190 @@
+"""From a scene to what the method works on: the robot in its posture, what is held, what is free, how it moves before."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array, Plane
+from shockpc.errors import SceneError
+from shockpc.model.assembly import Assembly, assemble
+from shockpc.model.closure import closure_block, loop_of
+from shockpc.model.contact import Touch, stance_block, touch, touch_block
+from shockpc.model.couplings import Loop
+from shockpc.model.dynamics import Dynamics, dynamics
+from shockpc.model.freedom import freedom
+from shockpc.model.motion import Motion, velocity_before
+from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
+from shockpc.model.robot import Robot
+from shockpc.model.rows import Rows, row_jacobian, stack
+from shockpc.model.transmission import Transmission, transmission
+from shockpc.scene import Scene, plane_of, refuse_nonsense
+
+__all__ = ["Setting", "complete", "setting_of"]
+
+
+class Setting(NamedTuple):
+    """A scene made arrays.
+
+    Attributes:
+        plane: of the study.
+        up: (3,) unit normal of the ground, world axes.
+        q: (nq,) configuration, loops closed.
+        state: the robot in that posture (N = 1).
+        touches: the contacts.
+        rows: contacts, then standing feet, then closures.
+        drives: what the joints do.
+        G: (1, nv, ny) columns of the free velocities, or None where all are.
+        before: how the robot moves before the impact.
+        approach: (nc, 3) velocity of every contact point before the impact, world axes [m/s].
+        assembly: what closing the loops changed; None without loops.
+        warnings: joints outside their limits.
+    """
+
+    plane: Plane
+    up: Array
+    q: Array
+    state: Dynamics
+    touches: tuple[Touch, ...]
+    rows: Rows
+    drives: Transmission
+    G: Array | None
+    before: Motion
+    approach: Array
+    assembly: Assembly | None
+    warnings: tuple[str, ...]
+
+
+def complete(scene: Scene, robot: Robot) -> Scene:
+    """The scene with every default filled in and every path absolute, so that it says all that is computed.
+
+    Raises:
+        SceneError: it has no contact, or holds a number that is not finite or a word that is not known.
+        UnknownName: the robot has no such posture.
+    """
+    refuse_nonsense(scene)
+    if not scene.contact:
+        raise SceneError(
+            f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"'
+        )
+    strike = scene.strike
+    if strike.velocity is None and strike.drop_height is None:
+        speed = 1.0 if strike.speed is None else strike.speed
+        strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
+    return replace(
+        scene,
+        robot=robot.label,
+        base=scene.base or ("free" if robot.free_base else "fixed"),
+        srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
+        packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
+        strike=strike,
+        posture=replace(scene.posture, reference=reference_name(robot, scene.posture.reference)),
+    )
+
+
+def setting_of(scene: Scene, robot: Robot) -> Setting:
+    """Evaluate a complete scene.
+
+    Raises:
+        ShockError: a name is not known, a loop cannot be closed, a contact leaves the ground, nothing can move.
+    """
+    plane = plane_of(scene)
+    velocity = scene.strike.vector(plane)
+    up = _ground_normal(plane, velocity)
+    drives = transmission(robot, scene.joints)
+    q = configuration(robot, scene.posture)
+    loops = (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure))
+    assembly = None
+    if loops:
+        assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
+        q = assembly.q
+    state = dynamics(robot, q[None])
+    touches = tuple(touch(robot, contact, state.rotation[0], up) for contact in scene.contact)
+    _refuse_twice(touches)
+    before = _motion(robot, scene, velocity, drives)
+    rows = stack(
+        [
+            *(touch_block(state, found, before) for found in touches),
+            *(stance_block(robot, state, frame) for frame in scene.stance),
+            *(closure_block(state, loop) for loop in loops),
+        ]
+    )
+    _refuse_opening(state, rows, loops, before)
+    approach = np.concatenate([velocity_before(state, before, found.body, found.point) for found in touches])
+    _refuse_separation(scene, touches, approach, up)
+    G = freedom(robot, scene.base or "free", plane, state.rotation[:, 0], drives.locked)
+    outside = outside_limits(robot, q)
+    return Setting(plane, up, q, state, touches, rows, drives, G, before, approach, assembly, outside)
+
+
+def _ground_normal(plane: Plane, velocity: Array) -> Array:
+    """World z; in a plane seen from above, and struck within it, the plane's own upward direction."""
+    level = abs(plane.normal[2]) > 1.0 - 1e-9
+    return plane.e2 if level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
+
+
+def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -> Motion:
+    """How the robot moves before the impact, followers with their leaders."""
+    omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
+    rates = np.zeros(robot.model.nv)
+    followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
+    for pattern, rate in scene.strike.joint_velocities.items():
+        for name in robot.match_joints(pattern):
+            joint = robot.model.joints[robot.model.getJointId(name)]
+            if joint.nv != 1:
+                raise SceneError(f'joint "{name}" has {joint.nv} degrees of freedom, so one rate cannot set it; leave it out')
+            if name in followers:
+                if name == pattern:
+                    raise SceneError(f'joint "{name}" follows joint "{followers[name]}"; give the rate of that one')
+                continue
+            if drives.locked[joint.idx_v] and rate != 0.0:
+                raise SceneError(
+                    f'joint "{name}" is locked, so it cannot turn at {rate:g} before the impact; free it or leave it out'
+                )
+            rates[joint.idx_v] = rate
+    for mimic in robot.mimics:
+        if robot.model.existJointName(mimic.leader):
+            leader, follower = (robot.model.joints[robot.model.getJointId(n)].idx_v for n in (mimic.leader, mimic.joint))
+            rates[follower] = mimic.multiplier * rates[leader]
+    return Motion(velocity, omega, rates)
+
+
+def _refuse_twice(touches: tuple[Touch, ...]) -> None:
+    """Two contacts at one point are one contact."""
+    for k, one in enumerate(touches):
+        for other in touches[:k]:
+            if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
+                raise SceneError(
+                    f'contacts "{other.frame}" and "{one.frame}" are at one point of one body, so they are one contact; '
+                    "leave one of them out, or move it by an offset"
+                )
+
+
+def _refuse_opening(state: Dynamics, rows: Rows, loops: tuple[Loop, ...], before: Motion) -> None:
+    """Joint rates that tear a loop open are no motion of the robot."""
+    if not loops or not before.joint_rates.any():
+        return
+    for block in rows.blocks[-len(loops) :]:
+        opening = row_jacobian(state, block.W)[0] @ before.joint_rates
+        if np.abs(opening).max() > 1e-9 * np.abs(before.joint_rates).max():
+            raise SceneError(
+                f"the joint velocities open {block.name} at {np.abs(opening).max():.3g} m/s; "
+                "give rates that the loop allows, or leave them out"
+            )
+
+
+def _refuse_separation(scene: Scene, touches: tuple[Touch, ...], approach: Array, up: Array) -> None:
+    """A contact that does not approach the ground does not strike it."""
+    for found, velocity in zip(touches, approach, strict=True):
+        leaving = float(velocity @ up)
+        if leaving >= -1e-9 * float(np.linalg.norm(velocity)):
+            how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
+            theta = scene.strike.strike_angle_deg
+            remedy = (
+                f"strike angle is {theta:g} deg, try between -90 and 90 deg"
+                if theta is not None and not math.cos(math.radians(theta)) > 1e-9
+                else "turn its velocity towards the ground, or list it under stance if it stands there already"
+            )
+            raise SceneError(f'contact "{found.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; {remedy}')
