@@ -3,24 +3,13 @@
 import enum
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from shockpc.model.robot import Robot
-    from shockpc.record import ShockProfile
+from shockpc.cli.output import Format, check_pattern, check_places, save_scenes, shown, write_files
 
 __all__ = ["BaseKind", "ContactPoint", "Format", "analyze"]
-
-
-class Format(enum.StrEnum):
-    """What standard output carries."""
-
-    TABLE = "table"
-    JSON = "json"
-    CSV = "csv"
-    MARKDOWN = "markdown"
 
 
 class BaseKind(enum.StrEnum):
@@ -29,6 +18,21 @@ class BaseKind(enum.StrEnum):
     FREE = "free"
     PLANAR = "planar"
     FIXED = "fixed"
+
+
+class JointModel(enum.StrEnum):
+    """What the drives do."""
+
+    FREE = "free"
+    GEARED = "geared"
+    LOCKED = "locked"
+
+
+class SpeedOf(enum.StrEnum):
+    """Whose speed normalises shock."""
+
+    CONTACT = "contact"
+    COM = "com"
 
 
 class ContactPoint(enum.StrEnum):
@@ -66,6 +70,31 @@ def analyze(
     speed: Annotated[str | None, typer.Option(metavar="V", help="Speed along the strike angle [m/s]; 1 by default.")] = None,
     velocity: Annotated[str | None, typer.Option(metavar="VX,VY,VZ", help="Velocity of the strike, world axes [m/s].")] = None,
     drop_height: Annotated[str | None, typer.Option(metavar="H", help="Strike after a free fall from this height [m].")] = None,
+    angular_velocity: Annotated[
+        str | None, typer.Option(metavar="WX,WY,WZ", help="Rotation of the robot before the strike, world axes [rad/s].")
+    ] = None,
+    joint_velocity: Annotated[
+        list[str] | None,
+        typer.Option(metavar="JOINT=RATE", help="Joint rates before the strike, by name or glob [rad/s; m/s if prismatic]."),
+    ] = None,
+    stance: Annotated[
+        list[str] | None, typer.Option(metavar="FRAME", help="A foot that is down already and stays where it is.")
+    ] = None,
+    joints: Annotated[
+        JointModel | None, typer.Option(help="What all drives do: turn freely, resist by their reflected inertia, or hold.")
+    ] = None,
+    armature: Annotated[
+        list[str] | None, typer.Option(metavar="JOINT=INERTIA", help="Reflected inertia, by name or glob [kg m²; kg if prismatic].")
+    ] = None,
+    lock: Annotated[list[str] | None, typer.Option(metavar="JOINT", help="Joints whose gearbox holds, by name or glob.")] = None,
+    assemble: Annotated[
+        list[str] | None, typer.Option(metavar="JOINT", help="The only joints that may move to close loops, by name or glob.")
+    ] = None,
+    v_in: Annotated[SpeedOf | None, typer.Option(help="Whose speed normalises shock.")] = None,
+    pulse: Annotated[
+        str | None, typer.Option(metavar="SHAPE:LENGTH", help="Also give peak accelerations, such as half-sine:5ms.")
+    ] = None,
+    range_g: Annotated[str | None, typer.Option(metavar="G", help="Range of the sensors, to hold peaks against [g].")] = None,
     plane: Annotated[str | None, typer.Option(metavar="PLANE", help="xz (sagittal), yz, xy, or a normal NX,NY,NZ.")] = None,
     point: Annotated[
         list[str] | None,
@@ -90,7 +119,7 @@ def analyze(
     with ledger.stage("imports"):
         from shockpc.cli.build import Wishes, build
         from shockpc.profile import shock_profile
-    _check_places(out, save_scene)
+    check_places(out, save_scene)
     wishes = Wishes(
         contact=tuple(contact or ()),
         together=together,
@@ -107,6 +136,16 @@ def analyze(
         speed=speed,
         velocity=velocity,
         drop_height=drop_height,
+        angular_velocity=angular_velocity,
+        joint_velocity=tuple(joint_velocity or ()),
+        stance=tuple(stance or ()),
+        joints=None if joints is None else joints.value,
+        armature=tuple(armature or ()),
+        lock=tuple(lock or ()),
+        assemble=tuple(assemble or ()),
+        v_in=None if v_in is None else v_in.value,
+        pulse=pulse,
+        range_g=range_g,
         plane=plane,
         point=tuple(point or ()),
         xacro=tuple(xacro or ()),
@@ -114,94 +153,16 @@ def analyze(
     )
     loaded, scenes = build(robot, wishes, ledger)
     if bodies is not None:
-        _check_pattern(loaded, bodies)
+        check_pattern(loaded, bodies)
     profiles = [shock_profile(scene, loaded, ledger) for scene in scenes]
     with ledger.stage("output"):
-        text = _shown(profiles, format_, bodies)
+        text = shown(profiles, format_, bodies)
         if save_scene is not None:
-            _save_scenes(profiles, save_scene)
+            save_scenes(profiles, save_scene)
         if out is not None:
-            _write_files(profiles, out, bodies)
+            write_files(profiles, out, bodies)
         else:
             ledger.skip("figure, and matplotlib with it", "no --out")
         sys.stdout.write(text)
     if explain:
         sys.stderr.write(ledger.text())
-
-
-def _check_places(out: Path | None, save_scene: Path | None) -> None:
-    """See that results can be written before anything is computed."""
-    from shockpc.cli.build import is_scene_file
-    from shockpc.errors import OutputError
-    from shockpc.show.files import check_folder
-
-    if out is not None:
-        check_folder(out, "--out")
-    if save_scene is not None:
-        if save_scene.is_dir():
-            raise OutputError(f'"{save_scene}" is a folder; name a file with --save-scene, such as landing.toml')
-        if save_scene.exists() and not is_scene_file(str(save_scene)):
-            raise OutputError(f'"{save_scene}" is there already and holds no scene; name another file with --save-scene')
-        if not save_scene.parent.exists():
-            raise OutputError(f'there is no folder "{save_scene.parent}" for --save-scene; make it, or name another file')
-        check_folder(save_scene.parent, "--save-scene")
-
-
-def _check_pattern(robot: "Robot", pattern: str) -> None:
-    """A pattern that fits no body would leave nothing to show."""
-    from shockpc.errors import UnknownName
-    from shockpc.show.sheets import fits
-
-    names = [body.name for body in robot.bodies]
-    if not any(fits(name, pattern) for name in names):
-        raise UnknownName("body", pattern, names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-
-
-def _shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -> str:
-    """What goes to standard output. CSV has no place for warnings, so those go to standard error."""
-    from shockpc.show.document import to_json
-    from shockpc.show.text import csv_report, markdown_report, text_report
-
-    if format_ is Format.JSON:
-        return to_json(profiles)
-    if format_ is Format.MARKDOWN:
-        return markdown_report(profiles, bodies)
-    if format_ is Format.CSV:
-        for warning in dict.fromkeys(warning for profile in profiles for warning in profile.health.warnings):
-            sys.stderr.write(f"shockpc: warning: {warning}\n")
-        return csv_report(profiles, bodies)
-    return text_report(profiles, bodies)
-
-
-def _write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -> None:
-    """One landing into the folder itself; several into a folder each, with a summary beside them."""
-    from shockpc.show.files import write_text
-    from shockpc.show.folder import write_profile
-    from shockpc.show.sheets import contact_name, summary_sheet
-    from shockpc.show.text import as_csv, as_markdown
-
-    if len(profiles) == 1:
-        write_profile(profiles[0], out, bodies)
-        return
-    for profile in profiles:
-        write_profile(profile, out / _file_name(contact_name(profile)), bodies)
-    summary = summary_sheet(profiles)
-    write_text(out / "summary.csv", as_csv(summary))
-    write_text(out / "summary.md", as_markdown(summary))
-
-
-def _save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
-    """One landing into the file itself; several into a file each, named after the contact."""
-    from shockpc.scene_file import scene_text
-    from shockpc.show.files import write_text
-    from shockpc.show.sheets import contact_name
-
-    for profile in profiles:
-        target = path if len(profiles) == 1 else path.with_stem(f"{path.stem}.{_file_name(contact_name(profile))}")
-        write_text(target, scene_text(profile.scene, target.parent))
-
-
-def _file_name(contact: str) -> str:
-    """A contact's name as a file's name; never one that leads out of its folder or hides in it."""
-    name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact)
-    return f"_{name[1:]}" if name.startswith(".") else name

@@ -11,6 +11,7 @@ from shockpc.ledger import Ledger
 from shockpc.model.contact import Contact, match_frames
 from shockpc.model.landmarks import feet
 from shockpc.model.robot import Robot, load_robot
+from shockpc.model.transmission import Joints
 from shockpc.scene import PLANES, Point, Scene, Strike, plane_of
 from shockpc.scene_file import read_scene
 
@@ -38,6 +39,16 @@ class Wishes:
     speed: str | None
     velocity: str | None
     drop_height: str | None
+    angular_velocity: str | None
+    joint_velocity: tuple[str, ...]
+    stance: tuple[str, ...]
+    joints: Any
+    armature: tuple[str, ...]
+    lock: tuple[str, ...]
+    assemble: tuple[str, ...]
+    v_in: Any
+    pulse: str | None
+    range_g: str | None
     plane: str | None
     point: tuple[str, ...]
     xacro: tuple[str, ...]
@@ -65,6 +76,12 @@ def build(robot: str, wishes: Wishes, ledger: Ledger) -> tuple[Robot, list[Scene
         plane=scene.plane if wishes.plane is None else _plane(wishes.plane),
         posture=_posture(scene, wishes),
         strike=_strike(scene, wishes),
+        stance=tuple(dict.fromkeys(frame for text in wishes.stance for frame in match_frames(loaded, text))) or scene.stance,
+        joints=_joints(scene, wishes),
+        assemble=wishes.assemble or scene.assemble,
+        v_in=wishes.v_in or scene.v_in,
+        pulse=wishes.pulse or scene.pulse,
+        range_g=scene.range_g if wishes.range_g is None else number("--range-g", wishes.range_g),
         point=scene.point + tuple(_point(loaded, text) for text in wishes.point),
     )
     return loaded, [_with_contacts(scene, wishes, frames) for frames in _landings(loaded, scene, wishes)]
@@ -148,24 +165,50 @@ def _posture(scene: Scene, wishes: Wishes) -> Any:
     return dataclasses.replace(posture, joints_deg=before | sets)
 
 
+def _joints(scene: Scene, wishes: Wishes) -> Joints:
+    """The drives, with what is typed put over what the scene says."""
+    given = {}
+    for text in wishes.armature:
+        name, value = assignment("--armature", text, "JOINT=INERTIA", "'*_KFE=0.05'")
+        given[name] = number("--armature", value)
+    before = {name: value for name, value in scene.joints.armature.items() if name not in given}
+    return dataclasses.replace(
+        scene.joints,
+        model=wishes.joints or scene.joints.model,
+        armature=before | given,
+        locked=tuple(dict.fromkeys([*scene.joints.locked, *wishes.lock])),
+    )
+
+
 def _strike(scene: Scene, wishes: Wishes) -> Strike:
-    """The strike: the scene's, unless one is typed."""
+    """The strike, with what is typed put over it; a way of giving the velocity replaces the scene's way."""
+    strike = scene.strike
     angle = None if wishes.strike_angle is None else number("--strike-angle", wishes.strike_angle)
     speed = None if wishes.speed is None else number("--speed", wishes.speed)
     if wishes.velocity is not None or wishes.drop_height is not None:
-        return Strike(
+        strike = dataclasses.replace(
+            strike,
             speed=speed,
             strike_angle_deg=angle,
             velocity=None if wishes.velocity is None else vector("--velocity", wishes.velocity, "0.5,0,-1"),
             drop_height=None if wishes.drop_height is None else number("--drop-height", wishes.drop_height),
         )
-    if angle is None and speed is None:
-        return scene.strike
-    before = scene.strike
-    return Strike(
-        speed=before.speed if speed is None else speed,
-        strike_angle_deg=before.strike_angle_deg if angle is None else angle,
-    )
+    elif angle is not None or speed is not None:
+        strike = dataclasses.replace(
+            strike,
+            speed=strike.speed if speed is None else speed,
+            strike_angle_deg=strike.strike_angle_deg if angle is None else angle,
+            velocity=None,
+            drop_height=None,
+        )
+    if wishes.angular_velocity is not None:
+        strike = dataclasses.replace(strike, angular_velocity=vector("--angular-velocity", wishes.angular_velocity, "0,3,0"))
+    rates = {}
+    for text in wishes.joint_velocity:
+        name, value = assignment("--joint-velocity", text, "JOINT=RATE", "'*_knee=2.5'")
+        rates[name] = number("--joint-velocity", value)
+    before = {name: value for name, value in strike.joint_velocities.items() if name not in rates}
+    return dataclasses.replace(strike, joint_velocities=before | rates)
 
 
 def _plane(text: str) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.model.meshes import Mesh, Meshes, mesh_of
+from shockpc.model.meshes import Mesh, Meshes, last_words, mesh_of
 from shockpc.model.robot import Robot
 from shockpc.model.source import RobotSource, resolve_asset
 
@@ -119,9 +119,7 @@ def _from_mjcf(robot: Robot, kind: Kind) -> Geometries:
         try:
             found = pin.buildGeomFromMJCF(robot.model, str(copy), wanted)
         except (ValueError, RuntimeError, IndexError) as refusal:
-            return Geometries(
-                (), (*unread, Unread("", f"Pinocchio cannot read the geometry: {str(refusal).strip().splitlines()[-1]}"))
-            )
+            return Geometries((), (*unread, Unread("", f"Pinocchio cannot read the geometry: {last_words(refusal)}")))
     pieces = []
     for item in found.geometryObjects:
         frame = robot.model.frames[item.parentFrame]
@@ -146,7 +144,9 @@ def _readable_mjcf(source: RobotSource, meshes: Meshes) -> tuple["ElementTree.El
     unread: list[Unread] = []
     compiler = root.find("compiler")
     if compiler is None:
-        compiler = ElementTree.SubElement(root, "compiler")
+        compiler = ElementTree.Element("compiler")
+        # Pinocchio takes settings for what comes after them.
+        root.insert(0, compiler)
     folder = compiler.get("meshdir", compiler.get("assetdir", ""))
     compiler.set("meshdir", "/")
     lost: dict[str, str] = {}

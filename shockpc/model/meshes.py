@@ -12,7 +12,7 @@ from shockpc.errors import RobotError
 from shockpc.model.collada import read_collada, read_wavefront
 from shockpc.model.source import RobotSource, resolve_asset
 
-__all__ = ["Mesh", "Meshes", "mesh_of", "read_mesh"]
+__all__ = ["Mesh", "Meshes", "last_words", "mesh_of", "read_mesh"]
 
 _NOISE = ("From file", "in function", "at line", "message:", "Hint")
 
@@ -85,7 +85,7 @@ def read_mesh(path: Path) -> Mesh:
     except OSError as refusal:
         raise ValueError(f"it cannot be read: {refusal.strerror}") from None
     except (ValueError, RuntimeError) as refusal:
-        raise ValueError(_last_words(refusal)) from None
+        raise ValueError(last_words(refusal)) from None
     if not len(mesh.vertices) or not np.isfinite(mesh.vertices).all():
         raise ValueError("it has no vertices, or some that are not numbers")
     return mesh
@@ -104,8 +104,8 @@ def mesh_of(model: Any) -> Mesh:
     return Mesh(vertices, triangles if sound else triangles[:0])
 
 
-def _last_words(refusal: Exception) -> str:
-    """What a mesh reader meant, without the place in its source that it was raised from."""
+def last_words(refusal: Exception) -> str:
+    """What a reader of meshes meant in one line, without the place in its source that it was raised from."""
     lines = [line.strip() for line in str(refusal).splitlines()]
     wanted = [line for line in lines if line and not line.startswith(_NOISE)]
     return wanted[-1].rstrip(".") if wanted else "the mesh reader refuses it"

@@ -16,8 +16,13 @@ def bracket_sheet(profile: ShockProfile) -> Sheet:
     return Sheet("what the drives make of it (the choice that moves these numbers most)", header, rows, notes)
 
 
-def directions_sheet(profile: ShockProfile) -> Sheet:
-    """The strikes that each place feels most and least, at the same speed."""
+def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
+    """The strikes that each place feels most and least, at the same speed.
+
+    Args:
+        profile: the result.
+        most: rows to show, those of the greatest shock; sensors and points always.
+    """
     rows: list[tuple[Cell, ...]] = []
     moved, found = profile.moved, profile.directions
     for i, body in enumerate(profile.bodies):
@@ -32,24 +37,30 @@ def directions_sheet(profile: ShockProfile) -> Sheet:
                     *map(float, kindest),
                 )
             )
+    rows, notes = _largest(rows, most, "bodies")
     for point in profile.points:
         d = point.directions
         rows.append((point.frame, float(d.worst_shock), *map(float, d.worst), float(d.kindest_shock), *map(float, d.kindest)))
     header = ("place", "worst [-]", "from x", "y", "z", "kindest [-]", "from x", "y", "z")
-    return Sheet("worst and kindest strike (direction of the velocity, world axes)", header, rows)
+    return Sheet("worst and kindest strike (direction of the velocity, world axes)", header, rows, notes)
 
 
-def loads_sheet(profile: ShockProfile) -> Sheet:
-    """Impulse through every joint."""
+def loads_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
+    """Impulse through every joint.
+
+    Args:
+        profile: the result.
+        most: rows to show, those of the greatest force.
+    """
     rows: list[tuple[Cell, ...]] = [
         (load.joint, math.hypot(*load.force), math.hypot(*load.moment), None if load.along is None else abs(load.along))
         for load in profile.loads
     ]
-    notes = []
+    rows, notes = _largest(rows, most, "joints")
     if profile.health.rank < profile.health.rows:
-        notes.append("contacts or closures repeat one another: of all loads that fit, these are the ones of least contact impulse")
+        notes += ("contacts or closures repeat one another: of all loads that fit, these are the ones of least impulse",)
     header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]")
-    return Sheet("impulse through the joints", header, rows, tuple(notes))
+    return Sheet("impulse through the joints", header, rows, notes)
 
 
 def balance_lines(profile: ShockProfile) -> list[str]:
@@ -66,3 +77,11 @@ def balance_lines(profile: ShockProfile) -> list[str]:
         moved = ", ".join(f"{name} by {by:.3g}" for name, by in profile.assembly.moved) or "no joint had to move"
         lines.append(f"loops closed from a gap of {1e3 * profile.assembly.gap:.3g} mm: {moved}")
     return lines
+
+
+def _largest(rows: list[tuple[Cell, ...]], most: int | None, what: str) -> tuple[list[tuple[Cell, ...]], tuple[str, ...]]:
+    """The rows with the largest first number, in their own order, and a note on how many are left out."""
+    if most is None or len(rows) <= most:
+        return rows, ()
+    kept = sorted(range(len(rows)), key=lambda k: -float(rows[k][1] or 0.0))[:most]
+    return [rows[k] for k in sorted(kept)], (f"{len(rows) - most} {what} with less not shown; the report of --out has them all",)

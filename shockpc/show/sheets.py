@@ -59,9 +59,10 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
 
 
 JOINT_MODELS = {
-    "free": "free (no reflected inertia in the file: drives offer no resistance; a stiff gearbox changes these numbers a lot)",
-    "geared": "geared (the file gives every joint a reflected inertia)",
-    "mixed": "mixed (the file gives some joints a reflected inertia, the others turn freely)",
+    "free": "free (no reflected inertia: drives offer no resistance; a stiff gearbox changes these numbers a lot)",
+    "geared": "geared (every drive resists by its reflected inertia)",
+    "locked": "locked (every drive holds, so the robot is one rigid body)",
+    "mixed": "mixed (some drives resist or hold, the others turn freely)",
 }
 
 

@@ -5,6 +5,7 @@ import io
 import math
 
 from shockpc.record import ShockProfile
+from shockpc.show.design_sheets import balance_lines, bracket_sheet, directions_sheet, loads_sheet
 from shockpc.show.sheets import (
     Cell,
     Sheet,
@@ -18,6 +19,9 @@ from shockpc.show.sheets import (
 )
 
 __all__ = ["as_csv", "as_markdown", "as_text", "csv_report", "markdown_report", "text_report"]
+
+SHORT = 6
+"""Rows of the longer tables that a terminal shows; a report has them all."""
 
 
 def as_text(sheet: Sheet) -> str:
@@ -65,8 +69,8 @@ def text_report(profiles: list[ShockProfile], pattern: str | None = None) -> str
     blocks = []
     for profile in profiles:
         blocks.append("\n".join(f"{name:<12} {text}" for name, text in header_lines(profile)) + "\n")
-        blocks += [as_text(sheet) for sheet in _sheets(profile, pattern)]
-        blocks.append("\n".join(health_lines(profile)) + "\n")
+        blocks += [as_text(sheet) for sheet in _sheets(profile, pattern, SHORT)]
+        blocks.append("\n".join([*balance_lines(profile), *health_lines(profile)]) + "\n")
     if len(profiles) > 1:
         blocks.append(as_text(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
@@ -86,8 +90,8 @@ def markdown_report(profiles: list[ShockProfile], pattern: str | None = None, fi
         blocks.append("\n".join(f"- **{name}**: {text}" for name, text in header_lines(profile)) + "\n")
         if figure:
             blocks.append(f"![shock profile of {profile.robot.name}]({figure})\n")
-        blocks += [as_markdown(sheet) for sheet in _sheets(profile, pattern)]
-        blocks.append("\n".join(f"- {line}" for line in health_lines(profile)) + "\n")
+        blocks += [as_markdown(sheet) for sheet in _sheets(profile, pattern, None)]
+        blocks.append("\n".join(f"- {line}" for line in [*balance_lines(profile), *health_lines(profile)]) + "\n")
     if len(profiles) > 1:
         blocks.append(as_markdown(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
@@ -100,10 +104,17 @@ def csv_report(profiles: list[ShockProfile], pattern: str | None = None) -> str:
     return as_csv(Sheet("", ("contact", *sheets[0][1].header), rows))
 
 
-def _sheets(profile: ShockProfile, pattern: str | None) -> list[Sheet]:
-    """The tables of one landing; points only where there are any."""
-    points = points_sheet(profile)
-    return [bodies_sheet(profile, pattern), *([points] if points.rows else []), contacts_sheet(profile)]
+def _sheets(profile: ShockProfile, pattern: str | None, most: int | None) -> list[Sheet]:
+    """The tables of one landing; points and loads only where there are any, long ones cut to their largest rows."""
+    points, loads = points_sheet(profile), loads_sheet(profile, most)
+    return [
+        bodies_sheet(profile, pattern),
+        *([points] if points.rows else []),
+        contacts_sheet(profile),
+        bracket_sheet(profile),
+        directions_sheet(profile, most),
+        *([loads] if loads.rows else []),
+    ]
 
 
 def _shown(cell: Cell) -> str:
