@@ -56,7 +56,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     b, delta = equation.b[0, :, -1:], impact.delta_qd[0, :, -1:]
     momentum, contact = residuals(equation.H[0], equation.J_c[0], b, delta, impact.impulse[0, :, -1:])
     if contact > 1e-6:
-        raise SceneError(_contradiction(rows, (equation.J_c[0] @ delta + b)[:, 0], b[:, 0]))
+        raise SceneError(_contradiction(rows, (equation.J_c[0] @ delta + b)[:, 0]))
 
     combine = impact.combine[0, : int(impact.rank[0])]
     W = rows.W[0].copy()
@@ -161,13 +161,12 @@ def _ill(robot: Robot, apart: Array, better: Array, moving: np.ndarray, chosen: 
     )
 
 
-def _contradiction(rows: Rows, left: Array, b: Array) -> str:
+def _contradiction(rows: Rows, left: Array) -> str:
     """The message for rows that cannot be met: which one, along what, by how much."""
     row = int(np.argmax(np.abs(left)))
     block, own = next((block, own) for block, own in zip(rows.blocks, rows.slices, strict=True) if row < own.stop)
     axis = " ".join(f"{u:.3g}" for u in block.axes[row - own.start] + 0.0)
     return (
-        f"{block.name} strikes at {abs(b[row]):.3g} m/s along ({axis}), but {abs(left[row]):.3g} m/s of that cannot be stopped: "
-        "the mechanism cannot move that way here, or another contact asks for the opposite; "
-        "leave that direction out of the contact or of the strike, or free the base"
+        f"{block.name} cannot be stopped: {abs(left[row]):.3g} m/s are left along ({axis}), because the mechanism cannot move that way "
+        "here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, or free the base"
     )

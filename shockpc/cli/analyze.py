@@ -9,7 +9,7 @@ import typer
 
 from shockpc.cli.output import Format, check_pattern, check_places, save_scenes, shown, write_files
 
-__all__ = ["BaseKind", "ContactPoint", "Format", "analyze"]
+__all__ = ["BaseKind", "ContactPoint", "JointModel", "SpeedOf", "analyze"]
 
 
 class BaseKind(enum.StrEnum):

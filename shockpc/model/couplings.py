@@ -82,7 +82,9 @@ def mimics_of(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
 
     A fixed joint follows nothing, whatever its file says; one that follows a fixed joint stays where its offset puts it.
     """
-    if source.kind != "urdf" or "<mimic" not in source.xml:
+    if source.kind == "mjcf":
+        return _proportional(source, model)
+    if "<mimic" not in source.xml:
         return ()
     found: list[Mimic] = []
     for joint in parse_markup(source.xml, source.path.name).iter("joint"):
@@ -91,13 +93,44 @@ def mimics_of(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
                 continue
             multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
             found.append(Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset))
+    return _leaders_first(found, source.path.name)
+
+
+def _proportional(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
+    """The joints that an MJCF's equalities couple: q1 − q1₀ = a0 + a1 (q2 − q2₀), or a constant without a second joint."""
+    if "<equality" not in source.xml:
+        return ()
+    start = next((entry.data() for entry in model.referenceConfigurations if entry.key() == "qpos0"), pin.neutral(model))
+
+    def rest(name: str) -> float:
+        return float(start[model.joints[model.getJointId(name)].idx_q]) if model.existJointName(name) else 0.0
+
+    found = []
+    for tie in parse_markup(source.xml, source.path.name).iterfind("equality/joint"):
+        follower, leader = tie.get("joint1", ""), tie.get("joint2", "")
+        for name in (follower, leader):
+            if name and not model.existJointName(name):
+                raise RobotError(
+                    f'{source.path.name}: an equality couples joint "{name}", which is not a joint of its own here; '
+                    "give each of a body's joints a body"
+                )
+        if tie.get("active", "true") == "false":
+            continue
+        a0, a1 = ([float(word) for word in tie.get("polycoef", "0 1").split()] + [0.0, 0.0])[:2]
+        slope = a1 if leader else 0.0
+        found.append(Mimic(follower, leader, slope, rest(follower) + a0 - slope * rest(leader)))
+    return _leaders_first(found, source.path.name)
+
+
+def _leaders_first(found: list[Mimic], file: str) -> tuple[Mimic, ...]:
+    """Mimic joints ordered so that each comes after the one that it follows."""
     ordered: list[Mimic] = []
     while found:
         waiting = {mimic.joint for mimic in found}
         ready = [mimic for mimic in found if mimic.leader not in waiting]
         if not ready:
             names = ", ".join(f'"{mimic.joint}"' for mimic in found)
-            raise RobotError(f"{source.path.name}: mimic joints {names} follow one another in a circle; one of them has to lead")
+            raise RobotError(f"{file}: mimic joints {names} follow one another in a circle; one of them has to lead")
         ordered += ready
         found = [mimic for mimic in found if mimic.leader in waiting]
     return tuple(ordered)

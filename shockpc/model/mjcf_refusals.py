@@ -53,11 +53,7 @@ def check_sections(root: Element, file: str) -> None:
             raise RobotError(f'{file}: <compiler {key}="{value}"> {effect}, which Pinocchio does not. {_REMEDY}')
     for tie in root.findall("equality/*"):
         if tie.get("active", "true") != "false":
-            name = f' "{tie.get("name")}"' if tie.get("name") else ""
-            raise RobotError(
-                f"{file}: the equality {tie.tag}{name} closes a loop or couples joints, and that is not computed from MJCF yet. "
-                'Without it the numbers would be wrong; set active="false" to do without it on purpose'
-            )
+            _check_tie(tie, file)
     for kind, path in (("tendon", "tendon/*"), ("actuator", "actuator/*"), ("default", "default//*")):
         for element in root.findall(path):
             if kind == "default" and element.tag in ("joint", "default"):
@@ -67,6 +63,25 @@ def check_sections(root: Element, file: str) -> None:
                     f"{file}: <{element.tag}> has armature {element.get('armature')}, which Pinocchio reads at joints only; "
                     "give the joint that armature, times gear² for an actuator"
                 )
+
+
+def _check_tie(tie: Element, file: str) -> None:
+    """Refuse an equality that is not a loop closed by a point or a frame, or a joint that follows another in proportion."""
+    name = f' "{tie.get("name")}"' if tie.get("name") else ""
+    if tie.tag in ("connect", "weld"):
+        return
+    if tie.tag != "joint":
+        raise RobotError(
+            f"{file}: the equality {tie.tag}{name} couples bodies in a way that is not computed, and without it the numbers would "
+            'be wrong; valid are connect, weld and joint; set active="false" to do without it on purpose'
+        )
+    text = tie.get("polycoef", "0 1 0 0 0")
+    curved = vector(text, len(text.split()))
+    if not curved or any(curved[2:]):
+        raise RobotError(
+            f"{file}: the equality joint{name} couples joints by a curve, polycoef {tie.get('polycoef')}; only proportion can be "
+            "computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
+        )
 
 
 def check_numbers(world: Element, file: str) -> None:

@@ -21,7 +21,8 @@ __all__ = ["Region", "silhouette", "to_plane"]
 Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
 
-LARGEST_GRID = 4000
+LARGEST_GRID = 2500
+"""Most cells along a side: no picture shows more, whatever resolution is asked for."""
 
 
 def to_plane(points: Array, plane: Plane) -> Array:
@@ -45,7 +46,8 @@ def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane:
     for shape in shapes:
         corners = to_plane(shape.points @ rotation.T + position, plane)
         if shape.mesh is None:
-            parts.append(shapely.MultiPoint(corners).convex_hull.buffer(shape.radius, quad_segs=16))
+            hull = shapely.MultiPoint(corners).convex_hull
+            parts.append(hull.buffer(shape.radius, quad_segs=16) if shape.radius > 0.0 else hull)
         else:
             vertices = to_plane(shape.mesh.vertices @ rotation.T + position, plane)
             parts.append(_shadow(vertices, shape.mesh.triangles, resolution / 2.0))
