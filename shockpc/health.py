@@ -69,10 +69,11 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
             "give every moving body mass and inertia in the file, or lock their joints with --lock"
         ) from None
     motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
-    errors = _relative(robot, motion - other.twists[..., -1], motion)
+    errors = _relative(robot, motion - other.twists[..., -1], other.twists[..., -1])
     method = f"{JOINT_SPACE}, checked in maximal coordinates"
     warnings: list[str] = []
-    moving = _size(robot, motion) > UNMOVED * _size(robot, motion).max()
+    speed = _size(robot, other.twists[..., -1])
+    moving = speed > UNMOVED * speed.max()
     if np.any(errors[moving] > TRUSTED):
         refined, spread = refine(bodies, len(combine), other)
         rounding = _relative(robot, spread[..., -1], refined.twists[..., -1])
@@ -83,7 +84,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         warnings.append(_ill(robot, errors, better, moving, chosen))
         errors = better
         method = f"{chosen}, because two independent solutions part"
-    still = int(np.sum(~moving & (_size(robot, motion) > 0.0)))
+    still = int(np.sum(~moving & (speed > 0.0)))
     if still:
         warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
     health = Health(
@@ -167,6 +168,7 @@ def _contradiction(rows: Rows, left: Array) -> str:
     block, own = next((block, own) for block, own in zip(rows.blocks, rows.slices, strict=True) if row < own.stop)
     axis = " ".join(f"{u:.3g}" for u in block.axes[row - own.start] + 0.0)
     return (
-        f"{block.name} cannot be stopped: {abs(left[row]):.3g} m/s are left along ({axis}), because the mechanism cannot move that way "
-        "here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, or free the base"
+        f"{block.name} cannot be stopped: {abs(left[row]):.3g} m/s are left along ({axis}), because the mechanism cannot move that "
+        "way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
+        "or free the base"
     )

@@ -28,7 +28,7 @@ from shockpc.readings.contacts import contact_impulses
 from shockpc.readings.geometry import shock_ranges
 from shockpc.readings.loads import energy, joint_loads
 from shockpc.readings.points import point_maps, point_shocks, spots
-from shockpc.record import ShockProfile
+from shockpc.record import PointShock, ShockProfile
 from shockpc.scene import Scene
 from shockpc.setting import Setting, complete, setting_of
 
@@ -79,7 +79,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
     with ledger.stage("loads, energy and the bracket of drives"):
         loads = joint_loads(robot, state, bodies, rows, solution)
         lost, share = energy(robot, state, bodies, rows, solution, setting.before, floating)
-        gained = _gained(lost, setting)
+        gained = (*_gained(lost, setting), *_saturated(scene, points))
         bracket = drive_bracket(robot, scene, setting, solution, found, v_in)
     _left_out(ledger, robot, scene, setting)
     return ShockProfile(
@@ -141,6 +141,17 @@ def _gained(lost: float, setting: Setting) -> tuple[str, ...]:
     return (
         f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one another; "
         "give them one restitution, or strike them one after the other",
+    )
+
+
+def _saturated(scene: Scene, points: tuple[PointShock, ...]) -> tuple[str, ...]:
+    """A warning for every sensor that would see more than its range."""
+    if scene.range_g is None:
+        return ()
+    return tuple(
+        f'"{point.frame}" would see {point.peak_g:.3g} g, beyond its range of {scene.range_g:g} g; its reading saturates'
+        for point in points
+        if point.peak_g is not None and point.peak_g > scene.range_g
     )
 
 

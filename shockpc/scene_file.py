@@ -121,7 +121,7 @@ def _fault(place: tuple[int | str, ...], table: Any) -> str:
             if part not in kinds:
                 return f"{key}{part}: no such key; valid here: {', '.join(kinds)}"
             if part not in value:
-                return f"{key}{part} is missing; every {key.split('[')[0].rstrip('.') or 'scene'} needs it"
+                return f"{key}{part} is missing; every {getattr(kind, '__name__', 'table').lower()} needs it"
             kind = kinds[str(part)]
         elif typing.get_origin(kind) is Mapping:
             kind = typing.get_args(kind)[1]

@@ -188,6 +188,7 @@ def test_names(capfd, here, words, text):
     refused(capfd, here, text, "analyze", "stick.urdf", *words)
 
 
+TURN = "turn its velocity towards the ground, or list it under stance if it stands there already"
 STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height"
 
 
@@ -211,12 +212,11 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
         ),
         (
             "--velocity 0,0,0.31",
-            'contact "foot" is leaving the ground at 0.31 m/s, so there is no impact; turn the velocity towards the ground',
+            'contact "foot" is leaving the ground at 0.31 m/s, so there is no impact; ' + TURN,
         ),
         (
             "--velocity 1,0,0",
-            'contact "foot" moves along the ground, approaching it at 0 m/s, so there is no impact; '
-            "turn the velocity towards the ground",
+            'contact "foot" moves along the ground, approaching it at 0 m/s, so there is no impact; ' + TURN,
         ),
         ("--velocity 0,-1", '--velocity: "0,-1" is not three numbers with commas between them, such as 0.5,0,-1'),
         ("--velocity 0,0,-1,0", '--velocity: "0,0,-1,0" is not three numbers with commas between them, such as 0.5,0,-1'),
@@ -228,8 +228,7 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
         ("--drop-height 0", "a drop height of 0 m gives no impact; it has to be above zero"),
         (
             "--velocity 0,0,0",
-            'contact "foot" moves along the ground, approaching it at 0 m/s, so there is no impact; '
-            "turn the velocity towards the ground",
+            'contact "foot" moves along the ground, approaching it at 0 m/s, so there is no impact; ' + TURN,
         ),
         ("--speed 1e308", "a strike at 1e+308 m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s"),
         ("--speed 1e-300", "a strike at 1e-300 m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s"),
@@ -335,7 +334,7 @@ def test_model_that_cannot_be_solved(capfd, here):
     """Moving bodies without mass leave no verdict, and are named."""
     text = (
         'bodies "l_gripper", "r_gripper" of robot "RomeoH37" can move but carry no mass or inertia to resist it, so the inertia '
-        "matrix cannot be inverted; give them mass and inertia in the file, or make their joints fixed"
+        "matrix cannot be inverted; give them mass and inertia in the file, or lock their joints with --lock"
     )
     refused(capfd, here, text, "analyze", "romeo_laas_small", "--contact", "l_sole", code=3)
 

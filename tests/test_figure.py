@@ -169,6 +169,29 @@ def test_the_field_is_that_of_the_body(omega, v):
     assert field(omega, v).at(np.array([0.3, -0.7])) == pytest.approx(np.linalg.norm(v + np.cross(omega, r)), abs=1e-12)
 
 
+@given(SPINS, SPEEDS)
+def test_a_leaning_limb_is_coloured_along_itself(omega, v):
+    """Where a body leans across the plane, its colours are the shocks of its own points, not of those at the depth of its frame."""
+    along = np.array([0.2, 0.5, -1.0])
+    limb = np.linspace(0.0, 1.0, 20)[:, None] * along + [0.1, 0.3, 0.0]
+    profile = SimpleNamespace(
+        rotation=[np.eye(3)], plane=SAGITTAL, delta_omega=[omega], delta_v=[v], v_in=1.0, position=np.zeros((1, 3))
+    )
+    found = field_of(profile, 0, limb).at(to_plane(limb, SAGITTAL))
+    # The slope is held back by a hundredth of the limb's own spread.
+    slack = 0.02 * np.linalg.norm(omega)
+    np.testing.assert_allclose(found, np.linalg.norm(v + np.cross(omega, limb), axis=1), atol=slack + 1e-12)
+
+
+@pytest.mark.parametrize("plane", ["xz", "yz", (1.0, 1.0, 0.2)])
+@pytest.mark.parametrize(("robot", "frame"), [("anymal_b", "LF_FOOT"), ("hyq", "lf_foot"), ("talos", "left_sole_link")])
+def test_the_struck_point_has_the_colour_of_the_strike(robot, frame, plane):
+    """Shock is 1 where the robot is struck, in whatever plane it is drawn."""
+    profile = landing(robot, frame, plane=plane)
+    drawn = next(d for d in view_of(profile).drawn if d.body == profile.robot.frame(frame).body)
+    assert drawn.field.at(to_plane(profile.contacts[0].point, profile.plane)) == pytest.approx(1.0, abs=0.08)
+
+
 @given(SPINS, SPEEDS, st.sampled_from(EDGES[1:-1]))
 def test_below_a_value_is_where_the_field_is_below(omega, v, value):
     """Points of the box are inside just where shock is smaller, but for the width of a chord of the sampled arc."""

@@ -3,7 +3,6 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-import trees
 from hypothesis import given
 from hypothesis import strategies as st
 from trees import known_robot, robot_from
@@ -11,12 +10,12 @@ from trees import known_robot, robot_from
 from shockpc.core.impulse import solve_impact
 from shockpc.errors import SceneError
 from shockpc.model.contact import Contact
-from shockpc.model.dynamics import dynamics
-from shockpc.model.equation import impulsive_equation, joint_jumps, solve_equation
-from shockpc.model.freedom import freedom
+from shockpc.model.equation import impulsive_equation, solve
 from shockpc.model.posture import Posture
+from shockpc.model.transmission import Joints
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
+from shockpc.setting import complete, setting_of
 
 TURNED = Posture(base_rpy_deg=(10.0, -20.0, 30.0))
 
@@ -105,30 +104,30 @@ def test_a_planar_base_moves_in_its_plane_alone(plane):
     assert np.linalg.norm(v) > 1e-3
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from([(0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]))
-def test_holding_the_base_by_rows_is_holding_it_by_columns(seed, normal):
+def equations(robot, scene):
+    """The setting of a scene, its own reduced solution, and the system without any reduction."""
+    setting = setting_of(complete(scene, robot), robot)
+    solution = solve(robot, setting.state, setting.rows, setting.drives.armature, setting.G)
+    return setting, solution, impulsive_equation(setting.state, setting.rows, setting.drives.armature, None)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["xz", "yz", "xy", (1.0, 2.0, 0.5)]))
+def test_holding_the_base_by_rows_is_holding_it_by_columns(seed, plane):
     """Both ways of Section 3.1.1: K Δq̇ = 0 stacked under the contact gives the Δq̇ of the reduced system."""
     rng = np.random.default_rng(seed)
     robot = known_robot("anymal_b")
-    q = pin.randomConfiguration(robot.model, np.full(robot.model.nq, -1.0), np.full(robot.model.nq, 1.0))
-    q[3:7] = rng.normal(size=4)
-    q[3:7] /= np.linalg.norm(q[3:7])
-    q[7:] = rng.uniform(-1.0, 1.0, robot.model.nq - 7)
-    from shockpc.core.spatial import plane_from
-    from shockpc.model.contact import touch
-
-    plane = plane_from(normal)
-    state = dynamics(robot, q[None])
-    touches = (touch(robot, Contact(frame="LF_FOOT"), state.rotation[0], np.array([0.0, 0.0, 1.0])),)
-    equation = impulsive_equation(state, touches, freedom(robot, "planar", plane, state.rotation[:, 0]))
-    reduced = joint_jumps(equation, solve_equation(robot, equation))[0]
-    whole = impulsive_equation(state, touches, None)
-    R = state.rotation[0, 0]
+    joints = dict(zip(robot.joints, rng.uniform(-1.0, 1.0, len(robot.joints)).tolist(), strict=True))
+    posture = Posture(base_rpy_deg=tuple(rng.uniform(-180.0, 180.0, 3).tolist()), joints=joints)
+    contact = (Contact(frame="LF_FOOT"),)
+    strike = Strike(velocity=(0.1, 0.2, -1.0))
+    scene = Scene(robot="anymal_b", base="planar", plane=plane, posture=posture, contact=contact, strike=strike)
+    setting, reduced, whole = equations(robot, scene)
+    R = setting.state.rotation[0, 0]
     K = np.zeros((3, robot.model.nv))
-    K[0, :3] = plane.normal @ R
-    K[1, 3:6], K[2, 3:6] = plane.e1 @ R, plane.e2 @ R
-    stacked = solve_impact(whole.H[0], np.vstack([whole.J_c[0], K]), np.vstack([whole.b[0], np.zeros((3, 3))])).delta_qd
-    np.testing.assert_allclose(reduced, stacked, rtol=0, atol=1e-11 * np.abs(stacked).max())  # bent legs: cond up to 1e4
+    K[0, :3] = setting.plane.normal @ R
+    K[1, 3:6], K[2, 3:6] = setting.plane.e1 @ R, setting.plane.e2 @ R
+    stacked = solve_impact(whole.H[0], np.vstack([whole.J_c[0], K]), np.vstack([whole.b[0], np.zeros((3, 4))])).delta_qd
+    np.testing.assert_allclose(reduced.delta_qd[0], stacked, rtol=0, atol=1e-11 * np.abs(stacked).max())  # legs nearly straight
 
 
 def test_a_robot_bolted_down_by_its_file_cannot_be_freed():
@@ -156,7 +155,9 @@ def test_a_robot_with_nothing_left_to_move_is_refused():
     robot = robot_from(f'<robot name="stone">{link("a")}</robot>')
     with pytest.raises(SceneError) as refusal:
         land(robot, "fixed", frame="a")
-    assert str(refusal.value) == 'nothing of robot "stone" can move with base = "fixed" and no free joint; free its base'
+    assert str(refusal.value) == (
+        'nothing of robot "stone" can move: its base is fixed and no joint is free; free one of them'
+    )
 
 
 # Joints that follow others
@@ -168,31 +169,27 @@ def test_mimic_joints_as_columns_equal_mimic_joints_as_rows(kinds, base):
     """A chain of followers reduced by G is the free arm with Δq̇_follower − multiplier · Δq̇_leader = 0 stacked under the contact."""
     tied = robot_from(arm(follows("j1", -0.5, 0.3), follows("j2", 2.0, 0.1), kinds))
     free = robot_from(arm(kinds=kinds))
-    posture = Posture(base_rpy_deg=(10.0, -20.0, 30.0), joints={"j1": 0.4})
-    found = land(tied, base, posture=posture, velocity=(0.3, 0.1, -1.0)) if base != "fixed" else None
-    q = found.q if found else shock_profile(_one_row(base, posture), tied).q
-    state = dynamics(free, q[None])
-    scene = _one_row(base, posture)
-    found = shock_profile(scene, tied)
-    from shockpc.model.contact import touch
+    j2 = -0.5 * 0.4 + 0.3
+    values = {"j1": 0.4, "j2": j2, "j3": 2.0 * j2 + 0.1}
 
-    touches = (touch(free, scene.contact[0], state.rotation[0], np.array([0.0, 0.0, 1.0])),)
-    whole = impulsive_equation(state, touches, freedom(free, base, found.plane, state.rotation[:, 0]))
-    G = np.eye(9) if whole.G is None else whole.G[0]
+    def scene(joints):
+        # One direction alone: even the single rate of a fixed base can meet it.
+        contact = Contact(frame="d", offset=(0.05, 0.02, -0.1), directions=("z",))
+        posture = Posture(base_rpy_deg=(10.0, -20.0, 30.0), joints=joints)
+        return Scene(robot="arm.urdf", base=base, contact=(contact,), strike=Strike(velocity=(0.3, 0.1, -1.0)), posture=posture)
+
+    setting, _, whole = equations(free, scene(values))
+    found = shock_profile(scene({"j1": 0.4}), tied)
+    np.testing.assert_allclose(found.q, setting.q, atol=1e-15)
+    G = np.eye(9) if setting.G is None else setting.G[0]
     K = np.zeros((2, 9))
-    K[0, 7], K[0, 6] = 1.0, 0.5
-    K[1, 8], K[1, 7] = 1.0, -2.0
-    strike = np.array([[0.3], [0.1], [-1.0]])
-    stacked = solve_impact(whole.H[0], np.vstack([whole.J_c[0], K @ G]), np.vstack([whole.b[0] @ strike, np.zeros((2, 1))]))
-    np.testing.assert_allclose(found.delta_qd, (G @ stacked.delta_qd)[:, 0], rtol=0, atol=1e-12 * np.abs(found.delta_qd).max())
+    K[0, 6:8] = 0.5, 1.0
+    K[1, 7:9] = -2.0, 1.0
+    J, b = np.vstack([whole.J_c[0] @ G, K @ G]), np.vstack([whole.b[0][:, 3:], np.zeros((2, 1))])
+    stacked = (G @ solve_impact(G.T @ whole.H[0] @ G, J, b).delta_qd)[:, 0]
+    np.testing.assert_allclose(found.delta_qd, stacked, rtol=0, atol=1e-12 * np.abs(stacked).max())
     assert found.delta_qd[7] == pytest.approx(-0.5 * found.delta_qd[6], rel=1e-13)
     assert found.delta_qd[8] == pytest.approx(2.0 * found.delta_qd[7], rel=1e-13)
-
-
-def _one_row(base, posture):
-    """The arm's tip held along one direction, which even one rate can meet."""
-    contact = (Contact(frame="d", offset=(0.05, 0.02, -0.1), directions=("z",)),)
-    return Scene(robot="arm.urdf", base=base, contact=contact, strike=Strike(velocity=(0.3, 0.1, -1.0)), posture=posture)
 
 
 @pytest.mark.parametrize("multiplier", [-0.5, 1.0, 3.0])
@@ -224,14 +221,24 @@ def test_a_joint_that_follows_a_fixed_one_does_not_move():
     profile = land(robot_from(text), frame="c")
     assert profile.q[7] == pytest.approx(0.3, abs=1e-15)
     assert profile.delta_qd[6] == 0.0
-    rigid = land(robot_from(text.replace('"j2" type="revolute"', '"j2" type="revolute"').replace('offset="0.3"', 'offset="0.3"')), frame="c")
-    np.testing.assert_array_equal(rigid.delta_qd, profile.delta_qd)
     # One rigid body, then: base and follower share one twist.
     jump = profile.rotation @ profile.delta_omega[..., None]
     np.testing.assert_allclose(jump[0], jump[1], atol=1e-13)
 
 
+def test_a_locked_joint_makes_two_bodies_one():
+    """A joint that holds is a joint that is fixed: the same file with a fixed joint in its place takes the same shock."""
+    text = arm()
+    posture = Posture(base_rpy_deg=(10.0, -20.0, 30.0))
+    locked = land(robot_from(text), posture=posture, joints=Joints(locked=("j2",)))
+    fixed = land(robot_from(text.replace('"j2" type="revolute"', '"j2" type="fixed"')), posture=posture)
+    np.testing.assert_allclose(np.delete(locked.delta_qd, 7), fixed.delta_qd, rtol=0, atol=1e-12 * np.abs(fixed.delta_qd).max())
+    assert locked.delta_qd[7] == 0.0
+    np.testing.assert_allclose(locked.contacts[0].impulse, fixed.contacts[0].impulse, rtol=1e-11)
+
+
 def test_everything_free_needs_no_reduction():
     """A free base without followers leaves the equation as it is: no G, no product."""
     robot = known_robot("anymal_b")
-    assert freedom(robot, "free", trees.shock_profile.__globals__["plane_of"](Scene(robot="x")), np.eye(3)[None]) is None
+    scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
+    assert setting_of(complete(scene, robot), robot).G is None

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene
+from shockpc.model.closure import Closure, Place
+from shockpc.model.transmission import Joints, Rotor
 from shockpc.scene import scene_table
 from shockpc.scene_file import scene_schema, scene_text
 
@@ -20,6 +23,11 @@ robot = "dog/dog.urdf.xacro"
 base = "planar"
 plane = [0, -1, 0]
 srdf = "dog/dog.srdf"
+stance = ["rh_foot"]
+assemble = ["*_hip"]
+v_in = "com"
+pulse = "half-sine:5ms"
+range_g = 16
 
 [packages]
 dog_description = "dog"
@@ -37,12 +45,27 @@ joints_deg = { "rh_*" = -15 }
 [strike]
 speed = 1.5
 strike_angle_deg = 30
+angular_velocity = [0, 0.5, 0]
+joint_velocities = { "?f_hip" = 0.2 }
+
+[joints]
+model = "geared"
+armature = { "*" = 0.01 }
+rotor = { lf_hip = { inertia = 1e-4, gear_ratio = 9 } }
+locked = ["lh_hip"]
+
+[[closure]]
+a = { frame = "lf_leg", offset = [0, 0, -0.1] }
+b = { frame = "rf_leg", offset = [0, 0, -0.1] }
+kind = "point"
+directions = ["x", [0, 0, 1]]
 
 [[contact]]
 frame = "lf_foot"
 offset = [0, 0, -0.02]
 at = "frame"
 directions = ["x", [0, 1, 0], "z"]
+kind = "point"
 restitution = 0.25
 
 [[contact]]
@@ -81,6 +104,11 @@ def test_every_key_is_read(here):
         base="planar",
         plane=(0.0, -1.0, 0.0),
         srdf=str(here / "dog/dog.srdf"),
+        stance=("rh_foot",),
+        assemble=("*_hip",),
+        v_in="com",
+        pulse="half-sine:5ms",
+        range_g=16.0,
         packages={"dog_description": str(here / "dog")},
         xacro={"payload": "1.5"},
         posture=Posture(
@@ -90,7 +118,17 @@ def test_every_key_is_read(here):
             joints={"lf_hip": 0.5},
             joints_deg={"rh_*": -15.0},
         ),
-        strike=Strike(speed=1.5, strike_angle_deg=30.0),
+        strike=Strike(speed=1.5, strike_angle_deg=30.0, angular_velocity=(0.0, 0.5, 0.0), joint_velocities={"?f_hip": 0.2}),
+        joints=Joints(
+            model="geared", armature={"*": 0.01}, rotor={"lf_hip": Rotor(inertia=1e-4, gear_ratio=9.0)}, locked=("lh_hip",)
+        ),
+        closure=(
+            Closure(
+                a=Place(frame="lf_leg", offset=(0.0, 0.0, -0.1)),
+                b=Place(frame="rf_leg", offset=(0.0, 0.0, -0.1)),
+                directions=("x", (0.0, 0.0, 1.0)),
+            ),
+        ),
         contact=(
             Contact(frame="lf_foot", offset=(0, 0, -0.02), directions=("x", (0.0, 1.0, 0.0), "z"), restitution=0.25),
             Contact(frame="rf_foot", at="lowest", directions=("z",)),
@@ -111,54 +149,84 @@ def test_other_ways_to_say_it(here):
     )
 
 
-def test_every_key_changes_the_numbers(capfd, here):
-    """No key is read and then forgotten."""
-    path = write(here, EVERY_KEY)
-    table = tomllib.loads(EVERY_KEY)
-    whole = json.loads(good(capfd, "analyze", path, "--format", "json"))
-    cuts = [("base",), ("posture", "base_rpy_deg"), ("posture", "joints"), ("posture", "joints_deg"), ("posture", "reference")]
-    cuts += [("posture", "base_position"), ("strike", "speed"), ("strike", "strike_angle_deg"), ("xacro",), ("point",)]
-    for *place, key in cuts:
-        part = json.loads(json.dumps(table))
-        held = part
-        for step in place:
-            held = held[step]
-        del held[key]
-        if key == "reference":
-            held[key] = "crouched"
-        scene = scene_of(part, here)
-        changed = json.loads(good(capfd, "analyze", write_scene(here, scene), "--format", "json"))
-        same = [k for k in ("bodies", "points", "contacts", "robot") if changed[k] == whole[k]]
-        assert len(same) < 4, (*place, key)
+CHANGES = {
+    'base = "planar"': 'base = "free"',
+    "plane = [0, -1, 0]": 'plane = "yz"',
+    'srdf = "dog/dog.srdf"': 'srdf = "other.srdf"',
+    'stance = ["rh_foot"]': "",
+    'assemble = ["*_hip"]': 'assemble = ["rf_hip"]',
+    'v_in = "com"': "",
+    'pulse = "half-sine:5ms"': 'pulse = "half-sine:6ms"',
+    "range_g = 16": "range_g = 0.001",
+    'dog_description = "dog"': 'dog_description = "cat"',
+    'payload = "1.5"': "",
+    'reference = "standing"': 'reference = "crouched"',
+    "base_position = [0, 0, 0.5]": "",
+    "base_rpy_deg = [0, 15, 0]": "",
+    "joints = { lf_hip = 0.5 }": "",
+    'joints_deg = { "rh_*" = -15 }': "",
+    "speed = 1.5": "",
+    "strike_angle_deg = 30": "",
+    "angular_velocity = [0, 0.5, 0]": "",
+    'joint_velocities = { "?f_hip" = 0.2 }': "",
+    'model = "geared"': 'model = "locked"',
+    'armature = { "*" = 0.01 }': "",
+    "rotor = { lf_hip = { inertia = 1e-4, gear_ratio = 9 } }": "",
+    'locked = ["lh_hip"]': "",
+    'a = { frame = "lf_leg", offset = [0, 0, -0.1] }': 'a = { frame = "lf_leg", offset = [0, 0, -0.05] }',
+    'b = { frame = "rf_leg", offset = [0, 0, -0.1] }': 'b = { frame = "rf_leg", offset = [0, 0, -0.15] }',
+    'kind = "point"\ndirections': 'kind = "frame"\ndirections',
+    'directions = ["x", [0, 0, 1]]': 'directions = ["x"]',
+    'frame = "lf_foot"': 'frame = "lf_leg"',
+    "offset = [0, 0, -0.02]": "",
+    'at = "frame"': 'at = "lowest"',
+    'directions = ["x", [0, 1, 0], "z"]': 'directions = ["z"]',
+    'kind = "point"\nrestitution': 'kind = "flat"\nrestitution',
+    "restitution = 0.25": "",
+    'frame = "rf_foot"': 'frame = "rf_leg"',
+    'at = "lowest"': "",
+    'directions = ["z"]': "",
+    'frame = "trunk_imu"': 'frame = "lf_leg"',
+    "offset = [0.01, 0, 0]": "",
+    'frame = "trunk"\n': 'frame = "rf_leg"\n',
+}
+"""A change to every line of EVERY_KEY."""
 
 
-def scene_of(table: dict, folder: Path) -> Scene:
-    """A scene from a table, checked as a file is."""
-    lines = [f"{key} = {json.dumps(value)}\n" for key, value in table.items() if not isinstance(value, dict | list)]
-    lines.append(f"plane = {table['plane']}\n")
-    for key in ("contact", "point"):
-        for entry in table.get(key, ()):
-            lines += [f"[[{key}]]\n", *(f"{k} = {json.dumps(v)}\n" for k, v in entry.items())]
-    for key, value in table.items():
-        if isinstance(value, dict):
-            lines.append(f"[{key}]\n")
-            lines += [
-                f"{k} = {{{', '.join(f'{json.dumps(a)} = {b}' for a, b in v.items())}}}\n"
-                if isinstance(v, dict)
-                else f"{k} = {json.dumps(v)}\n"
-                for k, v in value.items()
-            ]
-    return read_scene(write(folder, "".join(lines)))
+def test_every_line_has_a_change():
+    lines = [line for line in EVERY_KEY.splitlines()[1:] if "=" in line]
+    assert [line for line in lines if not any(line in old for old in CHANGES)] == []
+    assert [old for old in CHANGES if EVERY_KEY.count(old) != 1] == []
+
+
+@pytest.mark.parametrize("old", CHANGES)
+def test_every_key_counts(capfd, here, old):
+    """No key is read and then forgotten: a change to any line of the scene changes the numbers, or is refused."""
+    (here / "other.srdf").write_text((here / "dog/dog.srdf").read_text().replace("0.3", "0.35"))
+    shutil.copytree(here / "dog", here / "cat")
+    (here / "cat/leg.xacro").write_text((here / "cat/leg.xacro").read_text().replace('mass value="0.5"', 'mass value="0.6"'))
+    before = results(capfd, write(here, EVERY_KEY))
+    assert before[0].startswith("robot ")
+    assert results(capfd, write(here, EVERY_KEY.replace(old, CHANGES[old]))) != before
+
+
+def results(capfd: pytest.CaptureFixture[str], path: Path) -> tuple[str, object]:
+    """The tables and the numbers of a scene, without the words of the scene itself; or the refusal, twice."""
+    tables = run(capfd, "analyze", path)
+    document = run(capfd, "analyze", path, "--format", "json")
+    if tables.code:
+        return tables.err, document.err
+    return tables.out, {key: part for key, part in json.loads(document.out).items() if key != "scene"}
 
 
 def write_scene(folder: Path, scene: Scene) -> Path:
     return write(folder, scene_text(scene, folder))
 
 
-TOP_KEYS = "robot, base, plane, srdf, packages, xacro, posture, strike, contact, point"
-CONTACT_KEYS = "frame, offset, at, directions, restitution"
+TOP_KEYS = "robot, base, plane, srdf, packages, xacro, posture, strike, contact, stance, closure, assemble, joints, point, v_in, pulse, range_g"
+CONTACT_KEYS = "frame, offset, at, directions, kind, restitution"
 POSTURE_KEYS = "reference, base_position, base_rpy_deg, base_quaternion, joints, joints_deg"
-STRIKE_KEYS = "speed, strike_angle_deg, velocity, drop_height"
+STRIKE_KEYS = "speed, strike_angle_deg, velocity, drop_height, angular_velocity, joint_velocities"
 PLANE = '"xz", "yz" or "xy" or a list of 3 finite numbers'
 AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
 
@@ -228,6 +296,31 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
             "contact[0].offset has to be a list of 3 finite numbers, not [0, 0, 0, 0]",
         ),
         ("ROBOT\n[[contact]]\nframe = 'f'\nrestitution = 'e'", 'contact[0].restitution has to be a finite number, not "e"'),
+        (
+            "ROBOT\n[[contact]]\nframe = 'f'\nkind = 'round'",
+            'contact[0].kind has to be "point" or "flat", not "round"',
+        ),
+        ("ROBOT\n[[closure]]\na = { frame = 'f' }", "closure[0].b is missing; every closure needs it"),
+        ("ROBOT\n[[closure]]\na = 'f'\nb = { frame = 'g' }", 'closure[0].a has to be a table, not "f"'),
+        (
+            "ROBOT\n[[closure]]\na = { frame = 'f' }\nb = { link = 'g' }",
+            "closure[0].b.frame is missing; every place needs it; closure[0].b.link: no such key; valid here: frame, offset",
+        ),
+        ('ROBOT\n[joints]\nmodel = "stiff"', 'joints.model has to be "free", "geared" or "locked", not "stiff"'),
+        ("ROBOT\n[joints]\narmature = { hip = 'x' }", 'joints.armature.hip has to be a finite number, not "x"'),
+        ("ROBOT\n[joints]\nlocked = 'hip'", 'joints.locked has to be a list, each of its entries text in quotes, not "hip"'),
+        ("ROBOT\n[joints]\nrotor = { hip = 1 }", "joints.rotor.hip has to be a table, not 1"),
+        (
+            "ROBOT\n[joints]\nrotor = 1",
+            "joints.rotor has to be a table, each of its values a table, not 1",
+        ),
+        (
+            "ROBOT\n[joints]\nrotor = { hip = { inertia = 1 } }",
+            "joints.rotor.hip.gear_ratio is missing; every rotor needs it",
+        ),
+        ("ROBOT\nstance = 'foot'", 'stance has to be a list, each of its entries text in quotes, not "foot"'),
+        ("ROBOT\nrange_g = '16'", 'range_g has to be a finite number, not "16"'),
+        ("ROBOT\nv_in = 'base'", 'v_in has to be "contact" or "com", not "base"'),
         ("ROBOT\n[[point]]\noffset = [0, 0, 0]", "point[0].frame is missing; every point needs it"),
         ("ROBOT\n[[point]]\nframe = 'imu'\nat = 'x'", "point[0].at: no such key; valid here: frame, offset"),
         (
@@ -304,7 +397,7 @@ def test_files_that_are_not_there(here):
         ),
         (
             "[[contact]]\nframe = 'foot'\ndirections = ['z', [0, 0, 0]]",
-            'contact "foot" has a direction of zero length; valid are "x", "y", "z" and vectors',
+            'contact "foot" has a direction without a length; valid are "x", "y", "z" and vectors',
         ),
     ],
 )  # fmt: skip
@@ -338,7 +431,31 @@ SCENES = st.builds(
         joints=st.dictionaries(NAMES, NUMBERS, max_size=3),
         joints_deg=st.dictionaries(NAMES, NUMBERS, max_size=3),
     ),
-    strike=st.builds(Strike, speed=st.none() | NUMBERS, velocity=st.none() | VECTORS),
+    strike=st.builds(
+        Strike, speed=st.none() | NUMBERS, velocity=st.none() | VECTORS, joint_velocities=st.dictionaries(NAMES, NUMBERS, max_size=2)
+    ),
+    stance=st.lists(NAMES, max_size=2).map(tuple),
+    assemble=st.lists(NAMES, max_size=2).map(tuple),
+    joints=st.builds(
+        Joints,
+        model=st.sampled_from([None, "free", "geared", "locked"]),
+        armature=st.dictionaries(NAMES, NUMBERS, max_size=2),
+        rotor=st.dictionaries(NAMES, st.builds(Rotor, inertia=NUMBERS, gear_ratio=NUMBERS), max_size=2),
+        locked=st.lists(NAMES, max_size=2).map(tuple),
+    ),
+    closure=st.lists(
+        st.builds(
+            Closure,
+            a=st.builds(Place, frame=NAMES, offset=VECTORS),
+            b=st.builds(Place, frame=NAMES),
+            kind=st.sampled_from(["point", "frame"]),
+            directions=st.lists(st.sampled_from(["x", "y", "z"]) | VECTORS, min_size=1, max_size=3).map(tuple),
+        ),
+        max_size=2,
+    ).map(tuple),
+    v_in=st.sampled_from(["contact", "com"]),
+    pulse=st.none() | NAMES,
+    range_g=st.none() | NUMBERS,
     contact=st.lists(
         st.builds(
             Contact,
@@ -365,41 +482,71 @@ def test_what_is_written_comes_back(tmp_path_factory, scene):
 
 
 def test_text_of_a_scene(here):
-    """Short and in order: only what is set, paths relative to the file."""
-    scene = dataclasses.replace(read_scene(write(here, EVERY_KEY)), contact=(Contact(frame='say "foot"'),), point=())
+    """In order, only what is set, paths relative to the file."""
+    scene = Scene(
+        robot=str(here / "dog/dog.urdf.xacro"),
+        srdf=str(here / "dog/dog.srdf"),
+        packages={"dog_description": str(here / "dog"), "odd name": str(here)},
+        xacro={"payload": "1.5"},
+        posture=Posture(base_position=(0.0, 0.0, 0.5), joints_deg={"rh_*": -15.0}),
+        strike=Strike(drop_height=0.2, joint_velocities={"lf_hip": 0.5}),
+        contact=(Contact(frame='say "foot"', directions=("x", (0.0, 0.6, 0.8))),),
+        stance=("lf_foot",),
+        joints=Joints(rotor={"*_hip": Rotor(inertia=1e-5, gear_ratio=9.0)}, locked=("lh_hip",)),
+        closure=(Closure(a=Place(frame="a"), b=Place(frame="b")),),
+    )
     assert scene_text(scene, here / "dog") == (
         'robot = "dog.urdf.xacro"\n'
-        'base = "planar"\n'
-        "plane = [0.0, -1.0, 0.0]\n"
+        'plane = "xz"\n'
         'srdf = "dog.srdf"\n'
+        'stance = ["lf_foot"]\n'
+        'v_in = "contact"\n'
         "\n"
         "[packages]\n"
         'dog_description = "."\n'
+        '"odd name" = ".."\n'
         "\n"
         "[xacro]\n"
         'payload = "1.5"\n'
         "\n"
         "[posture]\n"
-        'reference = "standing"\n'
         "base_position = [0.0, 0.0, 0.5]\n"
-        "base_rpy_deg = [0.0, 15.0, 0.0]\n"
-        "\n"
-        "[posture.joints]\n"
-        "lf_hip = 0.5\n"
         "\n"
         "[posture.joints_deg]\n"
         '"rh_*" = -15.0\n'
         "\n"
         "[strike]\n"
-        "speed = 1.5\n"
-        "strike_angle_deg = 30.0\n"
+        "drop_height = 0.2\n"
+        "\n"
+        "[strike.joint_velocities]\n"
+        "lf_hip = 0.5\n"
         "\n"
         "[[contact]]\n"
         'frame = "say \\"foot\\""\n'
         "offset = [0.0, 0.0, 0.0]\n"
         'at = "frame"\n'
-        'directions = ["x", "y", "z"]\n'
+        'directions = ["x", [0.0, 0.6, 0.8]]\n'
+        'kind = "point"\n'
         "restitution = 0.0\n"
+        "\n"
+        "[[closure]]\n"
+        'kind = "point"\n'
+        'directions = ["x", "y", "z"]\n'
+        "\n"
+        "[closure.a]\n"
+        'frame = "a"\n'
+        "offset = [0.0, 0.0, 0.0]\n"
+        "\n"
+        "[closure.b]\n"
+        'frame = "b"\n'
+        "offset = [0.0, 0.0, 0.0]\n"
+        "\n"
+        "[joints]\n"
+        'locked = ["lh_hip"]\n'
+        "\n"
+        '[joints.rotor."*_hip"]\n'
+        "inertia = 1e-05\n"
+        "gear_ratio = 9.0\n"
     )
 
 
@@ -449,7 +596,7 @@ def test_schema_knows_every_key(capfd, here):
     schema = json.loads(good(capfd, "schema"))
     assert schema == scene_schema()
     assert schema["title"] == "shockpc scene"
-    records = {"Scene": Scene, "Posture": Posture, "Strike": Strike, "Contact": Contact, "Point": Point}
+    records = {kind.__name__: kind for kind in (Scene, Posture, Strike, Contact, Point, Joints, Rotor, Closure, Place)}
     for name, record in records.items():
         part = schema if name == "Scene" else schema["$defs"][name]
         assert list(part["properties"]) == [field.name for field in dataclasses.fields(record)]
@@ -457,8 +604,10 @@ def test_schema_knows_every_key(capfd, here):
         required = [f.name for f in dataclasses.fields(record) if f.default is f.default_factory is dataclasses.MISSING]
         assert part.get("required", []) == required
     table = tomllib.loads(EVERY_KEY)
+    closure = table["closure"][0]
     used = {"Scene": {*table}, "Posture": {*table["posture"], "base_quaternion"}, "Contact": {*table["contact"][0]}}
-    used |= {"Strike": {*table["strike"], "velocity", "drop_height"}, "Point": {*table["point"][0]}}
+    used |= {"Strike": {*table["strike"], "velocity", "drop_height"}, "Point": {*table["point"][0]}, "Joints": {*table["joints"]}}
+    used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "Place": {*closure["a"]}}
     assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}
 
 

@@ -32,7 +32,7 @@ class Tree(NamedTuple):
         joint: (nb, 3) a point at which each body's joint is written [m].
         S: (nb, 6, nv) twist (ω, v at that point) of each body against its parent, for unit joint rates.
         armature: (nv,) reflected inertia of each joint rate [kg m², kg].
-        G: (nv, ny) which joint rates are free, q̇ = G ẏ.
+        G: (nv, ny) which joint rates are free, q̇ = G ẏ; None where all are.
     """
 
     parent: np.ndarray
@@ -42,7 +42,12 @@ class Tree(NamedTuple):
     joint: Array
     S: Array
     armature: Array
-    G: Array
+    G: Array | None
+
+    @property
+    def free(self) -> int:
+        """How many joint rates are free."""
+        return len(self.armature) if self.G is None else self.G.shape[1]
 
 
 class MaximalSolution(NamedTuple):
@@ -78,7 +83,7 @@ def solve_maximal(tree: Tree, W: Array, b: Array) -> MaximalSolution:
     Raises:
         numpy.linalg.LinAlgError: the system is singular.
     """
-    nb, ny, nc = len(tree.mass), tree.G.shape[1], len(W)
+    nb, ny, nc = len(tree.mass), tree.free, len(W)
     nx = 6 * nb + ny
     rows, columns, values = _entries(tree, W)
     size = nx + 6 * nb + nc
@@ -123,7 +128,7 @@ def _unpack(
     tree: Tree, nc: int, x: Array, entries: tuple[np.ndarray, np.ndarray, Array], scale: Array, rhs: Array
 ) -> MaximalSolution:
     """Undo the scaling and take the unknowns apart."""
-    nb, ny = len(tree.mass), tree.G.shape[1]
+    nb, ny = len(tree.mass), tree.free
     found = scale[:, None] * x
     twists = found[: 6 * nb].reshape(nb, 6, -1)
     # The multiplier of W V = −b pushes against the motion; the impulse is that of the ground on the robot.
@@ -132,7 +137,7 @@ def _unpack(
 
 def _entries(tree: Tree, W: Array) -> tuple[np.ndarray, np.ndarray, Array]:
     """The nonzero entries (row, column, value) of the symmetric system in (V, ẏ, joint impulses, row impulses)."""
-    nb, ny, nc = len(tree.mass), tree.G.shape[1], len(W)
+    nb, ny, nc = len(tree.mass), tree.free, len(W)
     nx = 6 * nb + ny
     found: list[tuple[np.ndarray, np.ndarray, Array]] = []
 
@@ -145,13 +150,13 @@ def _entries(tree: Tree, W: Array) -> tuple[np.ndarray, np.ndarray, Array]:
     for i in range(nb):
         put(6 * i, 6 * i, tree.inertia[i], False)
         put(6 * i + 3, 6 * i + 3, tree.mass[i] * np.eye(3), False)
-    put(6 * nb, 6 * nb, tree.G.T @ (tree.armature[:, None] * tree.G), False)
-    rates = tree.S @ tree.G
+    G = tree.G
+    put(6 * nb, 6 * nb, np.diag(tree.armature) if G is None else G.T @ (tree.armature[:, None] * G), False)
     for i, p in enumerate(tree.parent):
         put(nx + 6 * i, 6 * i, _twist_shift(tree.joint[i] - tree.com[i]), True)
         if p >= 0:
             put(nx + 6 * i, 6 * p, -_twist_shift(tree.joint[i] - tree.com[p]), True)
-        put(nx + 6 * i, 6 * nb, -rates[i], True)
+        put(nx + 6 * i, 6 * nb, -tree.S[i] if G is None else -(tree.S[i] @ G), True)
     put(nx + 6 * nb, 0, W.reshape(nc, 6 * nb), True)
     return (
         np.concatenate([rows for rows, _, _ in found]),

@@ -37,7 +37,8 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
                     *map(float, kindest),
                 )
             )
-    rows, notes = _largest(rows, most, "bodies")
+    heaviest = max(profile.robot.bodies, key=lambda body: body.mass).name
+    rows, notes = _largest(rows, most, "bodies", f"CoM of {heaviest}")
     for point in profile.points:
         d = point.directions
         rows.append((point.frame, float(d.worst_shock), *map(float, d.worst), float(d.kindest_shock), *map(float, d.kindest)))
@@ -79,9 +80,11 @@ def balance_lines(profile: ShockProfile) -> list[str]:
     return lines
 
 
-def _largest(rows: list[tuple[Cell, ...]], most: int | None, what: str) -> tuple[list[tuple[Cell, ...]], tuple[str, ...]]:
-    """The rows with the largest first number, in their own order, and a note on how many are left out."""
+def _largest(
+    rows: list[tuple[Cell, ...]], most: int | None, what: str, always: str = ""
+) -> tuple[list[tuple[Cell, ...]], tuple[str, ...]]:
+    """The rows with the largest first number and the one named `always`, in their own order; how many are left out as a note."""
     if most is None or len(rows) <= most:
         return rows, ()
-    kept = sorted(range(len(rows)), key=lambda k: -float(rows[k][1] or 0.0))[:most]
+    kept = sorted(range(len(rows)), key=lambda k: (rows[k][0] != always, -float(rows[k][1] or 0.0)))[:most]
     return [rows[k] for k in sorted(kept)], (f"{len(rows) - most} {what} with less not shown; the report of --out has them all",)

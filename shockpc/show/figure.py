@@ -54,8 +54,9 @@ _STYLE: dict[Any, Any] = {
 def draw(profile: ShockProfile) -> Figure:
     """Draw the robot in its plane; e1 points right, e2 up, nearer limbs cover farther ones.
 
-    Colours are those of the three-dimensional field |Δv + Δω × r| / v_in on the plane through the origin of each body's frame;
-    for a body that moves in the plane they do not depend on depth.
+    Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in the plane it does not depend on
+    depth; for others it is taken on the plane through the middle of the body, along the limb. CoPc and RoPc are those of the
+    motion in the plane, through the origin of the body's frame.
 
     Args:
         profile: the shock of a landing.

@@ -76,8 +76,8 @@ def _across(profile: ShockProfile, numbers: dict[int, int]) -> list[str]:
     if not share:
         return []
     return textwrap.wrap(
-        f"{_run(sorted(share))}: up to {100.0 * max(share.values()):.0f} % of the motion is across the plane; colours hold at the "
-        "depth of the body's frame, CoPc and RoPc for the part in the plane.",
+        f"{_run(sorted(share))}: up to {100.0 * max(share.values()):.0f} % of the motion is across the plane; colours hold in "
+        "the middle of the body, CoPc and RoPc for the part in the plane.",
         width=50,
     )
 

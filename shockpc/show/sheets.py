@@ -123,10 +123,19 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
 
 
 def points_sheet(profile: ShockProfile) -> Sheet:
-    """One row for each sensor and each point asked for."""
+    """One row for each sensor and each point asked for; peak accelerations where the scene gives a pulse."""
     rows: list[tuple[Cell, ...]] = [(p.frame, p.body, *map(float, p.delta_v), p.shock) for p in profile.points]
-    header = ("point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]")
-    return Sheet("sensors and points (Δv in the frame's own axes)", header, rows)
+    header: tuple[str, ...] = ("point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]")
+    title = "sensors and points (Δv in the frame's own axes)"
+    pulse, range_g = profile.scene.pulse, profile.scene.range_g
+    if pulse is None:
+        return Sheet(title, header, rows)
+    header, title = (*header, "peak [g]"), f"{title[:-1]}; peak for a pulse {pulse}, the weakest input of all)"
+    rows = [(*row, point.peak_g) for row, point in zip(rows, profile.points, strict=True)]
+    if range_g is not None:
+        header = (*header, f"of {range_g:g} g [%]")
+        rows = [(*row, 100.0 * (point.peak_g or 0.0) / range_g) for row, point in zip(rows, profile.points, strict=True)]
+    return Sheet(title, header, rows)
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
