@@ -56,7 +56,8 @@ def scene_text(scene: Scene, folder: Path) -> str:
     def beside(found: str) -> str:
         path = os.path.relpath(found, here)
         # Without a slash or a suffix, a path would be read as a robot's name.
-        return path if path == os.curdir or os.sep in path or Path(path).suffix else os.path.join(os.curdir, path)
+        clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
+        return path if clear else os.path.join(os.curdir, path)
 
     return "\n".join(_toml_lines(scene_table(_with_paths(scene, beside)))) + "\n"
 

@@ -223,7 +223,10 @@ def write_scene(folder: Path, scene: Scene) -> Path:
     return write(folder, scene_text(scene, folder))
 
 
-TOP_KEYS = "robot, base, plane, srdf, packages, xacro, posture, strike, contact, stance, closure, assemble, joints, point, v_in, pulse, range_g"
+TOP_KEYS = (
+    "robot, base, plane, srdf, packages, xacro, posture, strike, contact, stance, closure, assemble, joints, point, "
+    "v_in, pulse, range_g"
+)
 CONTACT_KEYS = "frame, offset, at, directions, kind, restitution"
 POSTURE_KEYS = "reference, base_position, base_rpy_deg, base_quaternion, joints, joints_deg"
 STRIKE_KEYS = "speed, strike_angle_deg, velocity, drop_height, angular_velocity, joint_velocities"
@@ -432,7 +435,10 @@ SCENES = st.builds(
         joints_deg=st.dictionaries(NAMES, NUMBERS, max_size=3),
     ),
     strike=st.builds(
-        Strike, speed=st.none() | NUMBERS, velocity=st.none() | VECTORS, joint_velocities=st.dictionaries(NAMES, NUMBERS, max_size=2)
+        Strike,
+        speed=st.none() | NUMBERS,
+        velocity=st.none() | VECTORS,
+        joint_velocities=st.dictionaries(NAMES, NUMBERS, max_size=2),
     ),
     stance=st.lists(NAMES, max_size=2).map(tuple),
     assemble=st.lists(NAMES, max_size=2).map(tuple),
@@ -543,6 +549,8 @@ def test_text_of_a_scene(here):
         "\n"
         "[joints]\n"
         'locked = ["lh_hip"]\n'
+        "\n"
+        "[joints.rotor]\n"
         "\n"
         '[joints.rotor."*_hip"]\n'
         "inertia = 1e-05\n"

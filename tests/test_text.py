@@ -3,21 +3,37 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from shockpc import Contact, Health, Point, Posture, Scene, Strike, shock_profile
+from shockpc.core.directions import ExtremeDirections
 from shockpc.show.sheets import Sheet, fits
 from shockpc.show.text import as_csv, as_markdown, as_text, csv_report, markdown_report, text_report
 
 HEALTH = Health(
-    rank=3, rows=3, residual=2e-16, error_estimate=3e-15, method="by hand", warnings=("the ground is wet; feet may slip",)
+    rank=3,
+    rows=3,
+    residual=2e-16,
+    error_estimate=3e-15,
+    body_errors=(3e-15,),
+    method="by hand",
+    warnings=("the ground is wet; feet may slip",),
 )
+
+
+def strikes(*shape):
+    """Worst and kindest strikes that every machine finds alike; a beam's are as good in one direction as in another."""
+    worst, kindest = np.broadcast_to([0.6, 0.0, -0.8], (*shape, 3)), np.broadcast_to([0.0, -1.0, 0.0], (*shape, 3))
+    return ExtremeDirections(worst, np.full(shape, 1.25), kindest, np.full(shape, 0.0625))
 
 
 def landing(contact: str, **changes):
     """The paper's beam struck somewhere, judged in round numbers."""
     scene = Scene(robot="beam", contact=(Contact(frame=contact),), point=(Point(frame="tip", offset=(0, 0, 0.1)),), **changes)
-    return replace(shock_profile(scene), health=HEALTH)
+    found = shock_profile(scene)
+    points = tuple(replace(point, directions=strikes()) for point in found.points)
+    return replace(found, health=HEALTH, directions=strikes(1), points=points)
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +41,7 @@ def landings():
     return [landing("pivot"), landing("center")]
 
 
-FREE = "free (no reflected inertia in the file: drives offer no resistance; a stiff gearbox changes these numbers a lot)"
+FREE = "free (no reflected inertia: drives offer no resistance; a stiff gearbox changes these numbers a lot)"
 
 TABLES = f"""\
 robot        beam (beam, 1 kg, 1 moving body)
@@ -53,6 +69,22 @@ contact  impulse x  impulse y  impulse z  friction to stick
 ───────  ─────────  ─────────  ─────────  ─────────────────
 pivot            0          0     0.2500                  0
 
+what the drives make of it (the choice that moves these numbers most)
+shock at     drives free  as modelled  drives locked
+                     [-]          [-]            [-]
+───────────  ───────────  ───────────  ─────────────
+beam              0.2500       0.2500         0.2500
+tip:0,0,0.1       0.5220       0.5220         0.5220
+
+worst and kindest strike (direction of the velocity, world axes)
+place         worst  from x  y        z  kindest  from x        y  z
+                [-]                          [-]
+───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─
+CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
+tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
+
+energy lost  0.125 J, 25 % of what there was
+pivot: effective mass 0.25 kg sticking, 0.25 kg frictionless, impact mitigation factor 0.000
 health: 3 of 3 contact rows independent, residual 2e-16, two independent solutions agree to 3e-15 of each body's motion
 warning: the ground is wet; feet may slip
 
@@ -81,6 +113,22 @@ contact  impulse x  impulse y  impulse z  friction to stick
 ───────  ─────────  ─────────  ─────────  ─────────────────
 center           0          0     1.0000                  0
 
+what the drives make of it (the choice that moves these numbers most)
+shock at     drives free  as modelled  drives locked
+                     [-]          [-]            [-]
+───────────  ───────────  ───────────  ─────────────
+beam              1.0000       1.0000         1.0000
+tip:0,0,0.1       1.0000       1.0000         1.0000
+
+worst and kindest strike (direction of the velocity, world axes)
+place         worst  from x  y        z  kindest  from x        y  z
+                [-]                          [-]
+───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─
+CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
+tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
+
+energy lost  0.5 J, 100 % of what there was
+center: effective mass 1 kg sticking, 1 kg frictionless, impact mitigation factor 0.000
 health: 3 of 3 contact rows independent, residual 2e-16, two independent solutions agree to 3e-15 of each body's motion
 warning: the ground is wet; feet may slip
 
@@ -122,6 +170,22 @@ MARKDOWN = f"""\
 |---|---:|---:|---:|---:|
 | pivot | 0 | 0 | 0.2500 | 0 |
 
+### What the drives make of it (the choice that moves these numbers most)
+
+| shock at | drives free [-] | as modelled [-] | drives locked [-] |
+|---|---:|---:|---:|
+| beam | 0.2500 | 0.2500 | 0.2500 |
+| tip:0,0,0.1 | 0.5220 | 0.5220 | 0.5220 |
+
+### Worst and kindest strike (direction of the velocity, world axes)
+
+| place | worst [-] | from x | y | z | kindest [-] | from x | y | z |
+|---|---:|---:|---:|---:|---:|---:|---:|---:|
+| CoM of beam | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 |
+| tip:0,0,0.1 | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 |
+
+- energy lost  0.125 J, 25 % of what there was
+- pivot: effective mass 0.25 kg sticking, 0.25 kg frictionless, impact mitigation factor 0.000
 - health: 3 of 3 contact rows independent, residual 2e-16, two independent solutions agree to 3e-15 of each body's motion
 - warning: the ground is wet; feet may slip
 """
@@ -232,7 +296,8 @@ def test_header_tells_posture_and_contact():
     scene = Scene(robot="leg", base="planar", contact=(contact,), posture=posture)
     report = text_report([shock_profile(scene)])
     assert report.splitlines()[1:3] == [
-        "posture      standing_on_ball, with knee, k* set, base turned by roll 0, pitch 15, yaw 0 deg; base moves in the plane only",
+        "posture      standing_on_ball, with knee, k* set, base turned by roll 0, pitch 15, yaw 0 deg; "
+        "base moves in the plane only",
         "contact      heel at (-0.295, 0.000, -0.003) m, slides, kept along z (0 1 0), restitution 0.3",
     ]
 

@@ -86,7 +86,8 @@ def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -
     """Violation of the two lines of Eq. 4, each relative to the size of its own terms [1].
 
     The first says whether momentum balances; it is rounding, always. The second, above rounding, says that the rows contradict one
-    another, or ask for a motion that the mechanism does not have. Arguments as for `solve_impact` and `Impact`.
+    another, or ask for a motion that the mechanism does not have. Terms count with their absolute values, so that the large rates
+    of a nearly singular posture are not taken for a contradiction. Arguments as for `solve_impact` and `Impact`.
 
     Returns: (...) of the momentum line, (...) of the contact line.
     """
@@ -98,7 +99,7 @@ def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -
 
     J_T = np.swapaxes(J_c, -1, -2)
     momentum = np.abs(H) @ np.abs(delta_qd) + np.abs(J_T) @ np.abs(impulse)
-    return worst(H @ delta_qd - J_T @ impulse, momentum), worst(J_c @ delta_qd + b, b)
+    return worst(H @ delta_qd - J_T @ impulse, momentum), worst(J_c @ delta_qd + b, np.abs(J_c) @ np.abs(delta_qd) + np.abs(b))
 
 
 def weakest_columns(H: Array) -> list[int]:
