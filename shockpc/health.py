@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import residuals
+from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, Tree, refine, solve_maximal
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError, SolveError
@@ -52,7 +52,6 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     Raises:
         SceneError: the mechanism cannot meet its contacts, because they contradict one another or ask for a motion that it does not
             have.
-        SolveError: the check in maximal coordinates is singular.
     """
     equation, impact = solution.equation, solution.impact
     b, delta = equation.b[0, :, -1:], impact.delta_qd[0, :, -1:]
@@ -60,34 +59,31 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     if contact > 1e-6:
         raise SceneError(_contradiction(rows, (equation.J_c[0] @ delta + b)[:, 0]))
 
-    combine = impact.combine[0, : int(impact.rank[0])]
+    chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]))
     W = rows.W[0].copy()
     W[..., :3] -= np.cross(bodies.com, W[..., 3:])
-    try:
-        other = solve_maximal(bodies, np.einsum("mc,cbk->mbk", combine, W), combine @ rows.b[0])
-    except np.linalg.LinAlgError:
-        raise SolveError(
-            f'robot "{robot.name}" cannot be checked in maximal coordinates: some body can move without any mass resisting it; '
-            "give every moving body mass and inertia in the file, or lock their joints with --lock"
-        ) from None
     held = _held(state, equation.G)
     motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
-    errors = _relative(robot, motion - other.twists[..., -1], other.twists[..., -1], held)
-    speed = _size(robot, other.twists[..., -1])
+    try:
+        other = solve_maximal(bodies, W[chosen_rows], rows.b[0, chosen_rows])
+        apart = _relative(robot, motion - other.twists[..., -1], other.twists[..., -1], held)
+        speed = _size(robot, other.twists[..., -1])
+    except np.linalg.LinAlgError:
+        # So near a singular posture that the larger system cannot be factorised: the first solution has to be judged by itself.
+        other, apart, speed = None, np.where(held, 0.0, np.inf), _size(robot, motion)
     moving = ~held & (speed > UNMOVED * speed.max())
-    method = f"{JOINT_SPACE}, checked in maximal coordinates"
+    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", apart
     warnings: list[str] = []
-    if np.any(errors[moving] > TRUSTED):
-        refined, spread = refine(bodies, len(combine), other)
-        candidates = {
-            MAXIMAL: _relative(robot, spread[..., -1], refined.twists[..., -1], held),
-            JOINT_SPACE: _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held),
-        }
+    if np.any(apart[moving] > TRUSTED):
+        candidates = {JOINT_SPACE: _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)}
+        if other is not None:
+            refined, spread = refine(bodies, len(chosen_rows), other)
+            candidates[MAXIMAL] = _relative(robot, spread[..., -1], refined.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
-        warnings.append(_ill(robot, errors, candidates[chosen], moving, chosen))
         errors, method = candidates[chosen], f"{chosen}, because two independent solutions part"
+        warnings.append(_ill(robot, apart, errors, moving, chosen))
         if chosen == MAXIMAL:
-            solution = _from_maximal(robot, state, refined, solution, combine)
+            solution = _from_maximal(robot, state, refined, solution, chosen_rows)
     still = int(np.sum(~moving & ~held & (speed > 0.0)))
     if still:
         warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
@@ -169,7 +165,7 @@ def _sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G
     return np.asarray(np.abs(np.stack([_at_com(robot, state, jump - exact) for jump in found])).max(axis=0))
 
 
-def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, combine: Array) -> Solution:
+def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, chosen: np.ndarray) -> Solution:
     """The solution in maximal coordinates, written as the joint-space one is."""
     rotation = np.swapaxes(state.rotation[0], -1, -2)
     omega, v_com = rotation @ refined.twists[:, :3], rotation @ refined.twists[:, 3:]
@@ -177,7 +173,12 @@ def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, befor
     jumps = np.concatenate([omega, v_com - np.cross(omega, com[..., None], axis=1)], axis=1)[None]
     delta_y = refined.delta_y[None]
     delta_qd = delta_y if before.equation.G is None else before.equation.G @ delta_y
-    impact = before.impact._replace(delta_qd=delta_y, impulse=(combine.T @ refined.impulse)[None])
+    J_c = before.equation.J_c[0]
+    impulse = refined.impulse
+    if len(chosen) < len(J_c):
+        # Of all impulses that do the same, the ones of least norm, as in joint space.
+        impulse = np.linalg.lstsq(J_c.T, J_c[chosen].T @ impulse, rcond=1e-12)[0]
+    impact = before.impact._replace(delta_qd=delta_y, impulse=impulse[None])
     return Solution(before.equation, impact, delta_qd, jumps)
 
 
@@ -197,7 +198,7 @@ def _ill(robot: Robot, apart: Array, better: Array, moving: np.ndarray, chosen: 
         else "the mechanism is close to a posture in which it cannot give way"
     )
     return (
-        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}" ({blame}); the numbers are those of '
+        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}": {blame}; the numbers are those of '
         f"{chosen}, good to about {left:.0e} of each body's motion"
     )
 

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import INERTIA, joint, link, urdf
+from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError, UnknownName
@@ -165,7 +165,7 @@ def test_a_wheel_strikes_below_its_axle(turn):
 @given(st.floats(-80.0, 80.0).filter(lambda angle: abs(angle) > 0.1))
 def test_a_tilted_cylinder_stands_on_the_rim(angle):
     """The lowest point of a tilted peg is on the circle of its lower end, not on a corner of a polygon."""
-    point, _ = lowest(footed('<cylinder radius="0.1" length="0.04"/>'), (angle, 0.0, 0.0))
+    point, _ = lowest(footed('<cylinder radius="0.1" length="0.04"/>', rpy="0 0 0.05"), (angle, 0.0, 0.0))
     a = math.radians(angle)
     expected = [0.0, 0.02 * math.sin(a) - math.copysign(0.1 * math.cos(a), a), -0.02 * math.cos(a) - 0.1 * abs(math.sin(a))]
     np.testing.assert_allclose(point, expected, atol=1e-9)
@@ -293,4 +293,3 @@ def test_a_frame_that_is_not_there_is_named_with_the_nearest():
     assert str(raised.value) == (
         'no frame "LF_FOOD" in robot "anymal"; nearest: "LF_FOOT", "RF_FOOT", "LH_FOOT". To list them: shockpc robots anymal_b'
     )
-    assert INERTIA

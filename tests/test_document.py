@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -10,8 +10,10 @@ from commands import ROBOTS, good, python
 from pydantic import TypeAdapter
 
 import shockpc
-from shockpc import Contact, Point, Posture, Scene, Strike, load_robot, shock_profile
+from shockpc import Contact, Point, Posture, Scene, Strike, shock_profile
+from shockpc.model.closure import Closure, Place
 from shockpc.model.dynamics import PINOCCHIO
+from shockpc.model.transmission import Joints
 from shockpc.show.document import SCHEMA, document, to_json
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
@@ -29,11 +31,23 @@ SCENES = {
     ),
     "beam that translates": Scene(robot="beam", contact=(Contact(frame="center"),)),
     "anymal on a fixed base": Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), base="fixed"),
+    "dog whose front legs are tied together": Scene(
+        **DOG,
+        posture=Posture(joints_deg={"lf_hip": 20.0}),
+        closure=(Closure(a=Place(frame="lf_foot"), b=Place(frame="rf_foot"), directions=("x", "z")),),
+        contact=FEET[:1],
+        joints=Joints(armature={"*_hip": 0.01}, locked=("lh_hip",)),
+        pulse="half-sine:5ms",
+        range_g=16.0,
+        v_in="com",
+        stance=("rh_foot",),
+    ),
     "talos": Scene(robot="talos", contact=(Contact(frame="left_sole_link"), Contact(frame="right_sole_link")), plane="yz"),
 }
 
 NUMBER = float
 VECTOR = [NUMBER] * 3
+STRIKE = {"direction": VECTOR, "shock": NUMBER}
 SHAPE = {
     "schema": str,
     "shockpc": str,
@@ -57,21 +71,59 @@ SHAPE = {
             "shock_com": NUMBER,
             "shock_min": {None, "NUMBER"},
             "shock_max": {None, "NUMBER"},
+            "worst": STRIKE,
+            "kindest": STRIKE,
         },
     ),
-    "points": ({"frame": str, "body": str, "delta_v": VECTOR, "shock": NUMBER},),
-    "contacts": ({"frame": str, "point": VECTOR, "impulse": {None, "VECTOR"}, "friction_needed": {None, "NUMBER"}},),
+    "points": (
+        {
+            "frame": str,
+            "body": str,
+            "delta_v": VECTOR,
+            "shock": NUMBER,
+            "worst": STRIKE,
+            "kindest": STRIKE,
+            "peak_g": {None, "NUMBER"},
+        },
+    ),
+    "contacts": (
+        {
+            "frame": str,
+            "point": VECTOR,
+            "impulse": {None, "VECTOR"},
+            "friction_needed": {None, "NUMBER"},
+            "approach": VECTOR,
+            "mass_sticking": {None, "NUMBER"},
+            "mass_frictionless": {None, "NUMBER"},
+            "mitigation": {None, "NUMBER"},
+        },
+    ),
     "joint_model": str,
-    "health": {"rank": int, "rows": int, "residual": NUMBER, "error_estimate": NUMBER, "method": str, "warnings": (str,)},
+    "health": {
+        "rank": int,
+        "rows": int,
+        "residual": NUMBER,
+        "error_estimate": NUMBER,
+        "method": str,
+        "warnings": (str,),
+        "body_errors": (NUMBER,),
+    },
+    "energy": {"lost": NUMBER, "share": {None, "NUMBER"}},
+    "joints": ({"joint": str, "force": VECTOR, "moment": VECTOR, "along": {None, "NUMBER"}},),
+    "bracket": ({"place": str, "free": {None, "NUMBER"}, "as_modelled": NUMBER, "locked": {None, "NUMBER"}},),
+    "assembly": {None, "ASSEMBLY"},
 }
 """Keys in their order. A tuple is a list of any length, a list one of that length, a set what may be null instead."""
+
+
+PARTS = {"VECTOR": VECTOR, "NUMBER": NUMBER, "ASSEMBLY": {"gap": NUMBER, "moved": ({"joint": str, "by": NUMBER},)}}
 
 
 def misfits(shape: object, value: object, place: str = "document") -> list[str]:
     """Where a value is not of a shape."""
     if isinstance(shape, set):
         (name,) = shape - {None}
-        return [] if value is None else misfits({"VECTOR": VECTOR, "NUMBER": NUMBER}[name], value, place)
+        return [] if value is None else misfits(PARTS[name], value, place)
     if isinstance(shape, dict):
         if not isinstance(value, dict) or list(value) != list(shape):
             return [f"{place} has the keys {list(value) if isinstance(value, dict) else value}"]
@@ -129,17 +181,45 @@ def test_document_is_the_profile(profile):
     for key in ("pitch", "off_plane", "shock_com", "shock_min", "shock_max"):
         assert np.array_equal(column(key), getattr(profile, key), equal_nan=True)
     assert [body["translates"] for body in bodies] == profile.translates.tolist()
+    for row, found in zip(bodies, zip(*profile.directions, strict=True), strict=True):
+        same_strikes(row, found)
     for row, point in zip(read["points"], profile.points, strict=True):
         assert (row["frame"], row["body"], row["shock"]) == (point.frame, point.body, point.shock)
         assert np.array_equal(row["delta_v"], point.delta_v)
+        assert row["peak_g"] == point.peak_g
+        same_strikes(row, point.directions)
     for row, contact in zip(read["contacts"], profile.contacts, strict=True):
-        assert (row["frame"], row["friction_needed"]) == (contact.frame, contact.friction_needed)
+        assert row["frame"] == contact.frame
         assert np.array_equal(row["point"], contact.point)
+        assert np.array_equal(row["approach"], contact.approach)
         assert (row["impulse"] is None) == (contact.impulse is None)
         assert contact.impulse is None or np.array_equal(row["impulse"], contact.impulse)
+        assert (row["friction_needed"], row["mitigation"]) == (contact.friction_needed, contact.mitigation)
+        for key in ("mass_sticking", "mass_frictionless"):
+            assert (math.inf if row[key] is None else row[key]) == getattr(contact, key)
     assert read["joint_model"] == profile.joint_model
+    assert set(read["health"]) == {field.name for field in fields(profile.health)}
     for key, value in read["health"].items():
-        assert (tuple(value) if key == "warnings" else value) == getattr(profile.health, key)
+        assert (tuple(value) if isinstance(value, list) else value) == getattr(profile.health, key)
+    assert read["energy"] == {"lost": profile.energy_lost, "share": profile.energy_share}
+    for row, load in zip(read["joints"], profile.loads, strict=True):
+        assert (row["joint"], row["along"]) == (load.joint, load.along)
+        assert np.array_equal(row["force"], load.force)
+        assert np.array_equal(row["moment"], load.moment)
+    assert read["bracket"] == [vars(bracket) for bracket in profile.bracket]
+    if profile.assembly is None:
+        assert read["assembly"] is None
+    else:
+        assert read["assembly"]["gap"] == profile.assembly.gap
+        assert [(row["joint"], row["by"]) for row in read["assembly"]["moved"]] == list(profile.assembly.moved)
+
+
+def same_strikes(row, found):
+    """The worst and the kindest strike of a row are those of the profile."""
+    worst, worst_shock, kindest, kindest_shock = found
+    assert np.array_equal(row["worst"]["direction"], worst)
+    assert np.array_equal(row["kindest"]["direction"], kindest)
+    assert (row["worst"]["shock"], row["kindest"]["shock"]) == (worst_shock, kindest_shock)
 
 
 def test_nulls_stand_where_things_do_not_exist():
@@ -148,10 +228,7 @@ def test_nulls_stand_where_things_do_not_exist():
     assert beam["translates"] is True
     assert [beam[key] for key in ("copc", "copc_world", "ropc", "pitch")] == [None] * 4
     assert (beam["shock_com"], beam["shock_min"], beam["shock_max"]) == (1.0, 1.0, 1.0)
-    bare = load_robot("beam", xacro={"mass": "2"})
-    assert bare.mass == 2.0
-    stick = shock_profile(Scene(**DOG, contact=FEET))
-    read = document(stick)
+    read = document(shock_profile(Scene(**DOG, contact=FEET)))
     assert [contact["impulse"] for contact in read["contacts"]] == [None] * 4
     assert [contact["friction_needed"] for contact in read["contacts"]] == [None] * 4
     assert read["health"]["rank"] < read["health"]["rows"] == 12
@@ -186,8 +263,16 @@ def test_defaults_are_written_out():
         "posture": {"reference": "neutral"},
         "strike": {"speed": 1.0, "strike_angle_deg": 0.0},
         "contact": [
-            {"frame": "center", "offset": [0.0, 0.0, 0.0], "at": "frame", "directions": ["x", "y", "z"], "restitution": 0.0}
+            {
+                "frame": "center",
+                "offset": [0.0, 0.0, 0.0],
+                "at": "frame",
+                "directions": ["x", "y", "z"],
+                "kind": "point",
+                "restitution": 0.0,
+            }
         ],
+        "v_in": "contact",
     }
 
 

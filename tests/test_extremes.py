@@ -138,7 +138,10 @@ def test_extremes_scale_with_the_jump_and_not_with_the_speed(seed, speed):
     """Jump and strike scaled together leave the normalised shock where it was."""
     _, omega, v, points = draw(seed, 6)
     np.testing.assert_allclose(
-        shock_extremes(speed * omega, speed * v, points, 0.2, speed), shock_extremes(omega, v, points, 0.2, 1.0), rtol=1e-9, atol=1e-12
+        shock_extremes(speed * omega, speed * v, points, 0.2, speed),
+        shock_extremes(omega, v, points, 0.2, 1.0),
+        rtol=1e-9,
+        atol=1e-12,
     )
 
 

@@ -155,16 +155,16 @@ def test_a_robot_with_nothing_left_to_move_is_refused():
     robot = robot_from(f'<robot name="stone">{link("a")}</robot>')
     with pytest.raises(SceneError) as refusal:
         land(robot, "fixed", frame="a")
-    assert str(refusal.value) == (
-        'nothing of robot "stone" can move: its base is fixed and no joint is free; free one of them'
-    )
+    assert str(refusal.value) == ('nothing of robot "stone" can move: its base is fixed and no joint is free; free one of them')
 
 
 # Joints that follow others
 
 
 @pytest.mark.parametrize("base", ["free", "planar", "fixed"])
-@pytest.mark.parametrize("kinds", [("revolute",) * 3, ("prismatic", "revolute", "prismatic"), ("continuous", "continuous", "revolute")])
+@pytest.mark.parametrize(
+    "kinds", [("revolute",) * 3, ("prismatic", "revolute", "prismatic"), ("continuous", "continuous", "revolute")]
+)
 def test_mimic_joints_as_columns_equal_mimic_joints_as_rows(kinds, base):
     """A chain of followers reduced by G is the free arm with Δq̇_follower − multiplier · Δq̇_leader = 0 stacked under the contact."""
     tied = robot_from(arm(follows("j1", -0.5, 0.3), follows("j2", 2.0, 0.1), kinds))

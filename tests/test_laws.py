@@ -116,7 +116,8 @@ def test_copc_and_ropc_ignore_the_speed_of_a_real_robot(speed):
     """Between a micrometre and a thousand kilometres a second nothing but the impulses changes."""
     robot = trees.known_robot("anymal_b")
     scenes = [
-        Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=Strike(speed=v, strike_angle_deg=20.0)) for v in (1.0, speed)
+        Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=Strike(speed=v, strike_angle_deg=20.0))
+        for v in (1.0, speed)
     ]
     one, other = (shock_profile(scene, robot) for scene in scenes)
     np.testing.assert_allclose(other.copc, one.copc, rtol=1e-9)  # the smallest n·Δω is 1e-4 of its terms
@@ -150,7 +151,9 @@ def test_where_the_robot_stands_does_not_matter(away, landing):
     for name in ("delta_qd", "delta_omega", "delta_v", "copc", "ropc", "pitch", "shock_com", "off_plane"):
         np.testing.assert_array_equal(getattr(there, name), getattr(here, name))
     assert there.health == here.health
-    np.testing.assert_allclose(there.position - here.position, np.tile(away, (len(here.bodies), 1)), atol=1e-15 * max(np.abs(away)) + 1e-14)
+    np.testing.assert_allclose(
+        there.position - here.position, np.tile(away, (len(here.bodies), 1)), atol=1e-15 * max(np.abs(away)) + 1e-14
+    )
 
 
 @given(trees.landings(), SEEDS)

@@ -125,7 +125,9 @@ def test_a_long_chain_is_right_to_its_last_body(bodies):
     profile = trees.land(landing)
     other = trees.land(landing, root=bodies - 1, seed=1)
     size = trees.motion(chain, trees.twists(profile))
-    told = 10.0 * (trees.in_order(profile, np.array(profile.health.body_errors)) + trees.in_order(other, np.array(other.health.body_errors)))
+    told = 10.0 * (
+        trees.in_order(profile, np.array(profile.health.body_errors)) + trees.in_order(other, np.array(other.health.body_errors))
+    )
     moves = size > 1e-13 * size.max()
     apart = trees.motion(chain, trees.twists(other) - trees.twists(profile)) / size
     assert np.all(apart[moves] <= told[moves] + 1e-9)

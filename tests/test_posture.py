@@ -103,7 +103,8 @@ def test_a_reference_turns_a_wheel_by_its_angle():
 def test_a_rounded_rotation_is_made_whole():
     """A quaternion of 0.707s, as files are written, turns the robot by 90 degrees and changes no shock by its missing length."""
     rounded, exact = (
-        robot_from(mixed(), srdf=srdf(state("standing", root_joint=f"0 0 1 0 0 {root} {root}"))) for root in ("0.707", repr(0.5**0.5))
+        robot_from(mixed(), srdf=srdf(state("standing", root_joint=f"0 0 1 0 0 {root} {root}")))
+        for root in ("0.707", repr(0.5**0.5))
     )
     contact = (Contact(frame="finger", offset=(0.1, 0.0, -0.2)),)
     one, other = (shock_profile(Scene(robot="r.urdf", contact=contact), robot) for robot in (rounded, exact))
@@ -186,9 +187,11 @@ def test_an_unknown_joint_is_named_with_the_nearest():
     """The message holds the name, the robot, the nearest and the command that lists all; the base is no joint to set."""
     robot = known_robot("anymal_b")
     assert refusal(robot, Posture(joints={"LF_KNEE": 0.1}), UnknownName) == (
-        'no joint "LF_KNEE" in robot "anymal"; nearest: "LF_KFE", "LH_KFE", "RF_KFE". To list them: shockpc robots anymal_b'
+        'no joint "LF_KNEE" in robot "anymal"; nearest: "LF_KFE", "RF_KFE", "LH_KFE". To list them: shockpc robots anymal_b'
     )
-    assert refusal(robot, Posture(joints_deg={"root_joint": 0.1}), UnknownName).startswith('no joint "root_joint" in robot "anymal"; ')
+    assert refusal(robot, Posture(joints_deg={"root_joint": 0.1}), UnknownName).startswith(
+        'no joint "root_joint" in robot "anymal"; '
+    )
     assert refusal(robot_from(mixed()), Posture(joints={"zz*": 0.1}), UnknownName).startswith(
         'no joint "zz*" in robot "r"; there are: "hinge", "wheel", "slide". To list them: shockpc robots '
     )
@@ -223,7 +226,10 @@ def test_followers_stand_where_their_leaders_put_them(value):
 def test_a_follower_cannot_be_set_by_itself():
     """By its own name it is refused, by a glob passed over."""
     robot = robot_from(mixed(slide='<mimic joint="hinge" multiplier="0.1"/>'))
-    assert refusal(robot, Posture(joints={"slide": 0.1})) == 'joint "slide" follows joint "hinge", so it cannot be set by itself; set that one'
+    assert (
+        refusal(robot, Posture(joints={"slide": 0.1}))
+        == 'joint "slide" follows joint "hinge", so it cannot be set by itself; set that one'
+    )
     assert configuration(robot, Posture(joints={"*": 0.5}))[10] == pytest.approx(0.05)
 
 
@@ -273,7 +279,9 @@ def test_parts_of_the_base_leave_the_others_alone():
 def test_the_base_is_turned_once():
     """Angles and quaternion together leave open which is meant."""
     posture = Posture(base_rpy_deg=(0.0, 0.0, 90.0), base_quaternion=(0.0, 0.0, 0.0, 1.0))
-    assert refusal(known_robot("hyq"), posture) == "the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them"
+    assert (
+        refusal(known_robot("hyq"), posture) == "the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them"
+    )
 
 
 @pytest.mark.parametrize(("quaternion", "length"), [((0.0, 0.0, 0.0, 2.0), "2"), ((0.0, 0.0, 0.0, 0.0), "0")])

@@ -28,7 +28,9 @@ def test_named_planes_have_their_letters_for_axes(name, e1, e2):
 def test_a_plane_is_a_right_handed_frame_with_e2_up(normal):
     """e1, e2 and n are orthonormal with e1 × e2 = n, n lies along what was asked, and no direction in the plane is higher than e2."""
     n, e1, e2 = plane = plane_from(normal)
-    np.testing.assert_allclose(np.stack(plane) @ np.stack(plane).T, np.eye(3), atol=1e-7)  # a nearly level plane has little "up" left
+    np.testing.assert_allclose(
+        np.stack(plane) @ np.stack(plane).T, np.eye(3), atol=1e-7
+    )  # a nearly level plane has little "up" left
     np.testing.assert_allclose(np.cross(e1, e2), n, atol=1e-7)
     np.testing.assert_allclose(n * np.linalg.norm(normal), normal, rtol=1e-12, atol=1e-12)
     if np.hypot(n[0], n[1]) > 1e-6:

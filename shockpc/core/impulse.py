@@ -14,7 +14,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
 
-__all__ = ["Impact", "residuals", "solve_impact", "weakest_columns"]
+__all__ = ["Impact", "independent_rows", "residuals", "solve_impact", "weakest_columns"]
 
 
 class Impact(NamedTuple):
@@ -25,14 +25,12 @@ class Impact(NamedTuple):
         impulse: (..., nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
         unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is.
         rank: (...) how many rows are independent.
-        combine: (..., m, nc) combinations of the rows that are independent of one another, zero from row `rank` on.
     """
 
     delta_qd: Array
     impulse: Array
     unique: np.ndarray
     rank: np.ndarray
-    combine: Array
 
 
 def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
@@ -79,7 +77,31 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = ~dead & (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), kept[..., None] * Vt * c[..., None, :])
+    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1))
+
+
+def independent_rows(H: Array, J_c: Array, rank: int) -> np.ndarray:
+    """Indices of `rank` rows that all others follow from, the farthest from one another first found.
+
+    Rows and not mixtures of them: mixing a row that hardly gives way with one that gives way easily would cost digits.
+
+    Args:
+        H: (nv, nv) joint-space inertia.
+        J_c: (nc, nv) rows.
+        rank: how many are independent, as `solve_impact` found.
+    """
+    if rank == len(J_c):
+        return np.arange(rank)
+    X = np.linalg.solve(np.linalg.cholesky(H), J_c.T)
+    length = np.linalg.norm(X, axis=0)
+    X = X / np.where(length > 1e-14 * length.max(initial=0.0), length, np.inf)
+    chosen: list[int] = []
+    for _ in range(rank):
+        chosen.append(int(np.argmax(np.linalg.norm(X, axis=0))))
+        e = X[:, chosen[-1]] / np.linalg.norm(X[:, chosen[-1]])
+        X = X - np.outer(e, e @ X)
+        X[:, chosen] = 0.0
+    return np.array(sorted(chosen), dtype=int)
 
 
 def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> tuple[Array, Array]:

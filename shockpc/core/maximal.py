@@ -119,9 +119,12 @@ def refine(tree: Tree, nc: int, solution: MaximalSolution) -> tuple[MaximalSolut
         sides.append(side)
     steps = _solve(solution.entries, np.concatenate(sides, axis=1), len(tree.mass))
     k = solution.rhs.shape[1]
+    # What one step leaves is the square of what it changed, relative to the whole.
+    slow = np.linalg.norm(steps[:, :k]) / max(float(np.linalg.norm(solution.x)), np.finfo(float).tiny)
     refined = _unpack(tree, nc, solution.x + steps[:, :k], solution.entries, solution.scale, solution.rhs)
     moved = (solution.scale[:, None] * steps[:, k:])[: 6 * len(tree.mass)].reshape(len(tree.mass), 6, 3, k)
-    return refined, np.abs(moved).max(axis=2)
+    corrected = np.abs(refined.twists - solution.twists)
+    return refined, np.abs(moved).max(axis=2) + slow * corrected
 
 
 def _unpack(
