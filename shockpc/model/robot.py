@@ -3,6 +3,7 @@
 import fnmatch
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import pinocchio as pin
@@ -103,7 +104,7 @@ class Robot:
         """How a command names this robot: its catalogue name, else the path of its file."""
         return self.source.name or str(self.source.path)
 
-    @property
+    @cached_property
     def joints(self) -> tuple[str, ...]:
         """Names of the joints between bodies; the floating base's is not among them."""
         return tuple(self.model.names[body.joint] for body in self.bodies if not (self.free_base and body.joint == 1))

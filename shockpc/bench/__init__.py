@@ -1,0 +1,21 @@
+"""How far to trust a number, and what it costs: error against run time, measured on cases that are meant to hurt.
+
+    cases/        what is hard, as data: families of scenes with one parameter each
+    build         robots of the families, from a list of links to a file
+    exact         a scene's numbers at full length: placements, inertias and rows with a hundred digits
+    reference     the answer to fifty digits and more, by elimination along the tree in maximal coordinates
+    accuracy      the error of every body against it
+    system        what a method is given: a posture and what is held in it
+    methods       the rivals, in one tuple
+    simulate      landing by simulation: a stiff contact on Pinocchio's ABA …
+    mujoco_peer   … and in MuJoCo
+    timing        warmed up, repeated, median and quartiles
+    precision     part 1 and 2 of the report: every case by every method
+    saving        part 3: what leaving out saves
+    throughput    part 4: many postures, against peers on the same work
+    compliant     one's own scene: from which stiffness on the rigid answer holds
+    soak          random trees by the thousand
+    report        Markdown, CSV, JSON and figures
+
+Nothing in the product imports this package, and what no user needs lives here and not there.
+"""
