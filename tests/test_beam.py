@@ -121,7 +121,7 @@ def test_a_frictionless_slider_follows_eq_3(angle, offset):
 
 @given(st.floats(-80.0, 80.0))
 def test_an_impulse_along_the_strike_follows_eq_3(angle):
-    """Held along the strike alone, the line of the impulse passes the centre of mass at d = l/2 cos θ, and Eq. 3 holds as printed."""
+    """Held along the strike alone, the impulse passes the centre of mass at d = l/2 cos θ, and Eq. 3 holds as printed."""
     theta = math.radians(angle)
     _, ropc, _, _ = struck(0.0, angle, ((math.sin(theta), 0.0, -math.cos(theta)),))
     assert ropc == pytest.approx(radius_of_percussion(0.5 * math.cos(theta), GYRATION), rel=1e-10)
@@ -135,7 +135,7 @@ def test_a_sticking_end_turns_about_itself(angle):
 
 
 def test_eq_3_does_not_hold_for_a_sticking_oblique_strike():
-    """ERRATA, Eq. 3: the paper derives it for any impact, but sticking at the end at 45 degrees gives 0.943 l where it says 0.589 l."""
+    """ERRATA, Eq. 3: printed for any impact, but sticking at the end at 45 degrees gives 0.943 l where it says 0.589 l."""
     printed = radius_of_percussion(0.5 * math.cos(math.radians(45.0)), GYRATION)
     assert printed == pytest.approx(0.589, abs=5e-4)
     assert struck(0.0, 45.0)[1] == pytest.approx(0.943, abs=5e-4)

@@ -203,7 +203,7 @@ def refusal(contact, robot=None, up=UP):
 
 
 def test_directions_are_world_axes_or_vectors_of_any_length():
-    """ "x" is (1, 0, 0), and a vector counts by its direction."""
+    """The letter "x" is (1, 0, 0), and a vector counts by its direction."""
     robot = known_robot("anymal_b")
     state = dynamics(robot, configuration(robot, Posture())[None])
     contact = Contact(frame="LF_FOOT", directions=("z", (3.0, 0.0, 4.0), (0.0, -2.0, 0.0)))

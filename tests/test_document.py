@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from commands import ROBOTS, good, python
+from commands import ROBOTS, STICK, good, python
 from pydantic import TypeAdapter
 
 import shockpc
@@ -223,7 +223,7 @@ def same_strikes(row, found):
 
 
 def test_nulls_stand_where_things_do_not_exist():
-    """A body that only translates has no CoPc, RoPc or pitch; one without geometry no extremes."""
+    """A body that only translates has no CoPc, RoPc or pitch; contacts that repeat one another have no impulses of their own."""
     (beam,) = document(shock_profile(SCENES["beam that translates"]))["bodies"]
     assert beam["translates"] is True
     assert [beam[key] for key in ("copc", "copc_world", "ropc", "pitch")] == [None] * 4
@@ -232,6 +232,12 @@ def test_nulls_stand_where_things_do_not_exist():
     assert [contact["impulse"] for contact in read["contacts"]] == [None] * 4
     assert [contact["friction_needed"] for contact in read["contacts"]] == [None] * 4
     assert read["health"]["rank"] < read["health"]["rows"] == 12
+
+
+def test_body_without_geometry_has_no_extremes(tmp_path):
+    (tmp_path / "stick.urdf").write_text(STICK)
+    read = document(shock_profile(Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),))))
+    assert [(body["shock_min"], body["shock_max"]) for body in read["bodies"]] == [(None, None)] * 2
 
 
 def test_pulling_contact_needs_no_friction_but_has_an_impulse():

@@ -120,7 +120,7 @@ def test_repeated_and_inner_points_change_nothing(seed, k):
     ],
 )
 def test_degenerate_pieces_are_measured_too(points, least):
-    """A point, a segment through the axis, one seen end on, a triangle with a corner on the axis, three in a row: spin 1 about z."""
+    """A point, a segment through the axis or seen end on, a triangle with a corner on the axis; spin 1 about z."""
     found = shock_extremes(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.array(points), 0.0, 1.0)
     assert found[0] == pytest.approx(least, abs=1e-15)
     assert found[1] == pytest.approx(np.linalg.norm(np.array(points)[:, :2], axis=1).max(), rel=1e-15)

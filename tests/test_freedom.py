@@ -217,7 +217,8 @@ def test_a_mimic_joint_is_what_pinocchio_makes_of_it(multiplier):
 
 def test_a_joint_that_follows_a_fixed_one_does_not_move():
     """What follows the immovable stays where its offset puts it."""
-    text = f'<robot name="arm">{"".join(map(link, "abc"))}{joint("j1", "a", "b", kind="fixed")}{joint("j2", "b", "c", follows("j1", 2.0, 0.3))}</robot>'
+    joints = joint("j1", "a", "b", kind="fixed") + joint("j2", "b", "c", follows("j1", 2.0, 0.3))
+    text = f'<robot name="arm">{"".join(map(link, "abc"))}{joints}</robot>'
     profile = land(robot_from(text), frame="c")
     assert profile.q[7] == pytest.approx(0.3, abs=1e-15)
     assert profile.delta_qd[6] == 0.0

@@ -42,7 +42,7 @@ def assert_same_jump(mechanism, found, expected):
 
 @given(ANY, SEEDS)
 def test_the_jump_is_the_one_of_least_kinetic_energy(landing, seed):
-    """Of all jumps that joints and contacts allow, nature takes the one of least kinetic energy; free bodies tied by rows find it too."""
+    """Of all jumps that joints and contacts allow, nature takes the one of least kinetic energy."""
     assert_same_jump(landing.mechanism, trees.twists(land(landing, seed=seed)), trees.least_energy_jump(landing))
 
 
@@ -342,7 +342,7 @@ def test_a_leaf_has_its_copc_where_eq_1_puts_it(landing):
 
 @given(st.integers(2, 6), SEEDS)
 def test_a_foot_struck_squarely_scales_everything_above_by_one_factor(bodies, seed):
-    """A strike square to the line from ball to ankle reaches the ankle square to it too: above, only the size of the shock changes."""
+    """A strike square to the line from ball to ankle reaches the ankle so too: above, only the size of the shock changes."""
     rng = np.random.default_rng(seed)
     chain, ends, _, _ = slender_chain(rng, bodies)
     strike = np.array([rng.uniform(-1.0, 1.0), 0.0, -rng.uniform(0.1, 1.0)])

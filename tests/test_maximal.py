@@ -15,7 +15,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def solved(landing, **how):
-    """Twists at the centres of mass in the mechanism's order, plain and refined, the refined one's spread; contacts are independent."""
+    """Twists at the centres of mass in the mechanism's order: plain, refined, and the spread of those; and the profile."""
     profile = trees.land(landing, **how)
     bodies = tree(profile.robot, dynamics(profile.robot, profile.q[None]), np.zeros(profile.robot.model.nv), None)
     origin = profile.q[:3]
@@ -106,7 +106,7 @@ def test_the_profile_is_as_good_as_it_says(ratio, root, struck):
 
 
 def test_joint_space_at_the_wrong_end_is_replaced_with_a_warning():
-    """Rooted at the light end of a 1e10 chain and struck at the heavy one, joint space keeps few digits; the other end costs none."""
+    """Rooted at the light end of a 1e10 chain and struck at the heavy one, joint space keeps few digits."""
     landing = chain_of_masses(1e10, 2)
     wrong, right = (solved(landing, root=root)[-1].health for root in (0, 2))
     assert wrong.method == "maximal coordinates, refined, because two independent solutions part"

@@ -40,7 +40,7 @@ def test_shock_is_one_at_the_radius_of_percussion(turn, angle, v_in):
 
 
 def test_a_positive_turn_about_the_sagittal_normal_carries_x_towards_z():
-    """n = −y: a body that turns about +n moves its forward end up, so at rest at its origin it has p = 0 and the sign is this one."""
+    """In x–z the normal is −y: a body that turns about +n moves its forward end up."""
     omega = 2.0 * SAGITTAL
     np.testing.assert_allclose(velocity_at(omega, np.zeros(3), np.array([1.0, 0.0, 0.0])), [0.0, 0.0, 2.0], atol=0)
     # Eq. 11 in the plane's own axes: (p1, p2) = (−v2, v1) / ω_n.
@@ -95,7 +95,7 @@ def test_a_turn_across_the_plane_is_no_centre_in_it():
 
 @given(NORMALS, VECTORS, VECTORS, st.floats(0.01, 1.0))
 def test_off_plane_share_lies_between_none_and_all(normal, omega, v, gyration):
-    """0 for a jump in the plane, 1 for one across it, between them otherwise; never a number of its own for a part that vanishes."""
+    """0 for a jump in the plane, 1 for one across it; a part that vanishes has no share of its own."""
     share = float(off_plane_share(omega, v, normal, np.float64(gyration)))
     assert 0.0 <= share <= 1.0 + 1e-12
     inside = off_plane_share(normal * 2.0, v - normal * (normal @ v), normal, np.float64(gyration))

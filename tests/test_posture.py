@@ -117,8 +117,8 @@ def test_a_rotation_that_is_none_is_refused(value):
     """A quaternion of another length is a slip of the file, not a rotation."""
     robot = robot_from(mixed(), srdf=srdf(state("standing", root_joint=value)))
     assert refusal(robot, Posture()) == (
-        'posture "standing" of robot "r" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and sine, has length '
-        "1; correct it in the file of postures"
+        'posture "standing" of robot "r" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
+        "sine, has length 1; correct it in the file of postures"
     )
 
 
@@ -146,7 +146,7 @@ def test_keyframes_of_an_mjcf_are_postures():
 
 
 def test_a_glob_sets_every_joint_it_means_in_degrees():
-    """hyq's four knees at −60 degrees, and nothing else moved."""
+    """The four knees of hyq go to −60 degrees, and nothing else moves."""
     robot = known_robot("hyq")
     before, after = (configuration(robot, posture) for posture in (Posture(), Posture(joints_deg={"*_kfe_joint": -60.0})))
     knees = [robot.model.joints[robot.model.getJointId(name)].idx_q for name in robot.joints if name.endswith("_kfe_joint")]
@@ -214,7 +214,7 @@ def test_a_ball_joint_cannot_be_set_by_a_number():
 
 @given(st.floats(-3.0, 3.0))
 def test_followers_stand_where_their_leaders_put_them(value):
-    """q = multiplier · q_leader + offset, along a chain of followers, over cosine and sine, whatever the reference says."""
+    """Each at multiplier · q_leader + offset, along a chain of followers, over cosine and sine, whatever the reference says."""
     text = mixed(wheel='<mimic joint="hinge" multiplier="-2" offset="0.3"/>', slide='<mimic joint="wheel" multiplier="0.1"/>')
     robot = robot_from(text, srdf=srdf(state("standing", hinge=0.1, slide=0.9)))
     q = configuration(robot, Posture(joints={"*": value}))

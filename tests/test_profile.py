@@ -120,7 +120,8 @@ def test_one_point_twice_is_refused():
     """The same point of the same body is one contact, whatever the frames are called."""
     contacts = [Contact(frame="box", offset=(0.3, 0.0, -0.1))] * 2
     assert refusal(box(), contacts) == (
-        'contacts "box" and "box" are at one point of one body, so they are one contact; leave one of them out, or move it by an offset'
+        'contacts "box" and "box" are at one point of one body, so they are one contact; '
+        "leave one of them out, or move it by an offset"
     )
 
 
@@ -151,7 +152,7 @@ def test_contacts_that_ask_for_opposites_are_refused():
 
 
 def test_a_straight_leg_on_a_fixed_base_cannot_give_way():
-    """An exactly straight knee cannot shorten: along the leg nothing can be stopped, and a hair's bend is a huge rate, not a wrong one."""
+    """A straight knee cannot shorten: along the leg nothing can be stopped; a hair's bend gives a huge rate, not a wrong one."""
     robot = known_robot("quadruped")
     posture = Posture(reference="neutral")
     message = refusal(robot, [Contact(frame="hind_foot")], base="fixed", posture=posture)
@@ -165,6 +166,15 @@ def test_a_straight_leg_on_a_fixed_base_cannot_give_way():
     alpha = -beta_alpha * math.cos(bend)
     hip, knee = (robot.model.joints[robot.model.getJointId(name)].idx_v for name in ("hind_hip", "hind_knee"))
     np.testing.assert_allclose(profile.delta_qd[[hip, knee]], [alpha, beta_alpha - alpha], rtol=1e-8)  # 1e-16 / bend
+
+
+@pytest.mark.parametrize("bend", [1e-4, 1e-7, 1e-9])
+def test_a_huge_rate_in_one_leg_hides_no_contradiction_in_another(bend):
+    """A hind leg all but straight gives way at a rate of one over its bend; the front leg, quite straight, cannot, and that is told."""
+    posture = Posture(reference="neutral", joints={"hind_knee": bend})
+    contacts = [Contact(frame="hind_foot"), Contact(frame="front_foot")]
+    message = refusal(known_robot("quadruped"), contacts, base="fixed", posture=posture)
+    assert message.startswith('contact "front_foot" cannot be stopped: 1 m/s are left along (0 0 1), because ')
 
 
 # A column: pure translation
@@ -283,8 +293,8 @@ def test_the_strike_angle_lies_in_the_plane(plane, forward):
 @pytest.mark.parametrize("angle", [90.0, 120.0, -95.0])
 def test_a_strike_that_leaves_the_ground_is_refused(angle):
     """Without approach there is no impact; the message has the speed and the remedy."""
+    scene = Scene(robot="leg", contact=(Contact(frame="heel"),), strike=Strike(strike_angle_deg=angle))
     with pytest.raises(SceneError) as raised:
-        scene = Scene(robot="leg", contact=(Contact(frame="heel"),), strike=Strike(strike_angle_deg=angle))
         shock_profile(scene, known_robot("leg"))
     how = {
         90.0: "moves along the ground, approaching it at 6.1e-17 m/s",
@@ -392,7 +402,7 @@ TILTED = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"hinge": 0.7})
 
 @pytest.mark.parametrize(("mass", "com"), [("0", "0 0 0"), ("1", "0 0 0"), ("1", "0.01 0.1 0.02")])
 def test_a_body_that_nothing_resists_is_named(mass, com):
-    """A bob without mass, or with all of it on the axis of its hinge, can spin at no cost: the body is to blame, not the contact."""
+    """A bob without mass, or with all of it on its axis, spins at no cost: the body is to blame, not the contact."""
     message = refusal(pendulum(mass, "0", com), [Contact(frame="tip")], kind=SolveError, posture=TILTED)
     assert message == (
         'body "bob" of robot "r" can move but carry no mass or inertia to resist it, so the inertia matrix cannot be inverted; '

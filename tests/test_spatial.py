@@ -26,7 +26,7 @@ def test_named_planes_have_their_letters_for_axes(name, e1, e2):
 
 @given(VECTORS.filter(lambda n: np.linalg.norm(n) > 1e-3))
 def test_a_plane_is_a_right_handed_frame_with_e2_up(normal):
-    """e1, e2 and n are orthonormal with e1 × e2 = n, n lies along what was asked, and no direction in the plane is higher than e2."""
+    """Its axes are orthonormal with e1 × e2 = n, n lies along what was asked, and no direction in the plane is higher than e2."""
     n, e1, e2 = plane = plane_from(normal)
     np.testing.assert_allclose(
         np.stack(plane) @ np.stack(plane).T, np.eye(3), atol=1e-7

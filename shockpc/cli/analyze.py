@@ -1,6 +1,7 @@
 """`shockpc analyze`: from a robot file to a table and a figure."""
 
 import enum
+import gc
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -119,6 +120,9 @@ def analyze(
     with ledger.stage("imports"):
         from shockpc.cli.build import Wishes, build
         from shockpc.profile import shock_profile
+
+        gc.freeze()
+        gc.enable()
     check_places(out, save_scene)
     wishes = Wishes(
         contact=tuple(contact or ()),

@@ -13,7 +13,6 @@ from shockpc.model.landmarks import feet
 from shockpc.model.robot import Robot, load_robot
 from shockpc.model.transmission import Joints
 from shockpc.scene import PLANES, Point, Scene, Strike, plane_of
-from shockpc.scene_file import read_scene
 
 __all__ = ["Wishes", "build", "is_scene_file"]
 
@@ -61,7 +60,11 @@ def build(robot: str, wishes: Wishes, ledger: Ledger) -> tuple[Robot, list[Scene
     Raises:
         ShockError: something typed is not valid, or not known; the text names the option.
     """
-    scene = read_scene(Path(robot)) if is_scene_file(robot) else Scene(robot=robot)
+    scene = Scene(robot=robot)
+    if is_scene_file(robot):
+        from shockpc.scene_file import read_scene
+
+        scene = read_scene(Path(robot))
     scene = dataclasses.replace(
         scene,
         srdf=wishes.srdf or scene.srdf,

@@ -51,11 +51,12 @@ def check_pattern(robot: "Robot", pattern: str) -> None:
 
 def shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -> str:
     """What goes to standard output. CSV has no place for warnings, so those go to standard error."""
-    from shockpc.show.document import to_json
+    if format_ is Format.JSON:
+        from shockpc.show.document import to_json
+
+        return to_json(profiles)
     from shockpc.show.text import csv_report, markdown_report, text_report
 
-    if format_ is Format.JSON:
-        return to_json(profiles)
     if format_ is Format.MARKDOWN:
         return markdown_report(profiles, bodies)
     if format_ is Format.CSV:

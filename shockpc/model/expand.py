@@ -24,16 +24,9 @@ from shockpc.model.expressions import checked_expression, checked_substitution
 from shockpc.model.markup import Markup, parse_markup, read_text
 from shockpc.model.reach import Reach
 
-__all__ = ["expand_xacro", "is_xacro"]
+__all__ = ["expand_xacro"]
 
 _LOCK = threading.RLock()  # xacro's globals and the standard streams are the whole process's
-
-
-def is_xacro(root: Element) -> bool:
-    """Whether a document uses xacro, not merely declares its namespace as many expanded files still do."""
-    return any(
-        element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attrib) for element in root.iter()
-    )
 
 
 def expand_xacro(markup: Markup, reach: Reach, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:

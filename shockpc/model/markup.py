@@ -12,7 +12,7 @@ from xml.parsers import expat
 
 from shockpc.errors import RobotError
 
-__all__ = ["Markup", "parse_markup", "read_markup", "read_text"]
+__all__ = ["Markup", "is_xacro", "parse_markup", "read_markup", "read_text"]
 
 _DEEPEST = 800  # elements within elements; Python's own limit is 1000 calls
 
@@ -117,3 +117,10 @@ def parse_markup(text: str, name: str) -> Element:
             "the file is not well-formed XML, so nothing of it is used"
         ) from None
     return builder.close()
+
+
+def is_xacro(root: Element) -> bool:
+    """Whether a document uses xacro, not merely declares its namespace as many expanded files still do."""
+    return any(
+        element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attrib) for element in root.iter()
+    )

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.model.collada import read_collada, read_wavefront
 from shockpc.model.source import RobotSource, resolve_asset
 
 __all__ = ["Mesh", "Meshes", "last_words", "mesh_of", "read_mesh"]
@@ -75,6 +74,8 @@ def read_mesh(path: Path) -> Mesh:
     Raises:
         ValueError: it is no mesh, or a broken one; one line.
     """
+    from shockpc.model.collada import read_collada, read_wavefront
+
     readers = {".dae": read_collada, ".obj": read_wavefront}
     try:
         if path.suffix.lower() in readers:

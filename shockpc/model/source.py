@@ -14,9 +14,7 @@ from xml.etree import ElementTree
 from shockpc.errors import RobotError
 from shockpc.model.assets import locate_asset
 from shockpc.model.catalogue import find_robot, find_srdf
-from shockpc.model.expand import expand_xacro, is_xacro
-from shockpc.model.markup import Markup, parse_markup, read_markup
-from shockpc.model.mjcf import plain_mjcf
+from shockpc.model.markup import Markup, is_xacro, parse_markup, read_markup
 from shockpc.model.reach import Reach, reach_of
 from shockpc.model.urdf import check_urdf, tidy_urdf
 
@@ -88,6 +86,8 @@ def read_source(
     warnings: tuple[str, ...] = ()
     expanded = markup.root.tag == "robot" and (path.suffix == ".xacro" or is_xacro(markup.root))
     if expanded:
+        from shockpc.model.expand import expand_xacro
+
         text, warnings = expand_xacro(markup, reach, xacro)
         markup = Markup(text, parse_markup(text, path.name))
     elif xacro:
@@ -96,6 +96,8 @@ def read_source(
     text, root = markup.text, markup.root
     kind: Literal["urdf", "mjcf"] = "urdf"
     if root.tag == "mujoco":
+        from shockpc.model.mjcf import plain_mjcf
+
         kind = "mjcf"
         text, told = plain_mjcf(root, reach)
         warnings += told
