@@ -6,6 +6,7 @@ import numpy as np
 
 from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, Tree, refine, solve_maximal
+from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError, SolveError
 from shockpc.model.dynamics import Dynamics
@@ -18,6 +19,9 @@ __all__ = ["Verdict", "gyration_radii", "judge"]
 
 TRUSTED = 1e-9
 """Two solutions that differ by more than this at any body call for the better one, and a warning."""
+
+SUSPECT = 1e-12
+"""From here on the second solution is refined first, for it may be the one that is off."""
 
 UNMOVED = 1e-13
 """A body that moves by less than this share of the fastest one is not told from one that does not move."""
@@ -56,8 +60,8 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     equation, impact = solution.equation, solution.impact
     b, delta = equation.b[0, :, -1:], impact.delta_qd[0, :, -1:]
     momentum, contact = residuals(equation.H[0], equation.J_c[0], b, delta, impact.impulse[0, :, -1:])
-    if contact > 1e-6:
-        raise SceneError(_contradiction(rows, (equation.J_c[0] @ delta + b)[:, 0]))
+    if contact.max() > 1e-6:
+        raise SceneError(_contradiction(rows, int(np.argmax(contact)), (equation.J_c[0] @ delta + b)[:, 0]))
 
     chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]))
     W = rows.W[0].copy()
@@ -66,31 +70,32 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
     try:
         other = solve_maximal(bodies, W[chosen_rows], rows.b[0, chosen_rows])
-        apart = _relative(robot, motion - other.twists[..., -1], other.twists[..., -1], held)
-        speed = _size(robot, other.twists[..., -1])
     except np.linalg.LinAlgError:
         # So near a singular posture that the larger system cannot be factorised: the first solution has to be judged by itself.
-        other, apart, speed = None, np.where(held, 0.0, np.inf), _size(robot, motion)
-    moving = ~held & (speed > UNMOVED * speed.max())
+        other = None
+    spread = None
+    apart, moving = _compare(robot, motion, other, held)
+    if other is not None and np.any(apart[moving] > SUSPECT):
+        other, spread = refine(bodies, W[chosen_rows], other, SAMPLES)
+        apart, moving = _compare(robot, motion, other, held)
     method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", apart
     warnings: list[str] = []
     if np.any(apart[moving] > TRUSTED):
         candidates = {JOINT_SPACE: _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)}
-        if other is not None:
-            refined, spread = refine(bodies, len(chosen_rows), other)
-            candidates[MAXIMAL] = _relative(robot, spread[..., -1], refined.twists[..., -1], held)
+        if other is not None and spread is not None:
+            candidates[MAXIMAL] = _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
         errors, method = candidates[chosen], f"{chosen}, because two independent solutions part"
         warnings.append(_ill(robot, apart, errors, moving, chosen))
-        if chosen == MAXIMAL:
-            solution = _from_maximal(robot, state, refined, solution, chosen_rows)
-    still = int(np.sum(~moving & ~held & (speed > 0.0)))
+        if other is not None and chosen == MAXIMAL:
+            solution = _from_maximal(robot, state, other, solution, chosen_rows)
+    still = int(np.sum(~moving & ~held & (_size(robot, motion) > 0.0)))
     if still:
         warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
     health = Health(
         rank=int(impact.rank[0]),
         rows=equation.J_c.shape[1],
-        residual=float(max(momentum, contact)),
+        residual=float(max(momentum, contact.max())),
         error_estimate=float(np.max(errors[moving])),
         body_errors=tuple(map(float, errors)),
         method=method,
@@ -128,6 +133,14 @@ def _held(state: Dynamics, G: Array | None) -> np.ndarray:
     return np.asarray(~(state.moves & free).any(axis=1))
 
 
+def _compare(robot: Robot, motion: Array, other: MaximalSolution | None, held: np.ndarray) -> tuple[Array, np.ndarray]:
+    """How far two solutions are apart at every body (nb,), infinitely without a second one; and which bodies move (nb,)."""
+    found = motion if other is None else other.twists[..., -1]
+    apart = np.where(held, 0.0, np.inf) if other is None else _relative(robot, motion - found, found, held)
+    speed = _size(robot, found)
+    return apart, ~held & (speed > UNMOVED * speed.max())
+
+
 def _relative(robot: Robot, difference: Array, motion: Array, held: np.ndarray) -> Array:
     """Size of a difference relative to each body's own motion (nb,); 0 for bodies that are held."""
     own = _size(robot, motion)
@@ -138,27 +151,24 @@ def _relative(robot: Robot, difference: Array, motion: Array, held: np.ndarray) 
 def _sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G: Array | None) -> Array:
     """What rounding in H and J does to the joint-space solution: the largest change (nb, 6) of every body's jump.
 
-    Sampled with a few random changes of a few units in the last place, at the centres of mass; infinite where one of them cannot be
-    solved.
+    Sampled with a few mechanisms that rounding cannot tell from this one, at the centres of mass; infinite where one of them
+    cannot be solved.
     """
     draw = np.random.default_rng(0)
-
-    def shaken(values: Array) -> Array:
-        return values * (1.0 + draw.uniform(-4.0, 4.0, (SAMPLES, *values.shape[1:])) * np.finfo(float).eps)
+    size = max(float(np.abs(bodies.com).max()), float(np.abs(bodies.joint).max()))
 
     def repeated(values: Array) -> Array:
         return np.broadcast_to(values, (SAMPLES, *values.shape[1:]))
 
-    upper = np.triu(shaken(state.H))
     several = state._replace(
-        H=upper + np.swapaxes(np.triu(upper, 1), -1, -2),
-        J=shaken(state.J),
+        H=shaken_inertia(draw, repeated(state.H)),
+        J=shaken_jacobian(draw, repeated(state.J), size),
         rotation=repeated(state.rotation),
         position=repeated(state.position),
     )
-    held = rows._replace(W=repeated(rows.W), b=repeated(rows.b[..., -1:]))
+    shaken = rows._replace(W=shaken_rows(draw, repeated(rows.W), size), b=repeated(rows.b[..., -1:]))
     try:
-        found = solve(robot, several, held, bodies.armature, None if G is None else repeated(G)).jumps[..., 0]
+        found = solve(robot, several, shaken, bodies.armature, None if G is None else repeated(G)).jumps[..., 0]
         exact = solve(robot, state, rows, bodies.armature, G).jumps[0, ..., -1]
     except SolveError:
         return np.full((len(robot.bodies), 6), np.inf)
@@ -203,9 +213,8 @@ def _ill(robot: Robot, apart: Array, better: Array, moving: np.ndarray, chosen: 
     )
 
 
-def _contradiction(rows: Rows, left: Array) -> str:
-    """The message for rows that cannot be met: which one, along what, by how much."""
-    row = int(np.argmax(np.abs(left)))
+def _contradiction(rows: Rows, row: int, left: Array) -> str:
+    """The message for a row that cannot be met: whose it is, along what, by how much."""
     block, own = next((block, own) for block, own in zip(rows.blocks, rows.slices, strict=True) if row < own.stop)
     axis = " ".join(f"{u:.3g}" for u in block.axes[row - own.start] + 0.0)
     return (

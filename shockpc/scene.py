@@ -181,7 +181,7 @@ def _check(record: Any, where: str) -> None:
     hints = get_type_hints(type(record))
     for item in fields(record):
         key, value = f"{where}{item.name}", getattr(record, item.name)
-        words = [word for option in (hints[item.name], *get_args(hints[item.name])) for word in _words(option)]
+        words = dict.fromkeys(word for option in (hints[item.name], *get_args(hints[item.name])) for word in _words(option))
         for name, part in _parts(key, value):
             if is_dataclass(part):
                 _check(part, f"{name}.")

@@ -23,8 +23,11 @@ LAYERS = (
     {"scene_file", "setting", "record"},
     {"health", "readings"},
     {"profile"},
+    {"studies"},
     {"show"},
+    {"bench", "paper"},
     {"cli"},
+    {"__main__"},
 )
 """From the ground up; a module imports from its own layer and those before it."""
 
@@ -38,6 +41,8 @@ OWNERS = {
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
     "pydantic": "shockpc.scene_file",
+    "mpmath": "shockpc.bench",
+    "mujoco": "shockpc.bench",
     "typer": "shockpc.cli",
 }
 """Libraries that one part of the package alone may know."""

@@ -1,20 +1,22 @@
 """What a user can get wrong: each slip has its one message, its exit code, and leaves nothing behind."""
 
 import errno
+import gc
 import os
 import signal
 import subprocess
 import sys
 import tempfile
+import types
 from pathlib import Path
 
 import pytest
-from commands import STICK, Outcome, dog_in, environment, good, python, run
+from commands import STICK, Outcome, dog_in, environment, good, run
 
-import shockpc.cli.main
 import shockpc.profile
+from shockpc.cli.entry import entry
 
-SHOCKPC = "from shockpc.cli.main import main; main()"
+SHOCKPC = (sys.executable, "-m", "shockpc")
 
 
 @pytest.fixture
@@ -475,7 +477,7 @@ def test_interrupt_from_the_keyboard(here):
     """A real signal to a real process, which waits for a robot file that never comes."""
     pipe = here / "robot.urdf"
     os.mkfifo(pipe)
-    words = [sys.executable, "-c", SHOCKPC, "analyze", str(pipe), "--contact", "foot"]
+    words = [*SHOCKPC, "analyze", str(pipe), "--contact", "foot"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process, pipe.open("wb"):
         # The pipe opens once the process reads from it: from here on it is inside the command.
         process.send_signal(signal.SIGINT)
@@ -488,21 +490,18 @@ def test_reader_that_goes_away(here):
     for words in (LANDING, ("--help",)):
         reading, writing = os.pipe()
         os.close(reading)
-        done = subprocess.run(
-            [sys.executable, "-c", SHOCKPC, *words], stdout=writing, stderr=subprocess.PIPE, text=True, cwd=here, check=False
-        )
+        done = subprocess.run([*SHOCKPC, *words], stdout=writing, stderr=subprocess.PIPE, text=True, cwd=here, check=False)
         os.close(writing)
         assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_output_is_utf8_everywhere(here):
     """A terminal that knows ASCII alone gets the same bytes as any other."""
-    words = ("analyze", "stick.urdf", "--contact", "foot")
-    command = f"import os; os.chdir({str(here)!r}); {SHOCKPC}"
-    plain = python(command, *words, PYTHONIOENCODING="utf-8")
-    ascii_only = python(command, *words, PYTHONIOENCODING="ascii")
-    assert plain.returncode == ascii_only.returncode == 0
-    assert "|Δω|" in plain.stdout
+    plain, ascii_only = (
+        subprocess.run([*SHOCKPC, *LANDING], capture_output=True, env=environment({"PYTHONIOENCODING": code}), cwd=here, check=True)
+        for code in ("utf-8", "ascii")
+    )
+    assert "|Δω|".encode() in plain.stdout
     assert plain.stdout == ascii_only.stdout
 
 
@@ -550,7 +549,53 @@ def test_names_that_are_no_utf8(capfd, here):
 
 def test_environment_is_not_needed(here):
     """A command runs without a home, a locale or a terminal."""
-    done = subprocess.run(
-        [sys.executable, "-c", SHOCKPC, *LANDING], capture_output=True, env={"PATH": environment({})["PATH"]}, cwd=here, check=False
-    )
+    done = subprocess.run([*SHOCKPC, *LANDING], capture_output=True, env={"PATH": environment({})["PATH"]}, cwd=here, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
+
+
+class EndError(Exception):
+    """What stands for the end of the process."""
+
+
+@pytest.fixture
+def door(monkeypatch):
+    """The door of the command, in this process: it ends by an exception, with its exit code."""
+
+    def end(code):
+        raise EndError(code)
+
+    monkeypatch.setattr(os, "_exit", end)
+    monkeypatch.setattr(gc, "disable", lambda: None)
+    monkeypatch.setitem(os.environ, "OPENBLAS_NUM_THREADS", "1")
+    return entry
+
+
+def test_interrupt_while_libraries_are_imported(door, capfd, monkeypatch):
+    class Slow(types.ModuleType):
+        """A module that is interrupted while it is imported."""
+
+        def __getattr__(self, name):
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "shockpc.cli.main", Slow("shockpc.cli.main"))
+    with pytest.raises(EndError) as end:
+        door()
+    assert end.value.args == (130,)
+    assert capfd.readouterr() == ("", STOPPED)
+
+
+@pytest.mark.parametrize(("words", "code"), [(["schema"], 0), (["schema", "x"], 2)])
+def test_door_ends_with_the_exit_code(door, capfd, monkeypatch, words, code):
+    monkeypatch.setattr(sys, "argv", ["shockpc", *words])
+    with pytest.raises(EndError) as end:
+        door()
+    assert end.value.args == (code,)
+    assert bool(capfd.readouterr().out) == (code == 0)
+
+
+def test_door_bears_closed_streams(door, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["shockpc", "schema"])
+    monkeypatch.setattr(sys, "stdout", None)
+    with pytest.raises(EndError) as end:
+        door()
+    assert end.value.args == (2,)

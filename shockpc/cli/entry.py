@@ -13,14 +13,18 @@ def entry() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Thousands of objects come to stay while libraries are imported; looking among them for garbage costs a tenth of a short run.
     gc.disable()
-    from shockpc.cli.main import main
-
     code: object = 0
     try:
+        from shockpc.cli.main import main
+
         main()
     except SystemExit as end:
         code = end.code
+    except KeyboardInterrupt:
+        # While libraries are imported; the command itself has its own answer.
+        sys.stderr.write("shockpc: interrupted; no file was left half-written\n")
+        code = 130
     # Everything is written by now; taking down the libraries one by one would cost another tenth.
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.flush()
     os._exit(code if isinstance(code, int) else 0)

@@ -107,21 +107,20 @@ def independent_rows(H: Array, J_c: Array, rank: int) -> np.ndarray:
 def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> tuple[Array, Array]:
     """Violation of the two lines of Eq. 4, each relative to the size of its own terms [1].
 
-    The first says whether momentum balances; it is rounding, always. The second, above rounding, says that the rows contradict one
-    another, or ask for a motion that the mechanism does not have. Terms count with their absolute values, so that the large rates
-    of a nearly singular posture are not taken for a contradiction. Arguments as for `solve_impact` and `Impact`.
+    The first says whether momentum balances; it is rounding, always. The second, row by row, says above rounding that a row
+    contradicts others, or asks for a motion that the mechanism does not have. Terms count with their absolute values, so that the
+    large rates of a nearly singular posture are not taken for a contradiction. Arguments as for `solve_impact` and `Impact`.
 
-    Returns: (...) of the momentum line, (...) of the contact line.
+    Returns: (...) of the momentum line, (..., nc) of every row of the contact line.
     """
-
-    def worst(found: Array, size: Array) -> Array:
-        top = np.abs(size).max(axis=(-2, -1), initial=0.0)
-        off = np.abs(found).max(axis=(-2, -1), initial=0.0)
-        return np.asarray(off / np.where(top > 0.0, top, 1.0))
-
     J_T = np.swapaxes(J_c, -1, -2)
-    momentum = np.abs(H) @ np.abs(delta_qd) + np.abs(J_T) @ np.abs(impulse)
-    return worst(H @ delta_qd - J_T @ impulse, momentum), worst(J_c @ delta_qd + b, np.abs(J_c) @ np.abs(delta_qd) + np.abs(b))
+    momentum = np.abs(H @ delta_qd - J_T @ impulse).max(axis=(-2, -1), initial=0.0)
+    moved = (np.abs(H) @ np.abs(delta_qd) + np.abs(J_T) @ np.abs(impulse)).max(axis=(-2, -1), initial=0.0)
+    left = np.abs(J_c @ delta_qd + b).max(axis=-1, initial=0.0)
+    # A row that nothing moves along holds rounding alone; the speeds of the other rows say how little that is.
+    asked = np.abs(b).max(axis=(-2, -1), initial=0.0)[..., None]
+    terms = np.maximum((np.abs(J_c) @ np.abs(delta_qd) + np.abs(b)).max(axis=-1, initial=0.0), asked)
+    return momentum / np.where(moved > 0.0, moved, 1.0), left / np.where(terms > 0.0, terms, 1.0)
 
 
 def weakest_columns(H: Array) -> list[int]:

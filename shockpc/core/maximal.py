@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.rounding import shaken_rows, shaken_tree
 from shockpc.core.spatial import Array, cross_matrix
 
 __all__ = ["MaximalSolution", "Tree", "refine", "solve_maximal"]
@@ -94,37 +95,40 @@ def solve_maximal(tree: Tree, W: Array, b: Array) -> MaximalSolution:
     return _unpack(tree, nc, _solve(entries, rhs, nb), entries, scale, rhs)
 
 
-def refine(tree: Tree, nc: int, solution: MaximalSolution) -> tuple[MaximalSolution, Array]:
+def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int) -> tuple[MaximalSolution, Array]:
     """One step of iterative refinement with the residual in extended precision, and what rounding in the data can still do.
 
-    The refined unknowns solve the system as it stands in double precision; its entries themselves carry rounding, so the effect of
-    that is sampled: K⁻¹ δK x for random δK of a few units in the last place of every entry.
+    The refined unknowns solve the system as it stands in double precision; the numbers in it carry rounding themselves, so the
+    effect of that is sampled: K⁻¹ (rhs − K' x) for the K' of slightly different mechanisms.
 
     Args:
         tree: bodies and joints.
-        nc: number of rows.
+        W: (nc, nb, 6) rows, as they were solved with.
         solution: of `solve_maximal`.
+        samples: how many different mechanisms.
 
     Returns: the refined solution, and the spread (nb, 6, k) that rounding makes of its twists.
     """
+    x, rhs, scale, nb = solution.x, solution.rhs, solution.scale, len(tree.mass)
     rows, columns, values = solution.entries
-    wide = solution.x.astype(np.longdouble)
-    left = solution.rhs.astype(np.longdouble)
-    np.subtract.at(left, rows, values.astype(np.longdouble)[:, None] * wide[columns])
-    draws = np.random.default_rng(0).uniform(-1.0, 1.0, (3, len(values))) * (4.0 * np.finfo(float).eps)
+    left = rhs.astype(np.longdouble)
+    np.subtract.at(left, rows, values.astype(np.longdouble)[:, None] * x.astype(np.longdouble)[columns])
     sides = [left.astype(float)]
-    for draw in draws:
-        side = np.zeros_like(solution.rhs)
-        np.add.at(side, rows, (draw * values)[:, None] * solution.x[columns])
+    draw = np.random.default_rng(0)
+    size = max(float(np.abs(tree.com).max()), float(np.abs(tree.joint).max()))
+    for _ in range(samples):
+        rows, columns, values = _entries(shaken_tree(draw, tree, size), shaken_rows(draw, W, size))
+        side = rhs.copy()
+        np.subtract.at(side, rows, (values * scale[rows] * scale[columns])[:, None] * x[columns])
         sides.append(side)
-    steps = _solve(solution.entries, np.concatenate(sides, axis=1), len(tree.mass))
-    k = solution.rhs.shape[1]
+    steps = _solve(solution.entries, np.concatenate(sides, axis=1), nb)
+    k = rhs.shape[1]
+    refined = _unpack(tree, len(W), x + steps[:, :k], solution.entries, scale, rhs)
+    moved = (scale[:, None] * steps)[: 6 * nb].reshape(nb, 6, samples + 1, k)
+    spread = np.abs(moved[:, :, 1:] - moved[:, :, :1]).max(axis=2, initial=0.0)
     # What one step leaves is the square of what it changed, relative to the whole.
-    slow = np.linalg.norm(steps[:, :k]) / max(float(np.linalg.norm(solution.x)), np.finfo(float).tiny)
-    refined = _unpack(tree, nc, solution.x + steps[:, :k], solution.entries, solution.scale, solution.rhs)
-    moved = (solution.scale[:, None] * steps[:, k:])[: 6 * len(tree.mass)].reshape(len(tree.mass), 6, 3, k)
-    corrected = np.abs(refined.twists - solution.twists)
-    return refined, np.abs(moved).max(axis=2) + slow * corrected
+    slow = np.linalg.norm(steps[:, :k]) / max(float(np.linalg.norm(x)), float(np.finfo(float).tiny))
+    return refined, spread + slow * np.abs(moved[:, :, 0])
 
 
 def _unpack(

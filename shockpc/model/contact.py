@@ -199,7 +199,7 @@ def _lowest_point(robot: Robot, link: str, up: Array) -> Array:
             f'link "{link}" has no collision geometry that could be read, so it has no lowest point; '
             "give the contact point by its offset, or name a link that has collision geometry"
         )
-    points = np.concatenate([shape.points - shape.radius * up for shape in pieces])
+    points = np.concatenate([shape.lowest(up) for shape in pieces])
     height = points @ up
     # A foot's sole is level to rounding only; its extent sets what counts as level.
     slack = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-6)

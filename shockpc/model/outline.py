@@ -11,7 +11,7 @@ from typing import NamedTuple
 import coal
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.model.geometry import Geometries, Kind, Piece, read_geometries
 from shockpc.model.meshes import Mesh
 from shockpc.model.robot import Body, Robot
@@ -34,12 +34,24 @@ class Shape:
         points: (k, 3) in the body's frame [m]. For a mesh, the corners of its convex hull.
         radius: of the rounding [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
+        discs: (centre, axis, radius) of the round faces that some of the points only approximate.
     """
 
     link: str
     points: Array = field(repr=False)
     radius: float = 0.0
     mesh: Mesh | None = field(default=None, repr=False)
+    discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
+
+    def lowest(self, up: Array) -> Array:
+        """Points (k, 3) among which the lowest ones are, exact for round faces too. Args: up (3,), a unit vector, body frame."""
+        below = [self.points - self.radius * up]
+        for centre, axis, radius in self.discs:
+            level = up - axis * float(axis @ up)
+            length = float(np.linalg.norm(level))
+            # A disc that lies flat is lowest everywhere; its middle stands for it.
+            below.append((centre - radius * level / length if length > 1e-9 else centre)[None])
+        return np.concatenate(below)
 
 
 class Outline(NamedTuple):
@@ -96,7 +108,7 @@ def inertia_box(body: Body) -> Shape | None:
     if squared.max() <= 0.0 or squared.min() < -1e-9 * squared.max():
         return None
     half = 0.5 * np.sqrt(np.maximum(squared, 0.0))
-    return Shape(body.name, _read_only(body.com + _box(half) @ axes.T))
+    return Shape(body.name, read_only(body.com + _box(half) @ axes.T))
 
 
 def _shape(piece: Piece, rotation: Array, offset: Array, hulls: dict[int, Array]) -> Shape | None:
@@ -109,6 +121,7 @@ def _shape(piece: Piece, rotation: Array, offset: Array, hulls: dict[int, Array]
         hulls: of the meshes met so far, by identity; four legs often share one.
     """
     g, radius, mesh = piece.geometry, 0.0, None
+    rounds: list[tuple[float, float]] = []
     match g:
         case coal.Box():
             points = _box(g.halfSide)
@@ -118,8 +131,10 @@ def _shape(piece: Piece, rotation: Array, offset: Array, hulls: dict[int, Array]
             points, radius = np.array([[0.0, 0.0, -g.halfLength], [0.0, 0.0, g.halfLength]]), g.radius
         case coal.Cylinder():
             points = np.concatenate([_rim(g.radius, -g.halfLength), _rim(g.radius, g.halfLength)])
+            rounds = [(-g.halfLength, g.radius), (g.halfLength, g.radius)]
         case coal.Cone():
             points = np.concatenate([_rim(g.radius, -g.halfLength), [[0.0, 0.0, g.halfLength]]])
+            rounds = [(-g.halfLength, g.radius)]
         case coal.Ellipsoid():
             points = _ball() * g.radii
         case Mesh():
@@ -127,12 +142,13 @@ def _shape(piece: Piece, rotation: Array, offset: Array, hulls: dict[int, Array]
                 hulls[id(g)] = _hull(g.vertices)
             points = hulls[id(g)]
             if len(g.triangles):
-                mesh = Mesh(_read_only(g.vertices @ rotation.T + offset), g.triangles)
+                mesh = Mesh(read_only(g.vertices @ rotation.T + offset), g.triangles)
         case coal.ConvexBase():
             points = g.points()
         case _:
             return None
-    return Shape(piece.link, _read_only(points @ rotation.T + offset), float(radius), mesh)
+    discs = tuple((rotation[:, 2] * z + offset, rotation[:, 2], radius) for z, radius in rounds)
+    return Shape(piece.link, read_only(points @ rotation.T + offset), float(radius), mesh, discs)
 
 
 def _box(half: Array) -> Array:
@@ -168,13 +184,6 @@ def _hull(vertices: Array) -> Array:
     points = coal.StdVec_Vec3s()
     points.extend(list(vertices))
     return np.asarray(coal.ConvexBase.convexHull(points, False, "Qt").points())
-
-
-def _read_only(values: Array) -> Array:
-    """A copy that outlives coal's buffers and cannot be changed."""
-    out = np.array(values, dtype=float)
-    out.flags.writeable = False
-    return out
 
 
 def _warnings(robot: Robot, kind: Kind, read: Geometries, shapes: list[list[Shape]]) -> tuple[str, ...]:

@@ -79,7 +79,7 @@ def configuration(robot: Robot, posture: Posture) -> Array:
 def _with_rotations(robot: Robot, name: str, q: Array) -> Array:
     """The posture with its quaternions and cosines made whole: files round them, and another length than 1 scales the shock."""
     whole = np.asarray(pin.normalize(robot.model, q))
-    if not np.abs(whole - q).max(initial=0.0) < 0.05:
+    if not (pin.isNormalized(robot.model, whole, 1e-9) and np.abs(whole - q).max(initial=0.0) < 0.05):
         raise SceneError(
             f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
             "sine, has length 1; correct it in the file of postures"
