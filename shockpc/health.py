@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.impulse import independent_rows, residuals
-from shockpc.core.maximal import MaximalSolution, Tree, refine, solve_maximal
+from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
 from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows
 from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.tree import Tree
 from shockpc.errors import SceneError, SolveError
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.equation import Solution, solve

@@ -4,14 +4,10 @@ Placements are products of rotations and translations, so every number that is n
 absolute error: a few units of rounding in a direction, the same times the size of the mechanism in a position.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from shockpc.core.spatial import Array
-
-if TYPE_CHECKING:
-    from shockpc.core.maximal import Tree
+from shockpc.core.tree import Tree
 
 __all__ = ["UNITS", "shaken_inertia", "shaken_jacobian", "shaken_rows", "shaken_tree"]
 
@@ -34,7 +30,7 @@ def _positions(draw: np.random.Generator, values: Array, size: float) -> Array:
     return np.where(values == 0.0, values, values + size * _noise(draw, values))
 
 
-def shaken_tree(draw: np.random.Generator, tree: "Tree", size: float) -> "Tree":
+def shaken_tree(draw: np.random.Generator, tree: Tree, size: float) -> Tree:
     """A mechanism as another order of the same arithmetic might have left it. Args: size of the mechanism [m]."""
     largest = np.abs(tree.inertia).max(axis=(1, 2), keepdims=True)
     wobble = np.where(tree.inertia == 0.0, 0.0, largest * _noise(draw, tree.inertia))

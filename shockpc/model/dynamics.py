@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.maximal import Tree
 from shockpc.core.spatial import Array
+from shockpc.core.tree import Tree
 from shockpc.model.long_chain import LONG, evaluate
 from shockpc.model.robot import Robot
 

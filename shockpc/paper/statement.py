@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-__all__ = ["Outcome", "Reading", "Statement", "outcomes", "taken"]
+__all__ = ["Outcome", "Reading", "Statement", "outcomes"]
 
 
 class Reading(NamedTuple):
@@ -94,25 +94,16 @@ class Statement:
         size = 1
         for options in kept.values():
             size *= len(options)
-        narrowed = [f"{name} {_either(kept[name])}" for name in every if len(kept[name]) < len(every[name])]
+        narrowed = [f"{name}: {_either(kept[name])}" for name in every if len(kept[name]) < len(every[name])]
         if size == len(good):
-            return ", ".join(narrowed)
+            return "; ".join(narrowed)
         share = f"{len(good)} of {len(self.outcomes)} readings"
-        alone = [
-            f"{name} {_either(tuple(dict(o.reading)[name] for o in self.along(name) if o.holds))}"
-            for name in every
-            if self.matters(name)
-        ]
-        if self.outcomes[0].holds and alone:
-            return f"{share}: as taken, with {', or '.join(alone)}"
-        if self.outcomes[0].holds:
-            return f"{share}, whichever one alone is changed"
-        return f"{share}: only with {', and '.join(narrowed)}" if narrowed else share
-
-
-def taken(*readings: Reading) -> dict[str, object]:
-    """What every reading means as taken, by name."""
-    return {reading.name: next(iter(reading.options.values())) for reading in readings}
+        if not self.outcomes[0].holds:
+            return "; ".join([share, *narrowed])
+        alone = {name: tuple(dict(o.reading)[name] for o in self.along(name) if o.holds) for name in every if self.matters(name)}
+        if not alone:
+            return f"{share}, whichever one is changed alone"
+        return "; ".join([f"{share}, of those changed alone", *(f"{name}: {_either(options)}" for name, options in alone.items())])
 
 
 def outcomes(readings: tuple[Reading, ...], number: Callable[..., float], holds: Callable[[float], bool]) -> tuple[Outcome, ...]:
@@ -129,7 +120,8 @@ def outcomes(readings: tuple[Reading, ...], number: Callable[..., float], holds:
 def _every(readings: tuple[Reading, ...], number: Callable[..., float], holds: Callable[[float], bool]) -> Iterator[Outcome]:
     for chosen in itertools.product(*(reading.options.items() for reading in readings)):
         found = number(*(meaning for _, meaning in chosen))
-        yield Outcome(tuple((r.name, option) for r, (option, _) in zip(readings, chosen, strict=True)), found, holds(found))
+        reading = tuple((r.name, option) for r, (option, _) in zip(readings, chosen, strict=True))
+        yield Outcome(reading, float(found), bool(holds(found)))
 
 
 def _either(options: tuple[str, ...]) -> str:
