@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
-from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows
+from shockpc.core.rounding import UNITS, shaken_inertia, shaken_jacobian, shaken_rows
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.core.tree import Tree
 from shockpc.errors import SceneError, SolveError
@@ -79,14 +79,17 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     if other is not None and np.any(apart[moving] > SUSPECT):
         other, spread = refine(bodies, W[chosen_rows], other, SAMPLES)
         apart, moving = _compare(robot, motion, other, held)
-    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", apart
+    # Both solutions read the same rounded placements, so no difference between them tells what those do to nearly repeated rows.
+    shared = np.where(held, 0.0, UNITS / float(impact.weakest[0]))
+    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", apart + shared
     warnings: list[str] = []
-    if np.any(apart[moving] > TRUSTED):
-        candidates = {JOINT_SPACE: _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)}
+    if np.any(errors[moving] > TRUSTED):
+        sampled = _sampled_rounding(robot, state, bodies, rows, equation.G)
+        candidates = {JOINT_SPACE: shared + _relative(robot, sampled, motion, held)}
         if other is not None and spread is not None:
-            candidates[MAXIMAL] = _relative(robot, spread[..., -1], other.twists[..., -1], held)
+            candidates[MAXIMAL] = shared + _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
-        errors, method = candidates[chosen], f"{chosen}, because two independent solutions part"
+        errors, method = candidates[chosen], f"{chosen}, the steadier of two solutions"
         warnings.append(_ill(robot, apart, errors, moving, chosen))
         if other is not None and chosen == MAXIMAL:
             solution = _from_maximal(robot, state, other, solution, chosen_rows)
@@ -208,10 +211,12 @@ def _ill(robot: Robot, apart: Array, better: Array, moving: np.ndarray, chosen: 
         if len(names) > 20
         else "the mechanism is close to a posture in which it cannot give way"
     )
-    return (
-        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}": {blame}; the numbers are those of '
-        f"{chosen}, good to about {left:.0e} of each body's motion"
+    seen = (
+        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}"'
+        if apart[worst] > TRUSTED
+        else "rounding in the placements shows"
     )
+    return f"{seen}: {blame}; the numbers are those of {chosen}, good to about {left:.0e} of each body's motion"
 
 
 def _contradiction(rows: Rows, row: int, left: Array) -> str:

@@ -25,12 +25,14 @@ class Impact(NamedTuple):
         impulse: (..., nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
         unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is.
         rank: (...) how many rows are independent.
+        weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
     """
 
     delta_qd: Array
     impulse: Array
     unique: np.ndarray
     rank: np.ndarray
+    weakest: Array
 
 
 def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
@@ -70,6 +72,9 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     kept = s > tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
     s_inv = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
 
+    largest = s.max(axis=-1, initial=0.0)
+    weakest = np.where(kept, s, np.inf).min(axis=-1, initial=np.inf) / np.where(largest > 0.0, largest, 1.0)
+
     along = s_inv[..., None] * (Vt @ (c[..., None] * b))
     y = -(U @ along)
     delta_qd = d[..., None] * np.linalg.solve(np.swapaxes(L, -1, -2), y)
@@ -77,7 +82,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = ~dead & (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1))
+    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), weakest)
 
 
 def independent_rows(H: Array, J_c: Array, rank: int) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 import functools
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -42,16 +41,10 @@ BODIES = ("lower_leg", "upper_leg", "torso")
 """From the ground up."""
 
 
-class _Variant(NamedTuple):
-    stem: str
-    torso: bool
-    foot: bool
+_SCENES = {"A": "fig2_a", "B": "fig2_a", "C": "fig2_a", "D": "fig2_e", "E": "fig2_e", "F": "fig2_f"}
+"""Cases that differ by the strike alone share a scene."""
 
 
-_VARIANTS = {letter: _Variant(f"fig2_{letter.lower()}", letter in "DEF", letter == "F") for letter in "ABCDEF"}
-
-
-@functools.cache
 def case(letter: str, strike: float, lower_leg: float = 0.0, ankle: float = 105.0) -> ShockProfile:
     """One case of Figure 2, with what the text leaves open said.
 
@@ -59,13 +52,15 @@ def case(letter: str, strike: float, lower_leg: float = 0.0, ankle: float = 105.
         letter: A to F.
         strike: angle from the vertical [deg].
         lower_leg: angle from the vertical, counter-clockwise [deg].
-        ankle: of the foot from the lower leg's line [deg].
+        ankle: of the foot from the lower leg's line [deg]; cases without a foot ignore it.
     """
-    variant = _VARIANTS[letter]
-    joints = {"knee": KNEE_AT_UPRIGHT + lower_leg}
-    if variant.foot:
-        joints["ankle"] = ankle
-    return land(changed(scene(variant.stem), joints_deg=joints, strike={"speed": 1.0, "strike_angle_deg": strike}))
+    return _case(_SCENES[letter], strike, lower_leg, ankle if letter == "F" else None)
+
+
+@functools.cache
+def _case(stem: str, strike: float, lower_leg: float, ankle: float | None) -> ShockProfile:
+    joints = {"knee": KNEE_AT_UPRIGHT + lower_leg, **({} if ankle is None else {"ankle": ankle})}
+    return land(changed(scene(stem), joints_deg=joints, strike={"speed": 1.0, "strike_angle_deg": strike}))
 
 
 def segment(robot: Robot) -> float:
