@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.paper.landings import centre_of_mass, changed, land, line_shock, scene
+from shockpc.paper.landings import changed, land, line_shock, robot_of, scene
 from shockpc.paper.statement import Reading, Statement, outcomes
 from shockpc.record import ShockProfile
-from shockpc.scene import GRAVITY
+from shockpc.scene import GRAVITY, Scene
+from shockpc.setting import complete, setting_of
 
 __all__ = ["above_contact", "skippy", "skippy_statements"]
 
@@ -134,14 +135,20 @@ def _skippy(hip: float, ankle: float, built: tuple[tuple[str, str], ...]) -> Sho
 @functools.cache
 def _pitch(hip: float, ankle: float, built: tuple[tuple[str, str], ...]) -> float:
     """Pitch of the torso that puts the centre of mass above the toe [deg]."""
-    upright = land(changed(scene("fig3"), {"hip": hip, "ankle": ankle}, base_pitch_deg=0.0, xacro=dict(built)))
-    x, _, z = above_contact(upright)
+    x, _, z = above_contact(changed(scene("fig3"), {"hip": hip, "ankle": ankle}, base_pitch_deg=0.0, xacro=dict(built)))
     return -math.degrees(math.atan2(x, z))
 
 
-def above_contact(profile: ShockProfile) -> Array:
-    """From the contact to the centre of mass (3,) [m]."""
-    return centre_of_mass(profile) - profile.contacts[0].point
+def above_contact(found: Scene) -> Array:
+    """From the contact to the centre of mass (3,), loops closed, world axes [m]."""
+    robot = robot_of(found)
+    setting = setting_of(complete(found, robot), robot)
+    state, touch = setting.state, setting.touches[0]
+    mass = np.array([body.mass for body in robot.bodies])
+    com = np.stack([body.com for body in robot.bodies])
+    places = state.position[0] + (state.rotation[0] @ com[..., None])[..., 0]
+    contact = state.position[0, touch.body] + state.rotation[0, touch.body] @ touch.point
+    return np.asarray(mass @ places / mass.sum() - contact)
 
 
 def _landing(landing: tuple[float, float, float], hip: float, built: Mapping[str, str]) -> ShockProfile:
@@ -151,7 +158,7 @@ def _landing(landing: tuple[float, float, float], hip: float, built: Mapping[str
     still = _skippy(hip, 85.0, key)
     fall = FALL * np.array([math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))])
     omega = np.array([0.0, turn, 0.0])
-    velocity = fall + np.cross(omega, still.position[still.bodies.index("torso")] - centre_of_mass(still))
+    velocity = fall + np.cross(omega, still.position[still.bodies.index("torso")] - still.contacts[0].point - above_contact(still.scene))
     strike = {"velocity": tuple(map(float, velocity)), "angular_velocity": tuple(map(float, omega)), "joint_velocities": {"ankle": ankle_rate}}
     return land(changed(scene("fig3"), {"hip": hip, "ankle": 85.0}, _pitch(hip, 85.0, key), strike, dict(built)))
 
