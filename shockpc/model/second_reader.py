@@ -1,11 +1,13 @@
 """The same URDF read by another library, yourdfpy: two readers that see one robot are a reason to believe both."""
 
 import io
+import math
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.model.build import build_model
+from shockpc.model.couplings import mimics_of
 from shockpc.model.source import RobotSource
 
 __all__ = ["disagreement"]
@@ -41,7 +43,13 @@ def disagreement(source: RobotSource) -> str:
     if abs(ours - theirs) > ALIKE * max(ours, theirs):
         return f"Pinocchio reads a mass of {ours:.6g} kg, yourdfpy {theirs:.6g} kg; look for inertials that one of them passes over"
     data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    q = pin.neutral(model)
+    value: dict[str, float] = {}
+    for mimic in mimics_of(source, model):
+        joint = model.joints[model.getJointId(mimic.joint)]
+        value[mimic.joint] = angle = mimic.multiplier * value.get(mimic.leader, 0.0) + mimic.offset
+        q[joint.idx_q : joint.idx_q + joint.nq] = (math.cos(angle), math.sin(angle)) if joint.nq == 2 else angle
+    pin.framesForwardKinematics(model, data, q)
     base = data.oMf[model.getFrameId(other.base_link, pin.FrameType.BODY)].inverse()
     for name in other.link_map:
         if model.existFrame(name, pin.FrameType.BODY):
