@@ -106,7 +106,7 @@ def beam_statements() -> tuple[Statement, ...]:
             "r_p = |d + r_g²/d|, d the distance of the centre of mass from the line of the strike",
             "greatest deviation for strikes at O, at 1/3, 2/3 and the tip, over the length [1]",
             outcomes((SLIDES,), lambda how: _eq_3(*how), lambda x: x < EXACT),
-            "a contact that sticks stops the beam along itself too, which turns the line of the impulse away from that of the strike "
+            "a contact that sticks stops the beam along itself too, which turns the line of the impulse away from the strike's "
             f"(struck at O at 45°: r_p is {_ropc(0.0, *STICKS_OBLIQUELY):.3f} l, Eq. 3 gives {_eq_3_radius(0.0, 45.0):.3f} l)",
         ),
         Statement(

@@ -31,7 +31,6 @@ def changed(
     strike: Mapping[str, Any] | None = None,
     xacro: Mapping[str, str] | None = None,
     contact: Mapping[str, Any] | None = None,
-    reference: str | None = None,
 ) -> Scene:
     """A scene with some of it changed; what is not named stays.
 
@@ -42,11 +41,9 @@ def changed(
         strike: fields of the strike; they replace all of it.
         xacro: arguments of the robot's file.
         contact: fields of every contact.
-        reference: posture to start from.
     """
     posture = dataclasses.replace(
         found.posture,
-        reference=reference or found.posture.reference,
         joints_deg={**found.posture.joints_deg, **(joints_deg or {})},
         base_rpy_deg=found.posture.base_rpy_deg if base_pitch_deg is None else (0.0, base_pitch_deg, 0.0),
     )

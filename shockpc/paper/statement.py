@@ -66,7 +66,7 @@ class Statement:
 
     @property
     def verdict(self) -> str:
-        """Holds (whatever the reading), holds under …, or fails, because …"""
+        """What follows: holds (whatever the reading), holds under some of them, or fails, because of something."""
         good = [outcome for outcome in self.outcomes if outcome.holds]
         if len(good) == len(self.outcomes):
             return "holds"
@@ -98,14 +98,14 @@ class Statement:
         found = list(dict.fromkeys(tuple(dict(o.reading)[name] for name in every) for o in good))
         kept = {name: tuple(x for x in every[name] if any(one[k] == x for one in found)) for k, name in enumerate(every)}
         if math.prod(map(len, kept.values())) == len(found):
-            return "; ".join(f"{name}: {_either(kept[name])}" for name in every if len(kept[name]) < len(every[name]))
+            return "; ".join(f"{name}: {_some(kept[name], every[name])}" for name in every if len(kept[name]) < len(every[name]))
         if len(found) <= MOST_LISTED:
             return ", or ".join("; ".join(f"{name}: {x}" for name, x in zip(every, one, strict=True)) for one in found)
         share = f"{len(good)} of {len(self.outcomes)} readings"
         if not self.outcomes[0].holds:
             return share
         alone = {name: tuple(dict(o.reading)[name] for o in self.along(name) if o.holds) for name in every if self.matters(name)}
-        return f"{share}; as taken, or with one thing changed to " + "; ".join(f"{n}: {_either(x)}" for n, x in alone.items())
+        return "; ".join([f"{share}, of those changed alone", *(f"{name}: {_some(x, every[name])}" for name, x in alone.items())])
 
     def _deciding(self) -> tuple[str, ...]:
         """The readings on which the verdict hangs, whatever the others are."""
@@ -143,6 +143,11 @@ def outcomes(
     return tuple(found)
 
 
-def _either(options: tuple[str, ...]) -> str:
-    """Options as a reader says them."""
-    return options[0] if len(options) == 1 else ", ".join(options[:-1]) + " or " + options[-1]
+def _some(options: tuple[str, ...], every: tuple[str, ...]) -> str:
+    """Options as a reader says them; what is left out, if that is shorter."""
+    others = tuple(option for option in every if option not in options)
+    return f"any but {_listed(others, 'and')}" if len(others) < len(options) else _listed(options, "or")
+
+
+def _listed(options: tuple[str, ...], last: str) -> str:
+    return options[0] if len(options) == 1 else f"{', '.join(options[:-1])} {last} {options[-1]}"

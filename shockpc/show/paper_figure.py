@@ -7,17 +7,17 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyArrowPatch
 
 from shockpc.paper.scenes import Panel, PaperFigure
 from shockpc.record import ShockProfile
 from shockpc.show.figure_bodies import draw_bodies
-from shockpc.show.figure_marks import DASHED, SENSOR, draw_marks, percussion_mark
-from shockpc.show.figure_page import colour_bar, scale_bar
+from shockpc.show.figure_marks import draw_marks
+from shockpc.show.figure_page import JOINT_MODELS, colour_bar, scale_bar
 from shockpc.show.figure_style import STYLE, blank
 from shockpc.show.figure_view import View, view_of
-from shockpc.show.figure_window import ARROW, Window, letter, strike_in_plane
-from shockpc.show.palette import INK, PAPER
+from shockpc.show.figure_window import ARROW, Window, strike_in_plane
+from shockpc.show.palette import PAPER
+from shockpc.show.paper_key import draw_key, key_height
 from shockpc.show.silhouette import to_plane
 
 __all__ = ["draw_paper_figure"]
@@ -28,17 +28,17 @@ WIDEST, TALLEST = 9.6, 3.6
 MARGIN, HEAD, CAPTION, PAD = 0.2, 0.5, 0.5, 0.2
 """Room around everything, for the title, under each panel for its words, and around what a panel holds [inches]."""
 
-FOOT = 1.25
-"""Room for what explains the colours, the numbers and the signs [inches]."""
+FOOT = 0.62
+"""Room for the colour bar [inches]."""
 
-LEAST, BAR = 1.5, 4.6
+LEAST, BAR = 1.6, 4.6
 """Least width of a panel, and width of the colour bar [inches]."""
 
-NEAR = 0.15
-"""How far beyond the robot, as a share of its size, a centre of percussion may lie and still be in the panel."""
+WHOLE = 0.98
+"""Share of a RoPc's circle that has to be in its panel for it to be drawn: arcs that run into the next panel mislead."""
 
-WARNING = "#932c22"
-"""Ink of what has to be known before the figure is compared with the print."""
+NEAR = 0.36
+"""How far beyond the robot, as a share of its size, a centre of percussion may lie and still be in the panel."""
 
 
 def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> Figure:
@@ -56,24 +56,28 @@ def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> 
         names = list(dict.fromkeys(body for profile in profiles for body in profile.bodies))
         windows, widths, height = _windows(profiles, views)
         page_width = 2.0 * MARGIN + max(sum(widths), BAR + 1.6)
-        page_height = HEAD + height + CAPTION + FOOT + MARGIN / 2.0
+        foot = FOOT + key_height(figure, profiles, names, page_width - 2.0 * MARGIN)
+        page_height = HEAD + height + CAPTION + foot + MARGIN / 2.0
         drawing = Figure(figsize=(page_width, page_height), facecolor=PAPER)
         page = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
         blank(page, (0.0, page_width), (0.0, page_height))
         page.text(MARGIN, page_height - 0.12, f"Figure {figure.number}: {figure.title}", fontsize=11, fontweight="bold", va="top")
-        x, bottom = MARGIN + (page_width - 2.0 * MARGIN - sum(widths)) / 2.0, FOOT + CAPTION + MARGIN / 2.0
+        models = " or ".join(dict.fromkeys(JOINT_MODELS[profile.joint_model] for profile in profiles))
+        page.text(MARGIN, page_height - 0.33, f"joint model: {models}", fontsize=7.5, va="top")
+        x, bottom = MARGIN + (page_width - 2.0 * MARGIN - sum(widths)) / 2.0, foot + CAPTION + MARGIN / 2.0
         signs: set[str] = set()
         for part, profile, view, window, width in zip(figure.panels, profiles, views, windows, widths, strict=True):
             place = (x / page_width, bottom / page_height, width / page_width, height / page_height)
             picture = drawing.add_axes(place)
             blank(picture, (window.low[0], window.high[0]), (window.low[1], window.high[1]))
             draw_bodies(picture, view)
-            signs |= draw_marks(picture, profile, view, window, {i: names.index(b) + 1 for i, b in enumerate(profile.bodies)})
+            numbers = {i: names.index(body) + 1 for i, body in enumerate(profile.bodies)}
+            signs |= draw_marks(picture, profile, view, window, numbers, WHOLE)
             _caption(page, part, profile, x + width / 2.0, bottom - 0.04)
             x += width
-        colour_bar(page, MARGIN, FOOT - 0.05, BAR)
-        scale_bar(page, windows[0], MARGIN + BAR + 1.3, FOOT - 0.13)
-        _key(page, figure, profiles, names, signs)
+        colour_bar(page, MARGIN, foot - 0.05, BAR)
+        scale_bar(page, windows[0], MARGIN + BAR + 1.3, foot - 0.13)
+        draw_key(page, figure, profiles, names, signs, (MARGIN, foot - FOOT, page_width - 2.0 * MARGIN))
     return drawing
 
 
@@ -117,38 +121,3 @@ def _caption(page: Axes, part: Panel, profile: ShockProfile, x: float, y: float)
     page.text(x, y, part.label, fontsize=10, fontweight="bold", ha="center", va="top")
     page.text(x, y - 0.18, part.words, fontsize=7.5, ha="center", va="top")
     page.text(x, y - 0.32, f"θ = {angle:.3g}°".replace("-", "−"), fontsize=7.5, ha="center", va="top")
-
-
-def _key(page: Axes, figure: PaperFigure, profiles: Sequence[ShockProfile], names: list[str], signs: set[str]) -> None:
-    """What the numbers and the signs mean, and what to know before comparing, under the colour bar."""
-    y = FOOT - 0.72
-    bodies = "   ".join(f"{k} {name.replace('_', ' ')}" for k, name in enumerate(names, start=1))
-    page.text(MARGIN, y, f"bodies:   {bodies}", fontsize=7.5, va="center")
-    y -= 0.19
-    x = MARGIN
-
-    def say(words: str) -> None:
-        nonlocal x
-        page.text(x + 0.28, y, words, fontsize=7.5, va="center")
-        x += 0.28 + 0.062 * len(words) + 0.2
-
-    def arrow(head: float, width: float) -> None:
-        shape = FancyArrowPatch((x, y), (x + 0.2, y), arrowstyle="-|>", mutation_scale=head, shrinkA=0, shrinkB=0)
-        shape.set(linewidth=width, color=INK)
-        page.add_patch(shape)
-
-    arrow(11.0, 1.9)
-    say("strike: velocity of the contact")
-    percussion_mark(page, x + 0.1, y)
-    say("CoPc of the body of that number")
-    if "pointer" in signs:
-        arrow(9.0, 1.0)
-        say("so far beyond the border")
-    if "radius" in signs:
-        page.plot([x, x + 0.2], [y, y], color=INK, linewidth=0.6, linestyle=DASHED)
-        say("RoPc: shock is 1 on this circle")
-    sensors = [point.frame for point in profiles[0].points]
-    if sensors:
-        page.plot(x + 0.1, y, "D", markersize=4.2, markerfacecolor=SENSOR, markeredgecolor=INK, markeredgewidth=0.7)
-        say(", ".join(f"{letter(k)} {name}" for k, name in enumerate(sensors)))
-    page.text(MARGIN, y - 0.19, figure.note, fontsize=7.5, fontstyle="italic", color=WARNING, va="center")
