@@ -27,7 +27,6 @@ SLIDES = Reading(
 """Eqs. 1 and 3 are derived for the first; the others are what a robot meets."""
 
 PLACES = Reading("beam B struck at", {"the tip": 1.0, "a third of the length": 1.0 / 3.0})
-SIGN = Reading("Eq. 12", {"as printed": False, "with |Δω_z|": True})
 
 
 def beam_statements() -> tuple[Statement, ...]:
@@ -126,8 +125,9 @@ def beam_statements() -> tuple[Statement, ...]:
             "Eq. 12",
             "r_p = v_in / Δω_z",
             "least r_p over beams B to D [m]",
-            outcomes((SIGN,), _least_radius, lambda x: x > 0.0),
-            "a radius would come out negative wherever the body turns clockwise",
+            outcomes((), lambda: _least_radius(absolute=False), lambda x: x > 0.0),
+            "a radius comes out negative wherever the body turns clockwise; it lacks the absolute value, with which the least is "
+            f"{_least_radius(absolute=True):.3f} m",
         ),
     )
 

@@ -102,9 +102,9 @@ class Statement:
         if len(found) <= MOST_LISTED:
             return ", or ".join("; ".join(f"{name}: {x}" for name, x in zip(every, one, strict=True)) for one in found)
         share = f"{len(good)} of {len(self.outcomes)} readings"
-        if not self.outcomes[0].holds:
-            return share
         alone = {name: tuple(dict(o.reading)[name] for o in self.along(name) if o.holds) for name in every if self.matters(name)}
+        if not alone:
+            return share
         return "; ".join([f"{share}, of those changed alone", *(f"{name}: {_some(x, every[name])}" for name, x in alone.items())])
 
     def _deciding(self) -> tuple[str, ...]:
