@@ -2,7 +2,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
-.PHONY: demo test check install clean
+.PHONY: demo paper test check install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -10,6 +10,11 @@ demo: .venv/.run
 	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --out out/anymal_b
 	@echo
 	@echo "The figures: out/quadruped/shock.png and out/anymal_b/shock.png (shock.svg beside each)"
+
+paper: .venv/.run
+	@"$(BIN)/shockpc" paper --out out/paper
+	@echo
+	@echo "Figures, tables and scenes: out/paper"
 
 test: .venv/.dev
 	@"$(BIN)/python" -m pytest

@@ -64,7 +64,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     if contact.max() > 1e-6:
         raise SceneError(_contradiction(rows, int(np.argmax(contact)), (equation.J_c[0] @ delta + b)[:, 0]))
 
-    chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]))
+    chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]), impact.dead[0])
     W = rows.W[0].copy()
     W[..., :3] -= np.cross(bodies.com, W[..., 3:])
     held = _held(state, equation.G)

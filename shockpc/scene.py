@@ -188,7 +188,9 @@ def _check(record: Any, where: str) -> None:
         for name, part in _parts(key, value):
             if is_dataclass(part):
                 _check(part, f"{name}.")
-            elif isinstance(part, float | int) and not abs(part) <= LARGEST:
+            elif isinstance(part, float | int) and not math.isfinite(part):
+                raise SceneError(f"{name} is {part}, which is not finite; give a finite number")
+            elif isinstance(part, float | int) and abs(part) > LARGEST and not isinstance(record, Strike):
                 raise SceneError(f"{name} is {part:g}, which cannot be computed with; give a number up to {LARGEST:g}")
             elif isinstance(part, str) and words and part not in words and str not in get_args(hints[item.name]):
                 raise SceneError(f'{name} is "{part}"; valid are {", ".join(words)}')

@@ -176,7 +176,7 @@ def test_the_remedy_works(name: str, tmp_path: Path):
     assert refusal(tmp_path, text).endswith(SAVE)
     theirs = mujoco.MjModel.from_xml_string(text.replace("<worldbody>", '<compiler saveinertial="true"/><worldbody>'))
     mujoco.mj_saveLastXML(str(tmp_path / "saved.xml"), theirs)
-    model = build_model(read_source(str(tmp_path / "saved.xml")))
+    model = build_model(read_source(str(tmp_path / "saved.xml")))[0]
     state = mujoco.MjData(theirs)
     mujoco.mj_forward(theirs, state)
     inertia = np.zeros((theirs.nv, theirs.nv))
