@@ -11,7 +11,6 @@ Every error carries the exit code that a command ends with: 2 for bad arguments 
 solved. Codes 0 (done) and 1 (a gate is exceeded) are never an error's.
 """
 
-import difflib
 from collections.abc import Iterable
 
 __all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "UnknownName"]
@@ -35,6 +34,8 @@ class UnknownName(ShockError):  # noqa: N818 - the name says it is an error alre
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str, listing: str):
+        import difflib
+
         self.kind, self.name, self.known, self.where, self.listing = kind, name, tuple(known), where, listing
         folded = {k.casefold(): k for k in reversed(self.known)}
         close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)

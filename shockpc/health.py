@@ -1,32 +1,58 @@
-"""How far to trust a profile: rank, residual, and a second solution that shares nothing with the first."""
+"""How far to trust a solution: rank, residual, and a second solution that shares nothing with the first."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import residual
-from shockpc.core.maximal import Tree, solve_maximal
+from shockpc.core.impulse import independent_rows, residuals
+from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
+from shockpc.core.rounding import UNITS, shaken_inertia, shaken_jacobian, shaken_rows
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.errors import SceneError
+from shockpc.core.tree import Tree
+from shockpc.errors import SceneError, SolveError
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.equation import Solution
+from shockpc.model.equation import Solution, solve
 from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows
 from shockpc.record import Health
 
-__all__ = ["gyration_radii", "health_of"]
+__all__ = ["Verdict", "gyration_radii", "judge"]
 
 TRUSTED = 1e-9
-"""Two solutions that differ by more than this are reported with a warning."""
+"""Two solutions that differ by more than this at any body call for the better one, and a warning."""
+
+SUSPECT = 1e-12
+"""From here on the second solution is refined first, for it may be the one that is off."""
+
+UNMOVED = 1e-13
+"""A body that moves by less than this share of the fastest one is not told from one that does not move."""
+
+SAMPLES = 3
+"""Random changes that sample what rounding does."""
+
+JOINT_SPACE = "joint space (Eq. 4)"
+MAXIMAL = "maximal coordinates, refined"
 
 
-def health_of(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Health:
-    """Judge the solution for the scene's strike, the last column.
+class Verdict(NamedTuple):
+    """A solution, the better of two, and how far to trust it."""
+
+    solution: Solution
+    health: Health
+
+
+def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Verdict:
+    """Hold a solution against one in maximal coordinates, for the scene's strike (the last column).
+
+    While the two agree to 1e-9 of every body's own motion, the first stands and their difference is its error estimate. Where they
+    part, the second is refined, what rounding in the data does to each of them is sampled, and the steadier one is reported.
 
     Args:
         robot: the robot.
         state: its dynamics, first posture.
         bodies: the same as free bodies and joints.
         rows: what is held.
-        solution: what was found.
+        solution: in joint space.
 
     Raises:
         SceneError: the mechanism cannot meet its contacts, because they contradict one another or ask for a motion that it does not
@@ -34,27 +60,52 @@ def health_of(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution:
     """
     equation, impact = solution.equation, solution.impact
     b, delta = equation.b[0, :, -1:], impact.delta_qd[0, :, -1:]
-    left = float(residual(equation.H[0], equation.J_c[0], b, delta, impact.impulse[0, :, -1:]))
-    if left > 1e-6:
-        raise SceneError(_contradiction(rows, (equation.J_c[0] @ delta + b)[:, 0], b[:, 0]))
-    difference = _difference(robot, state, bodies, rows, solution)
-    worst = int(np.argmax(difference))
-    estimate = float(difference[worst])
-    warnings: tuple[str, ...] = ()
-    if estimate > TRUSTED:
-        digits = max(0, int(-np.log10(estimate)))
-        warnings = (
-            f'two independent solutions differ by {estimate:.1e} at body "{robot.bodies[worst].name}", so its numbers hold to '
-            f"{digits} digits at best; very light bodies under heavy ones, or a nearly singular chain, are the usual cause",
-        )
-    return Health(
+    momentum, contact = residuals(equation.H[0], equation.J_c[0], b, delta, impact.impulse[0, :, -1:])
+    if contact.max() > 1e-6:
+        raise SceneError(_contradiction(rows, int(np.argmax(contact)), (equation.J_c[0] @ delta + b)[:, 0]))
+
+    chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]))
+    W = rows.W[0].copy()
+    W[..., :3] -= np.cross(bodies.com, W[..., 3:])
+    held = _held(state, equation.G)
+    motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
+    try:
+        other = solve_maximal(bodies, W[chosen_rows], rows.b[0, chosen_rows])
+    except np.linalg.LinAlgError:
+        # So near a singular posture that the larger system cannot be factorised: the first solution has to be judged by itself.
+        other = None
+    spread = None
+    apart, moving = _compare(robot, motion, other, held)
+    if other is not None and np.any(apart[moving] > SUSPECT):
+        other, spread = refine(bodies, W[chosen_rows], other, SAMPLES)
+        apart, moving = _compare(robot, motion, other, held)
+    # Both solutions read the same rounded placements, so no difference between them tells what those do to nearly repeated rows.
+    shared = np.where(held, 0.0, UNITS / float(impact.weakest[0]))
+    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", apart + shared
+    warnings: list[str] = []
+    if np.any(errors[moving] > TRUSTED):
+        sampled = _sampled_rounding(robot, state, bodies, rows, equation.G)
+        candidates = {JOINT_SPACE: shared + _relative(robot, sampled, motion, held)}
+        if other is not None and spread is not None:
+            candidates[MAXIMAL] = shared + _relative(robot, spread[..., -1], other.twists[..., -1], held)
+        chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
+        errors, method = candidates[chosen], f"{chosen}, the steadier of two solutions"
+        warnings.append(_ill(robot, apart, errors, moving, chosen))
+        if other is not None and chosen == MAXIMAL:
+            solution = _from_maximal(robot, state, other, solution, chosen_rows)
+    still = int(np.sum(~moving & ~held & (_size(robot, motion) > 0.0)))
+    if still:
+        warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
+    health = Health(
         rank=int(impact.rank[0]),
         rows=equation.J_c.shape[1],
-        residual=left,
-        error_estimate=estimate,
-        method="joint space (Eq. 4), checked in maximal coordinates",
-        warnings=warnings,
+        residual=float(max(momentum, contact.max())),
+        error_estimate=float(np.max(errors[moving])),
+        body_errors=tuple(map(float, errors)),
+        method=method,
+        warnings=tuple(warnings),
     )
+    return Verdict(solution, health)
 
 
 def gyration_radii(robot: Robot) -> Array:
@@ -64,35 +115,116 @@ def gyration_radii(robot: Robot) -> Array:
     return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf)))
 
 
-def _difference(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Array:
-    """Relative difference (nb,) between every body's jump and the one found in maximal coordinates."""
-    W = rows.W[0].copy()
-    W[..., :3] -= np.cross(bodies.com, W[..., 3:])
-    combine = solution.impact.combine[0, : int(solution.impact.rank[0])]
-    jump = solution.jumps[0, :, :, -1]
-    other = solve_maximal(bodies, np.einsum("mc,cbk->mbk", combine, W), combine @ rows.b[0, :, -1:])[..., 0]
-
-    rotation = state.rotation[0]
+def _at_com(robot: Robot, state: Dynamics, jump: Array) -> Array:
+    """Jumps (nb, 6) from body axes at the body frames to world axes at the centres of mass."""
     com = np.stack([body.com for body in robot.bodies])
-    omega = (rotation @ jump[:, :3, None])[..., 0]
-    v_com = (rotation @ velocity_at(jump[:, :3], jump[:, 3:], com)[..., None])[..., 0]
-    length = np.maximum(gyration_radii(robot), 1e-6)
-
-    def size(omega: Array, v: Array) -> Array:
-        return np.asarray(np.hypot(np.linalg.norm(v, axis=-1), length * np.linalg.norm(omega, axis=-1)))
-
-    own = size(omega, v_com)
-    # A body that hardly moves is measured against what 1e-9 of the fastest one would be: below that there is nothing to be wrong.
-    return np.asarray(size(omega - other[:, :3], v_com - other[:, 3:]) / np.maximum(own, 1e-9 * own.max()))
+    v_com = velocity_at(jump[:, :3], jump[:, 3:], com)
+    rotation = state.rotation[0]
+    return np.concatenate([(rotation @ jump[:, :3, None])[..., 0], (rotation @ v_com[..., None])[..., 0]], axis=1)
 
 
-def _contradiction(rows: Rows, left: Array, b: Array) -> str:
-    """The message for rows that cannot be met: which one, along what, by how much."""
-    row = int(np.argmax(np.abs(left)))
+def _size(robot: Robot, twist: Array) -> Array:
+    """Size (nb,) of a twist (nb, 6) at the centre of mass as a speed: translation, and rotation times radius of gyration."""
+    radius = gyration_radii(robot)
+    # A body without inertia of its own is measured by the smallest length that the others have.
+    length = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
+    return np.asarray(np.hypot(np.linalg.norm(twist[:, 3:], axis=-1), length * np.linalg.norm(twist[:, :3], axis=-1)))
+
+
+def _held(state: Dynamics, G: Array | None) -> np.ndarray:
+    """Which bodies (nb,) no free velocity moves, so that they are still exactly, not by rounding."""
+    free = np.ones(state.H.shape[-1], dtype=bool) if G is None else G[0].any(axis=1)
+    return np.asarray(~(state.moves & free).any(axis=1))
+
+
+def _compare(robot: Robot, motion: Array, other: MaximalSolution | None, held: np.ndarray) -> tuple[Array, np.ndarray]:
+    """How far two solutions are apart at every body (nb,), infinitely without a second one; and which bodies move (nb,)."""
+    found = motion if other is None else other.twists[..., -1]
+    apart = np.where(held, 0.0, np.inf) if other is None else _relative(robot, motion - found, found, held)
+    speed = _size(robot, found)
+    return apart, ~held & (speed > UNMOVED * speed.max())
+
+
+def _relative(robot: Robot, difference: Array, motion: Array, held: np.ndarray) -> Array:
+    """Size of a difference relative to each body's own motion (nb,); 0 for bodies that are held."""
+    own = _size(robot, motion)
+    apart = np.where(held, 0.0, _size(robot, difference))
+    return np.where(apart > 0.0, apart / np.where(own > 0.0, own, np.finfo(float).tiny), 0.0)
+
+
+def _sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G: Array | None) -> Array:
+    """What rounding in H and J does to the joint-space solution: the largest change (nb, 6) of every body's jump.
+
+    Sampled with a few mechanisms that rounding cannot tell from this one, at the centres of mass; infinite where one of them
+    cannot be solved.
+    """
+    draw = np.random.default_rng(0)
+    size = max(float(np.abs(bodies.com).max()), float(np.abs(bodies.joint).max()))
+
+    def repeated(values: Array) -> Array:
+        return np.broadcast_to(values, (SAMPLES, *values.shape[1:]))
+
+    several = state._replace(
+        H=shaken_inertia(draw, repeated(state.H)),
+        J=shaken_jacobian(draw, repeated(state.J), size),
+        rotation=repeated(state.rotation),
+        position=repeated(state.position),
+    )
+    shaken = rows._replace(W=shaken_rows(draw, repeated(rows.W), size), b=repeated(rows.b[..., -1:]))
+    try:
+        found = solve(robot, several, shaken, bodies.armature, None if G is None else repeated(G)).jumps[..., 0]
+        exact = solve(robot, state, rows, bodies.armature, G).jumps[0, ..., -1]
+    except SolveError:
+        return np.full((len(robot.bodies), 6), np.inf)
+    return np.asarray(np.abs(np.stack([_at_com(robot, state, jump - exact) for jump in found])).max(axis=0))
+
+
+def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, chosen: np.ndarray) -> Solution:
+    """The solution in maximal coordinates, written as the joint-space one is."""
+    rotation = np.swapaxes(state.rotation[0], -1, -2)
+    omega, v_com = rotation @ refined.twists[:, :3], rotation @ refined.twists[:, 3:]
+    com = np.stack([body.com for body in robot.bodies])
+    jumps = np.concatenate([omega, v_com - np.cross(omega, com[..., None], axis=1)], axis=1)[None]
+    delta_y = refined.delta_y[None]
+    delta_qd = delta_y if before.equation.G is None else before.equation.G @ delta_y
+    J_c = before.equation.J_c[0]
+    impulse = refined.impulse
+    if len(chosen) < len(J_c):
+        # Of all impulses that do the same, the ones of least norm, as in joint space.
+        impulse = np.linalg.lstsq(J_c.T, J_c[chosen].T @ impulse, rcond=1e-12)[0]
+    impact = before.impact._replace(delta_qd=delta_y, impulse=impulse[None])
+    return Solution(before.equation, impact, delta_qd, jumps)
+
+
+def _ill(robot: Robot, apart: Array, better: Array, moving: np.ndarray, chosen: str) -> str:
+    """The warning for two solutions that part: where, how far, what is to blame, what was done about it."""
+    names = [body.name for body in robot.bodies]
+    worst = int(np.argmax(np.where(moving, apart, 0.0)))
+    left = float(np.max(better[moving]))
+    mass = np.array([body.mass for body in robot.bodies])
+    light, heavy = int(np.argmin(mass)), int(np.argmax(mass))
+    ratio = mass[heavy] / mass[light] if mass[light] > 0.0 else np.inf
+    blame = (
+        f'the masses of "{names[light]}" ({mass[light]:.3g} kg) and "{names[heavy]}" ({mass[heavy]:.3g} kg) lie far apart'
+        if ratio > 1e4
+        else f"a chain of {len(names)} bodies hardly passes the shock on"
+        if len(names) > 20
+        else "the mechanism is close to a posture in which it cannot give way"
+    )
+    seen = (
+        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}"'
+        if apart[worst] > TRUSTED
+        else "rounding in the placements shows"
+    )
+    return f"{seen}: {blame}; the numbers are those of {chosen}, good to about {left:.0e} of each body's motion"
+
+
+def _contradiction(rows: Rows, row: int, left: Array) -> str:
+    """The message for a row that cannot be met: whose it is, along what, by how much."""
     block, own = next((block, own) for block, own in zip(rows.blocks, rows.slices, strict=True) if row < own.stop)
     axis = " ".join(f"{u:.3g}" for u in block.axes[row - own.start] + 0.0)
     return (
-        f"{block.name} strikes at {abs(b[row]):.3g} m/s along ({axis}), but {abs(left[row]):.3g} m/s of that cannot be stopped: "
-        "the mechanism cannot move that way here, or another contact asks for the opposite; "
-        "leave that direction out of the contact or of the strike, or free the base"
+        f"{block.name} cannot be stopped: {abs(left[row]):.3g} m/s are left along ({axis}), because the mechanism cannot move that "
+        "way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
+        "or free the base"
     )

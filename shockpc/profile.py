@@ -17,7 +17,7 @@ from shockpc.core.percussion import off_plane_share, percussion, shock_at
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
-from shockpc.health import gyration_radii, health_of
+from shockpc.health import gyration_radii, judge
 from shockpc.ledger import Ledger
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
@@ -28,7 +28,7 @@ from shockpc.readings.contacts import contact_impulses
 from shockpc.readings.geometry import shock_ranges
 from shockpc.readings.loads import energy, joint_loads
 from shockpc.readings.points import point_maps, point_shocks, spots
-from shockpc.record import ShockProfile
+from shockpc.record import PointShock, ShockProfile
 from shockpc.scene import Scene
 from shockpc.setting import Setting, complete, setting_of
 
@@ -58,15 +58,15 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         com = np.stack([body.com for body in robot.bodies])
     with ledger.stage("steps 1 and 2: impulsive equation of motion, bodies"):
         solution = solve(robot, state, rows, setting.drives.armature, setting.G)
-        maps, jump = solution.jumps[0, ..., :3], solution.jumps[0, ..., 3]
-        delta_omega, delta_v = jump[:, :3], jump[:, 3:]
     with ledger.stage("check in maximal coordinates"):
         bodies = tree(robot, state, setting.drives.armature, setting.G)
-        health = health_of(robot, state, bodies, rows, solution)
+        solution, health = judge(robot, state, bodies, rows, solution)
+        maps, jump = solution.jumps[0, ..., :3], solution.jumps[0, ..., 3]
+        delta_omega, delta_v = jump[:, :3], jump[:, 3:]
     with ledger.stage("step 3: centres and radii of percussion"):
         rotation, position = state.rotation[0], state.position[0] + state.origin[0]
         normal = setting.plane.normal @ rotation
-        tolerance = max(1e-12, 10.0 * health.error_estimate)
+        tolerance = np.maximum(1e-12, 10.0 * np.array(health.body_errors))
         reduced = percussion(delta_omega, delta_v, normal, v_in, _size(robot, setting), tolerance)
         off_plane = off_plane_share(delta_omega, velocity_at(delta_omega, delta_v, com), normal, gyration_radii(robot))
     with ledger.stage("shock over geometry"):
@@ -79,6 +79,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
     with ledger.stage("loads, energy and the bracket of drives"):
         loads = joint_loads(robot, state, bodies, rows, solution)
         lost, share = energy(robot, state, bodies, rows, solution, setting.before, floating)
+        gained = (*_gained(lost, setting), *_saturated(scene, points))
         bracket = drive_bracket(robot, scene, setting, solution, found, v_in)
     _left_out(ledger, robot, scene, setting)
     return ShockProfile(
@@ -112,7 +113,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         bracket=bracket,
         assembly=setting.assembly,
         joint_model=setting.drives.model,
-        health=replace(health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *pulled, *unseen)),
+        health=replace(health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *pulled, *gained, *unseen)),
     )
 
 
@@ -126,8 +127,32 @@ def _v_in(scene: Scene, robot: Robot, setting: Setting) -> tuple[float, Array]:
     )
     speed = float(np.linalg.norm(momentum)) / robot.mass
     if not speed > 0.0:
-        raise SceneError('the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"')
+        raise SceneError(
+            'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
+        )
     return speed, strike
+
+
+def _gained(lost: float, setting: Setting) -> tuple[str, ...]:
+    """A warning where contacts that bounce differently would make energy, which no impact does."""
+    speed = np.linalg.norm(setting.approach, axis=1).max()
+    if lost >= -1e-9 * speed**2:
+        return ()
+    return (
+        f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one another; "
+        "give them one restitution, or strike them one after the other",
+    )
+
+
+def _saturated(scene: Scene, points: tuple[PointShock, ...]) -> tuple[str, ...]:
+    """A warning for every sensor that would see more than its range."""
+    if scene.range_g is None:
+        return ()
+    return tuple(
+        f'"{point.frame}" would see {point.peak_g:.3g} g, beyond its range of {scene.range_g:g} g; its reading saturates'
+        for point in points
+        if point.peak_g is not None and point.peak_g > scene.range_g
+    )
 
 
 def _pulse(scene: Scene) -> Pulse | None:

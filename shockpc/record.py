@@ -50,7 +50,7 @@ class ContactImpulse:
         approach: (3,) velocity of the contact point before the impact, world axes [m/s].
         mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
         mass_frictionless: the same if it slides [kg].
-        mitigation: impact mitigation factor, 1 if the joints hide the whole robot from the ground [1]; None on a base that is not free.
+        mitigation: impact mitigation factor, 1 if the joints hide the robot from the ground [1]; None unless its base is free.
     """
 
     frame: str
@@ -106,8 +106,9 @@ class Health:
         rank: independent contact rows.
         rows: contact rows.
         residual: largest violation of the impulsive equation of motion, relative [1].
-        error_estimate: largest difference, over the bodies, between this solution and an independent one in maximal coordinates,
-            relative to the body's own motion [1].
+        error_estimate: largest of `body_errors` over the bodies that move [1].
+        body_errors: estimated error of every body's jump, relative to the body's own motion: the difference between two independent
+            solutions, in joint space and in maximal coordinates [1].
         method: how the reported numbers were computed.
         warnings: each with its consequence.
     """
@@ -116,6 +117,7 @@ class Health:
     rows: int
     residual: float
     error_estimate: float
+    body_errors: tuple[float, ...]
     method: str
     warnings: tuple[str, ...]
 

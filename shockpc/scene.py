@@ -4,9 +4,9 @@ Everything that the numbers depend on is in here, so a scene can be written down
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -19,12 +19,16 @@ from shockpc.model.freedom import Base
 from shockpc.model.posture import Posture
 from shockpc.model.transmission import Joints
 
-__all__ = ["GRAVITY", "Point", "Scene", "Strike", "plane_of", "scene_table"]
+__all__ = ["GRAVITY", "PLANES", "Point", "Scene", "Strike", "plane_of", "refuse_nonsense", "scene_table"]
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]: turns a drop height into a speed."""
 
 PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
+"""The planes that have a name, by their normals."""
+
+SLOWEST, FASTEST = 1e-9, 1e9
+"""Speeds of a strike that can be computed with [m/s]: beyond them squares run out of range."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +59,7 @@ class Strike:
         """The velocity (3,) in world axes [m/s]: speed · (sin θ e1 − cos θ e2).
 
         Raises:
-            SceneError: it is given in two ways at once, or has no speed.
+            SceneError: it is given in two ways at once, or has no speed, or one beyond all bounds.
         """
         ways = [
             self.speed is not None or self.strike_angle_deg is not None,
@@ -65,16 +69,30 @@ class Strike:
         if sum(ways) > 1:
             raise SceneError("the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height")
         if self.velocity is not None:
-            return np.array(self.velocity, dtype=float)
+            velocity = np.array(self.velocity, dtype=float)
+            if velocity.any():
+                _check_speed(float(np.abs(velocity).max()))
+            return velocity
         if self.drop_height is not None:
             if not self.drop_height > 0.0:
                 raise SceneError(f"a drop height of {self.drop_height:g} m gives no impact; it has to be above zero")
-            return -math.sqrt(2.0 * GRAVITY * self.drop_height) * plane.e2
+            fall = math.sqrt(2.0 * GRAVITY * self.drop_height)
+            _check_speed(fall)
+            return -fall * plane.e2
         speed = 1.0 if self.speed is None else self.speed
         if not speed > 0.0:
             raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
+        _check_speed(speed)
         theta = math.radians(self.strike_angle_deg or 0.0)
         return np.asarray(speed * (math.sin(theta) * plane.e1 - math.cos(theta) * plane.e2))
+
+
+def _check_speed(speed: float) -> None:
+    """Refuse a speed that cannot be computed with."""
+    if not SLOWEST <= speed <= FASTEST:
+        raise SceneError(
+            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,6 +165,49 @@ def plane_of(scene: Scene) -> Plane:
         return plane_from(PLANES[scene.plane] if isinstance(scene.plane, str) else scene.plane)
     except ValueError as refusal:
         raise SceneError(f"plane: {refusal}; valid are xz, yz, xy or a normal such as 0,-1,0") from None
+
+
+def refuse_nonsense(scene: Scene) -> None:
+    """See that a scene built in Python holds what a scene file could: finite numbers, and words that are known.
+
+    Raises:
+        SceneError: it does not; the text names the key and what would be valid.
+    """
+    _check(scene, "")
+
+
+def _check(record: Any, where: str) -> None:
+    """Check one record of a scene; `where` is its key."""
+    hints = get_type_hints(type(record))
+    for item in fields(record):
+        key, value = f"{where}{item.name}", getattr(record, item.name)
+        words = dict.fromkeys(word for option in (hints[item.name], *get_args(hints[item.name])) for word in _words(option))
+        for name, part in _parts(key, value):
+            if is_dataclass(part):
+                _check(part, f"{name}.")
+            elif isinstance(part, float | int) and not math.isfinite(part):
+                raise SceneError(f"{name} is {part}, which is not finite; give a finite number")
+            elif isinstance(part, str) and words and part not in words and str not in get_args(hints[item.name]):
+                raise SceneError(f'{name} is "{part}"; valid are {", ".join(words)}')
+
+
+def _words(option: Any) -> tuple[str, ...]:
+    """The words of a Literal, also inside a tuple."""
+    if get_origin(option) is Literal:
+        return get_args(option)
+    return tuple(word for part in get_args(option) if get_origin(part) is Literal for word in get_args(part))
+
+
+def _parts(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """A value, or what it holds, each with its key."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            yield f"{key}.{name}", part
+    elif isinstance(value, tuple):
+        for k, part in enumerate(value):
+            yield from _parts(f"{key}[{k}]", part)
+    else:
+        yield key, value
 
 
 def scene_table(record: Any) -> dict[str, Any]:

@@ -29,28 +29,37 @@ def read_scene(path: Path) -> Scene:
 
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise SceneError(f'no scene file "{path}" (looked in {Path.cwd()})') from None
+    except IsADirectoryError:
+        raise SceneError(f'"{path}" is a folder; give the scene file in it') from None
     except OSError as refusal:
-        raise SceneError(f"{path}: cannot be read: {refusal.strerror}") from None
+        raise SceneError(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except UnicodeDecodeError:
-        raise SceneError(f"{path}: is not UTF-8 text; a scene is a TOML file") from None
+        raise SceneError(f"{path} is not UTF-8 text; a scene is a TOML file") from None
     except tomllib.TOMLDecodeError as refusal:
-        raise SceneError(f"{path}: is not TOML: {refusal}") from None
+        raise SceneError(f"{path} is not TOML, as a scene has to be: {refusal}") from None
     try:
-        scene: Scene = _adapter().validate_python(table)
+        # As JSON, because pydantic is strict about kinds there and still takes lists for tuples and 1 for 1.0.
+        scene: Scene = _adapter().validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as refusal:
-        faults: dict[str, list[str]] = {}
-        for error in refusal.errors(include_url=False):
-            key, text = _fault(error)
-            faults.setdefault(key, []).append(text)
-        listed = "; ".join(f"{key}: {' or '.join(dict.fromkeys(texts))}" for key, texts in faults.items())
-        raise SceneError(f"{path}: {listed}") from None
-    return _with_paths(scene, lambda found: os.path.normpath(path.resolve().parent / found))
+        faults = dict.fromkeys(_fault(error["loc"], table) for error in refusal.errors(include_url=False))
+        raise SceneError(f"{path}: {'; '.join(faults)}") from None
+    here = path.resolve().parent
+    return _with_paths(scene, lambda found: os.path.normpath(here / Path(found).expanduser()))
 
 
 def scene_text(scene: Scene, folder: Path) -> str:
     """The TOML text of a scene for a file in `folder`, with paths relative to it."""
     here = folder.resolve()
-    return "\n".join(_toml_lines(scene_table(_with_paths(scene, lambda found: os.path.relpath(found, here))))) + "\n"
+
+    def beside(found: str) -> str:
+        path = os.path.relpath(found, here)
+        # Without a slash or a suffix, a path would be read as a robot's name.
+        clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
+        return path if clear else os.path.join(os.curdir, path)
+
+    return "\n".join(_toml_lines(scene_table(_with_paths(scene, beside)))) + "\n"
 
 
 def scene_schema() -> dict[str, Any]:
@@ -60,18 +69,14 @@ def scene_schema() -> dict[str, Any]:
 
 
 def _adapter() -> Any:
-    """pydantic's checker of `Scene`: unknown keys and numbers that are not finite are faults."""
+    """The checker of `Scene`, by pydantic: unknown keys and numbers that are not finite are faults."""
     from pydantic import TypeAdapter
 
     return TypeAdapter(Scene)
 
 
 def _toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:
-    """A table of a scene as TOML, a vector to a line; JSON's strings, numbers and lists are TOML's too."""
-
-    def inline(value: Any) -> str:
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-
+    """A table of a scene as TOML, a vector to a line."""
     lines, parts = [], []
     for key, value in table.items():
         path = f"{name}.{_toml_key(key)}" if name else _toml_key(key)
@@ -81,13 +86,18 @@ def _toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:
             for item in value:
                 parts += ["", f"[[{path}]]", *_toml_lines(item, path)]
         else:
-            lines.append(f"{_toml_key(key)} = {inline(value)}")
+            lines.append(f"{_toml_key(key)} = {_inline(value)}")
     return lines + parts
 
 
 def _toml_key(key: str) -> str:
     """A key, in quotes where TOML wants them."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key, ensure_ascii=False)
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _inline(key)
+
+
+def _inline(value: Any) -> str:
+    """A value on one line: JSON's texts, numbers and lists are TOML's too, but for one control character."""
+    return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
 
 
 def _with_paths(scene: Scene, change: typing.Callable[[str], str]) -> Scene:
@@ -103,25 +113,50 @@ def _with_paths(scene: Scene, change: typing.Callable[[str], str]) -> Scene:
     )
 
 
-def _fault(error: Mapping[str, Any]) -> tuple[str, str]:
-    """One of pydantic's findings in our words: the key; what is wrong with it and what would be valid."""
-    # Behind a key, pydantic names the kinds that it tried in turn ("literal[…]", "tuple[…]"); those are not in the file.
-    where = [part for part in error["loc"] if isinstance(part, int) or "[" not in part]
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in where).lstrip(".")
-    if error["type"] in ("unexpected_keyword_argument", "extra_forbidden"):
-        return key, f"no such key; valid here: {', '.join(_keys_at(where[:-1]))}"
-    if error["type"] in ("missing", "missing_argument", "missing_keyword_only_argument"):
-        return key, "is missing"
-    return key, f"{error['msg'][0].lower()}{error['msg'][1:]}, not {error['input']!r}"
+def _fault(place: tuple[int | str, ...], table: Any) -> str:
+    """What is wrong at a place where pydantic found a fault: the key, what stands there, and what would be valid."""
+    key, kind, value = "", Scene, table
+    for part in place:
+        if dataclasses.is_dataclass(kind):
+            kinds = {name: _kind(hint) for name, hint in typing.get_type_hints(kind).items()}
+            if part not in kinds:
+                return f"{key}{part}: no such key; valid here: {', '.join(kinds)}"
+            if part not in value:
+                return f"{key}{part} is missing; every {getattr(kind, '__name__', 'table').lower()} needs it"
+            kind = kinds[str(part)]
+        elif typing.get_origin(kind) is Mapping:
+            kind = typing.get_args(kind)[1]
+        elif typing.get_args(kind)[1:] == (...,):
+            kind = typing.get_args(kind)[0]
+        else:
+            break  # a vector or a choice is one value: what is inside it is pydantic's business
+        value = value[part]
+        key = f"{key.rstrip('.')}[{part}]." if isinstance(part, int) else f"{key}{_toml_key(part)}."
+    found = _inline(value)
+    return f"{key.rstrip('.')} has to be {_wanted(kind)}, not {found if len(found) <= 60 else found[:59] + '…'}"
 
 
-def _keys_at(where: list[Any]) -> list[str]:
-    """The keys that a table of the scene may have."""
-    record: Any = Scene
-    for part in where:
-        if isinstance(part, int):
-            continue
-        found = typing.get_type_hints(record)[part]
-        options = [found, *typing.get_args(found)]
-        record = next(option for option in options if dataclasses.is_dataclass(option))
-    return [item.name for item in dataclasses.fields(record)]
+def _kind(hint: Any) -> Any:
+    """What a key holds, if it is there at all."""
+    options = [option for option in typing.get_args(hint) if option is not type(None)]
+    return options[0] if type(None) in typing.get_args(hint) and len(options) == 1 else hint
+
+
+def _wanted(kind: Any) -> str:
+    """What would be valid, in words."""
+    origin, parts = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Literal:
+        return " or ".join(filter(None, [", ".join(_inline(part) for part in parts[:-1]), _inline(parts[-1])]))
+    if dataclasses.is_dataclass(kind):
+        return "a table"
+    if origin is Mapping:
+        return f"a table, each of its values {_wanted(parts[1])}"
+    if origin is tuple and parts[1:] == (...,):
+        if isinstance(parts[0], type) and dataclasses.is_dataclass(parts[0]):
+            return f"a list of tables, each begun with [[{parts[0].__name__.lower()}]]"
+        return f"a list, each of its entries {_wanted(parts[0])}"
+    if origin is tuple:
+        return f"a list of {len(parts)} finite numbers"
+    if parts:
+        return " or ".join(_wanted(part) for part in parts)
+    return "a finite number" if kind is float else "text in quotes"

@@ -1,4 +1,4 @@
-"""From a scene to what the method works on: the robot in its posture, what is held, what is free, how it moves before the impact."""
+"""From a scene to what the method works on: the robot in its posture, what is held, what is free, how it moves before."""
 
 import math
 from dataclasses import replace
@@ -12,14 +12,15 @@ from shockpc.errors import SceneError
 from shockpc.model.assembly import Assembly, assemble
 from shockpc.model.closure import closure_block, loop_of
 from shockpc.model.contact import Touch, stance_block, touch, touch_block
+from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.freedom import freedom
 from shockpc.model.motion import Motion, velocity_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
-from shockpc.model.robot import Loop, Robot
+from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, row_jacobian, stack
 from shockpc.model.transmission import Transmission, transmission
-from shockpc.scene import Scene, plane_of
+from shockpc.scene import Scene, plane_of, refuse_nonsense
 
 __all__ = ["Setting", "complete", "setting_of"]
 
@@ -60,19 +61,25 @@ def complete(scene: Scene, robot: Robot) -> Scene:
     """The scene with every default filled in and every path absolute, so that it says all that is computed.
 
     Raises:
-        SceneError: it has no contact.
+        SceneError: it has no contact, or holds a number that is not finite or a word that is not known.
         UnknownName: the robot has no such posture.
     """
+    refuse_nonsense(scene)
     if not scene.contact:
         raise SceneError(
             f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"'
         )
+    strike = scene.strike
+    if strike.velocity is None and strike.drop_height is None:
+        speed = 1.0 if strike.speed is None else strike.speed
+        strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
     return replace(
         scene,
         robot=robot.label,
         base=scene.base or ("free" if robot.free_base else "fixed"),
-        srdf=None if scene.srdf is None else str(Path(scene.srdf).resolve()),
-        packages={name: str(Path(folder).resolve()) for name, folder in scene.packages.items()},
+        srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
+        packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
+        strike=strike,
         posture=replace(scene.posture, reference=reference_name(robot, scene.posture.reference)),
     )
 
@@ -133,16 +140,15 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
                     raise SceneError(f'joint "{name}" follows joint "{followers[name]}"; give the rate of that one')
                 continue
             if drives.locked[joint.idx_v] and rate != 0.0:
-                raise SceneError(f'joint "{name}" is locked, so it cannot turn at {rate:g} before the impact; free it or leave it out')
+                raise SceneError(
+                    f'joint "{name}" is locked, so it cannot turn at {rate:g} before the impact; free it or leave it out'
+                )
             rates[joint.idx_v] = rate
     for mimic in robot.mimics:
         if robot.model.existJointName(mimic.leader):
             leader, follower = (robot.model.joints[robot.model.getJointId(n)].idx_v for n in (mimic.leader, mimic.joint))
             rates[follower] = mimic.multiplier * rates[leader]
-    motion = Motion(velocity, omega, rates)
-    if not all(np.all(np.isfinite(part)) for part in motion):
-        raise SceneError("the motion before the impact holds a number that is not finite; give finite velocities")
-    return motion
+    return Motion(velocity, omega, rates)
 
 
 def _refuse_twice(touches: tuple[Touch, ...]) -> None:

@@ -12,8 +12,11 @@ from trees import MJCF_KINDS, SLIDES, Hit, Joint, Landing, Mechanism
 
 from shockpc.core.beam import centre_of_percussion
 from shockpc.model.bodies import body_jumps
-from shockpc.model.dynamics import contact_rows, dynamics
+from shockpc.model.contact import Contact
+from shockpc.model.dynamics import dynamics
+from shockpc.model.rows import point_block, row_jacobian
 from shockpc.profile import shock_profile
+from shockpc.scene import Scene, Strike
 
 CLOSE = 1e-9  # masses over three decades in trees of 15 bodies: the joint-space inertia loses up to four digits of 2e-16
 SEEDS = st.integers(0, 2**32 - 1)
@@ -39,7 +42,7 @@ def assert_same_jump(mechanism, found, expected):
 
 @given(ANY, SEEDS)
 def test_the_jump_is_the_one_of_least_kinetic_energy(landing, seed):
-    """Of all jumps that joints and contacts allow, nature takes the one of least kinetic energy; free bodies tied by rows find it too."""
+    """Of all jumps that joints and contacts allow, nature takes the one of least kinetic energy."""
     assert_same_jump(landing.mechanism, trees.twists(land(landing, seed=seed)), trees.least_energy_jump(landing))
 
 
@@ -111,12 +114,10 @@ def test_copc_and_ropc_ignore_the_speed(landing, power):
 @pytest.mark.parametrize("speed", [1e-6, 0.3, 7.0, 1e6])
 def test_copc_and_ropc_ignore_the_speed_of_a_real_robot(speed):
     """Between a micrometre and a thousand kilometres a second nothing but the impulses changes."""
-    from shockpc.model.contact import Contact
-    from shockpc.scene import Scene, Strike
-
     robot = trees.known_robot("anymal_b")
     scenes = [
-        Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=Strike(speed=v, strike_angle_deg=20.0)) for v in (1.0, speed)
+        Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=Strike(speed=v, strike_angle_deg=20.0))
+        for v in (1.0, speed)
     ]
     one, other = (shock_profile(scene, robot) for scene in scenes)
     np.testing.assert_allclose(other.copc, one.copc, rtol=1e-9)  # the smallest n·Δω is 1e-4 of its terms
@@ -150,7 +151,9 @@ def test_where_the_robot_stands_does_not_matter(away, landing):
     for name in ("delta_qd", "delta_omega", "delta_v", "copc", "ropc", "pitch", "shock_com", "off_plane"):
         np.testing.assert_array_equal(getattr(there, name), getattr(here, name))
     assert there.health == here.health
-    np.testing.assert_allclose(there.position - here.position, np.tile(away, (len(here.bodies), 1)), atol=1e-15 * max(np.abs(away)) + 1e-14)
+    np.testing.assert_allclose(
+        there.position - here.position, np.tile(away, (len(here.bodies), 1)), atol=1e-15 * max(np.abs(away)) + 1e-14
+    )
 
 
 @given(trees.landings(), SEEDS)
@@ -231,7 +234,9 @@ def test_the_energy_lost_is_that_of_the_effective_mass(landing):
     J = pin.getJointJacobian(robot.model, data, body.joint, pin.LOCAL_WORLD_ALIGNED)
     arm = profile.contacts[0].point - data.oMi[body.joint].translation
     J_c = J[:3] - pin.skew(arm) @ J[3:]
-    np.testing.assert_allclose(contact_rows(state, (_touch(robot, hit, profile),))[0], J_c, atol=1e-12, rtol=1e-12)
+    i = robot.bodies.index(body)
+    point = profile.rotation[i].T @ (hit.point - profile.position[i])
+    np.testing.assert_allclose(row_jacobian(state, point_block(state, i, point, np.eye(3)))[0], J_c, atol=1e-12, rtol=1e-12)
     Lambda = np.linalg.inv(J_c @ np.linalg.solve(H, J_c.T))
     before = np.zeros((len(robot.bodies), 6))
     before[:, 3:] = landing.strike
@@ -240,14 +245,6 @@ def test_the_energy_lost_is_that_of_the_effective_mass(landing):
     whole = trees.kinetic_energy(landing.mechanism, before)
     assert lost == pytest.approx(0.5 * landing.strike @ Lambda @ landing.strike, rel=1e-6, abs=CLOSE * whole)
     np.testing.assert_allclose(profile.contacts[0].impulse, -Lambda @ landing.strike, rtol=1e-6, atol=CLOSE * np.abs(Lambda).max())
-
-
-def _touch(robot, hit, profile):
-    from shockpc.model.contact import Touch
-
-    i = profile.bodies.index(f"body{hit.body}")
-    point = profile.rotation[i].T @ (hit.point - profile.position[i])
-    return Touch("point", i, point, np.eye(3), 0.0)
 
 
 @given(ANY)
@@ -287,8 +284,6 @@ def test_a_planar_landing_stays_in_its_plane(landing):
     profile = land(landing)
     moved = trees.motion(landing.mechanism, trees.twists(profile)) > 1e-6 * profile.v_in
     np.testing.assert_array_less(trees.in_order(profile, profile.off_plane)[moved], 1e-8)
-    planar = land(landing, base="planar")
-    assert_same_jump(landing.mechanism, trees.twists(planar), trees.twists(profile))
 
 
 @given(trees.landings(planar=True))
@@ -347,7 +342,7 @@ def test_a_leaf_has_its_copc_where_eq_1_puts_it(landing):
 
 @given(st.integers(2, 6), SEEDS)
 def test_a_foot_struck_squarely_scales_everything_above_by_one_factor(bodies, seed):
-    """A strike square to the line from ball to ankle reaches the ankle square to it too: above, only the size of the shock changes."""
+    """A strike square to the line from ball to ankle reaches the ankle so too: above, only the size of the shock changes."""
     rng = np.random.default_rng(seed)
     chain, ends, _, _ = slender_chain(rng, bodies)
     strike = np.array([rng.uniform(-1.0, 1.0), 0.0, -rng.uniform(0.1, 1.0)])

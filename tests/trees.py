@@ -1,7 +1,7 @@
 """Random mechanisms, drawn as bodies and joints in the world and only then hung on a root.
 
-A mechanism knows no root, no link frames and no joint values: those are choices of whoever writes it down as a file, so the same one
-can be written in many ways, and `least_energy_jump` answers for it without any of them.
+A mechanism knows no root, no link frames and no joint values: those are choices of whoever writes it down as a file. So the same
+one can be written in many ways, and `least_energy_jump` answers for it without any of them.
 """
 
 import functools
@@ -183,8 +183,8 @@ def _urdf(root, joints, mass, com, inertia):
         I = inertia[i].tolist()  # noqa: E741 - the field's own symbol
         lines.append(
             f'<link name="body{i}"><inertial><origin xyz="{_numbers(com[i])}"/><mass value="{mass[i]!r}"/>'
-            f'<inertia ixx="{I[0][0]!r}" ixy="{I[0][1]!r}" ixz="{I[0][2]!r}" iyy="{I[1][1]!r}" iyz="{I[1][2]!r}" izz="{I[2][2]!r}"/>'
-            "</inertial></link>"
+            f'<inertia ixx="{I[0][0]!r}" ixy="{I[0][1]!r}" ixz="{I[0][2]!r}" iyy="{I[1][1]!r}" iyz="{I[1][2]!r}" '
+            f'izz="{I[2][2]!r}"/></inertial></link>'
         )
     for body, parent, kind, offset, rotation, axis in joints:
         limit = "" if kind == "continuous" else '<limit lower="-9" upper="9" effort="1" velocity="1"/>'

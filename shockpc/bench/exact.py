@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.model.closure import loop_of
-from shockpc.model.robot import Loop, Robot
+from shockpc.model.couplings import Loop
+from shockpc.model.robot import Robot
 from shockpc.scene import Scene
 from shockpc.setting import Setting
 

@@ -1,10 +1,12 @@
 """Words of the command line to values; every refusal names the option and shows what would be valid."""
 
 import math
+from collections.abc import Iterable
+from pathlib import Path
 
 from shockpc.errors import SceneError
 
-__all__ = ["assignment", "number", "vector"]
+__all__ = ["assignment", "number", "package_folders", "vector", "xacro_arguments"]
 
 
 def number(option: str, text: str) -> float:
@@ -22,21 +24,32 @@ def number(option: str, text: str) -> float:
     return value
 
 
-def vector(option: str, text: str) -> tuple[float, float, float]:
+def vector(option: str, text: str, valid: str) -> tuple[float, float, float]:
     """Three numbers with commas between them.
+
+    Args:
+        option: what it was typed for.
+        text: as typed.
+        valid: what would be valid, such as "0,0,-0.02", for the message.
 
     Raises:
         SceneError: they are not.
     """
     parts = text.split(",")
     if len(parts) != 3:
-        raise SceneError(f'{option}: "{text}" is not three numbers with commas between them, such as 0,0,-0.02')
+        raise SceneError(f'{option}: "{text}" is not three numbers with commas between them, such as {valid}')
     x, y, z = (number(option, part) for part in parts)
     return x, y, z
 
 
-def assignment(option: str, text: str, example: str) -> tuple[str, str]:
+def assignment(option: str, text: str, form: str, valid: str) -> tuple[str, str]:
     """NAME=VALUE, or NAME:=VALUE as xacro writes it.
+
+    Args:
+        option: what it was typed for.
+        text: as typed.
+        form: what the option takes, such as "JOINT=VALUE", for the message.
+        valid: an example, for the message.
 
     Raises:
         SceneError: there is no name or no value.
@@ -44,5 +57,16 @@ def assignment(option: str, text: str, example: str) -> tuple[str, str]:
     name, equals, value = text.partition("=")
     name = name.removesuffix(":").strip()
     if not (name and equals and value.strip()):
-        raise SceneError(f'{option}: "{text}" is not NAME=VALUE, such as {example}')
+        raise SceneError(f'{option}: "{text}" is not {form}, such as {valid}')
     return name, value.strip()
+
+
+def xacro_arguments(texts: Iterable[str]) -> dict[str, str]:
+    """The values of --xacro, by name."""
+    return dict(assignment("--xacro", text, "NAME:=VALUE", "payload:=1.5") for text in texts)
+
+
+def package_folders(texts: Iterable[str]) -> dict[str, str]:
+    """The folders of --package, by name; a shell leaves the ~ behind the = to us."""
+    pairs = (assignment("--package", text, "NAME=DIR", "dog_description=../dog") for text in texts)
+    return {name: str(Path(folder).expanduser()) for name, folder in pairs}

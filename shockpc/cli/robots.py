@@ -9,17 +9,14 @@ __all__ = ["robots"]
 
 
 def robots(
-    robot: Annotated[
-        str | None, typer.Argument(help="A name from the list, or a robot file.", show_default=False)
-    ] = None,
+    robot: Annotated[str | None, typer.Argument(help="A name from the list, or a robot file.", show_default=False)] = None,
     xacro: Annotated[list[str] | None, typer.Option(metavar="NAME:=VALUE", help="Argument of a xacro file.")] = None,
     package: Annotated[list[str] | None, typer.Option(metavar="NAME=DIR", help="Folder of a package.")] = None,
 ) -> None:
     """List the robots known by name, or check and show one."""
-    from shockpc.cli.parse import assignment
+    from shockpc.cli.parse import package_folders, xacro_arguments
 
-    arguments = dict(assignment("--xacro", text, "payload:=1.5") for text in xacro or ())
-    packages = dict(assignment("--package", text, "dog_description=../dog") for text in package or ())
+    arguments, packages = xacro_arguments(xacro or ()), package_folders(package or ())
     sys.stdout.write(_all() if robot is None else _one(robot, arguments, packages))
 
 

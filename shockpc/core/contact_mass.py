@@ -49,7 +49,7 @@ def effective_masses(A: Array, n: Array) -> tuple[float, float]:
     return 1.0 / gives, float(np.sum(along[~stuck] ** 2 / values[~stuck]))
 
 
-def impact_mitigation(A: Array, A_locked: Array) -> float:
+def impact_mitigation(A: Array, A_locked: Array) -> float | None:
     """Impact mitigation factor det(I − Λ Λ_L⁻¹), Λ = A⁻¹ and Λ_L with every joint locked (Wensing et al., T-RO 2017).
 
     1 when the joints hide all of the robot's inertia from the ground, 0 when they hide none. It needs a free base.
@@ -57,5 +57,10 @@ def impact_mitigation(A: Array, A_locked: Array) -> float:
     Args:
         A: (3, 3) Delassus matrix of the contact point.
         A_locked: (3, 3) the same with every joint locked.
+
+    Returns: None where the contact cannot give way in some direction.
     """
+    values = np.linalg.eigvalsh(A)
+    if values[0] <= 1e-13 * values[-1]:
+        return None
     return float(np.linalg.det(np.eye(3) - np.linalg.solve(A, A_locked)))

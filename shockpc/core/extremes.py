@@ -57,7 +57,7 @@ def _distance_to_hull(p: Array) -> float:
         corner = p[np.argmin(p @ nearest)]
         near_a, near_b = _nearest_on_segment(a, corner), _nearest_on_segment(b, corner)
         following = min(near_a, near_b, key=np.linalg.norm)
-        if np.linalg.norm(following) >= np.linalg.norm(nearest):
+        if not np.linalg.norm(following) < np.linalg.norm(nearest):
             return float(np.linalg.norm(nearest))
         a, b, nearest = (a if following is near_a else b), corner, following
 

@@ -14,7 +14,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
 
-__all__ = ["Impact", "residual", "solve_impact", "weakest_columns"]
+__all__ = ["Impact", "independent_rows", "residuals", "solve_impact", "weakest_columns"]
 
 
 class Impact(NamedTuple):
@@ -25,14 +25,14 @@ class Impact(NamedTuple):
         impulse: (..., nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
         unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is.
         rank: (...) how many rows are independent.
-        combine: (..., m, nc) combinations of the rows that are independent of one another, zero from row `rank` on.
+        weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
     """
 
     delta_qd: Array
     impulse: Array
     unique: np.ndarray
     rank: np.ndarray
-    combine: Array
+    weakest: Array
 
 
 def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
@@ -52,7 +52,8 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     """
     eps = np.finfo(float).eps
     diagonal = np.diagonal(H, axis1=-2, axis2=-1)
-    if not np.all(diagonal > 0.0):
+    # Below this a diagonal is what rounding made of a zero: the square of 1e-13 in a lever arm.
+    if not np.all(diagonal > 1e-26 * diagonal.max(axis=-1, keepdims=True, initial=0.0)):
         raise SolveError("the joint-space inertia has a zero or negative diagonal, so it cannot be inverted")
     d = 1.0 / np.sqrt(diagonal)
     try:
@@ -71,6 +72,9 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     kept = s > tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
     s_inv = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
 
+    largest = s.max(axis=-1, initial=0.0)
+    weakest = np.where(kept, s, np.inf).min(axis=-1, initial=np.inf) / np.where(largest > 0.0, largest, 1.0)
+
     along = s_inv[..., None] * (Vt @ (c[..., None] * b))
     y = -(U @ along)
     delta_qd = d[..., None] * np.linalg.solve(np.swapaxes(L, -1, -2), y)
@@ -78,23 +82,50 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = ~dead & (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), kept[..., None] * Vt * c[..., None, :])
+    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), weakest)
 
 
-def residual(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> Array:
-    """Largest violation (...) of either line of Eq. 4, relative to the largest of its own terms [1].
+def independent_rows(H: Array, J_c: Array, rank: int) -> np.ndarray:
+    """Indices of `rank` rows that all others follow from, the farthest from one another first found.
 
-    Above rounding in the second line it says that the rows contradict one another, or ask for a motion that the mechanism does not
-    have. Arguments as for `solve_impact` and `Impact`.
+    Rows and not mixtures of them: mixing a row that hardly gives way with one that gives way easily would cost digits.
+
+    Args:
+        H: (nv, nv) joint-space inertia.
+        J_c: (nc, nv) rows.
+        rank: how many are independent, as `solve_impact` found.
     """
+    if rank == len(J_c):
+        return np.arange(rank)
+    X = np.linalg.solve(np.linalg.cholesky(H), J_c.T)
+    length = np.linalg.norm(X, axis=0)
+    X = X / np.where(length > 1e-14 * length.max(initial=0.0), length, np.inf)
+    chosen: list[int] = []
+    for _ in range(rank):
+        chosen.append(int(np.argmax(np.linalg.norm(X, axis=0))))
+        e = X[:, chosen[-1]] / np.linalg.norm(X[:, chosen[-1]])
+        X = X - np.outer(e, e @ X)
+        X[:, chosen] = 0.0
+    return np.array(sorted(chosen), dtype=int)
 
-    def worst(found: Array, size: Array) -> Array:
-        top = np.abs(size).max(axis=(-2, -1), initial=0.0)
-        off = np.abs(found).max(axis=(-2, -1), initial=0.0)
-        return np.asarray(off / np.where(top > 0.0, top, 1.0))
 
-    momentum = H @ delta_qd
-    return np.maximum(worst(J_c @ delta_qd + b, b), worst(momentum - np.swapaxes(J_c, -1, -2) @ impulse, momentum))
+def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> tuple[Array, Array]:
+    """Violation of the two lines of Eq. 4, each relative to the size of its own terms [1].
+
+    The first says whether momentum balances; it is rounding, always. The second, row by row, says above rounding that a row
+    contradicts others, or asks for a motion that the mechanism does not have. Terms count with their absolute values, so that the
+    large rates of a nearly singular posture are not taken for a contradiction. Arguments as for `solve_impact` and `Impact`.
+
+    Returns: (...) of the momentum line, (..., nc) of every row of the contact line.
+    """
+    J_T = np.swapaxes(J_c, -1, -2)
+    momentum = np.abs(H @ delta_qd - J_T @ impulse).max(axis=(-2, -1), initial=0.0)
+    moved = (np.abs(H) @ np.abs(delta_qd) + np.abs(J_T) @ np.abs(impulse)).max(axis=(-2, -1), initial=0.0)
+    left = np.abs(J_c @ delta_qd + b).max(axis=-1, initial=0.0)
+    # A row that nothing moves along holds rounding alone; the speeds of the other rows say how little that is.
+    asked = np.abs(b).max(axis=(-2, -1), initial=0.0)[..., None]
+    terms = np.maximum((np.abs(J_c) @ np.abs(delta_qd) + np.abs(b)).max(axis=-1, initial=0.0), asked)
+    return momentum / np.where(moved > 0.0, moved, 1.0), left / np.where(terms > 0.0, terms, 1.0)
 
 
 def weakest_columns(H: Array) -> list[int]:
@@ -106,7 +137,7 @@ def weakest_columns(H: Array) -> list[int]:
     Returns: indices, ascending.
     """
     d = np.sqrt(np.abs(np.diagonal(H)))
-    empty = d <= 1e-12 * d.max(initial=0.0)
+    empty = d <= 1e-13 * d.max(initial=0.0)
     if empty.any() or not d.size:
         return [int(i) for i in np.flatnonzero(empty)]
     _, vectors = np.linalg.eigh(H / d[:, None] / d[None, :])

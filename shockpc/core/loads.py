@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from shockpc.core.maximal import Tree
 from shockpc.core.spatial import Array
+from shockpc.core.tree import Tree
 
 __all__ = ["energy_lost", "joint_impulses", "kinetic_energy"]
 

@@ -3,79 +3,145 @@
 Every body has six unknown velocities of its own and every joint is a constraint, so neither the joint-space inertia nor its
 factorisation is used:
 
-    minimise  ½ Σ V_iᵀ M_i V_i + ½ q̇ᵀ diag(a) q̇     with   V_i = V_parent(i) + S_i q̇_i,   q̇ = G ẏ,   J V = −b
+    minimise  ½ Σ V_iᵀ M_i V_i + ½ q̇ᵀ diag(a) q̇     with   V_i = V_parent(i) + S_i q̇_i,   q̇ = G ẏ,   W V = −b
 
-where q̇ are the jumps of the joint rates and a their armature. Larger and slower than Eq. 4, but it keeps its digits
-where the joint-space inertia has lost them (light bodies under heavy ones, long chains).
+where q̇ are the jumps of the joint rates and a their armature. Larger and slower than Eq. 4, but it keeps its digits where the
+joint-space inertia has lost them (light bodies under heavy ones, long chains).
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.rounding import shaken_rows, shaken_tree
 from shockpc.core.spatial import Array, cross_matrix
+from shockpc.core.tree import Tree
 
-__all__ = ["Tree", "solve_maximal"]
+__all__ = ["MaximalSolution", "refine", "solve_maximal"]
+
+DENSE = 120
+"""Bodies up to which a dense factorisation is quicker than loading and running a sparse one."""
 
 
-class Tree(NamedTuple):
-    """Free bodies and the joints between them, in one posture; world axes, every point from one common origin.
+class MaximalSolution(NamedTuple):
+    """A solution for k right-hand sides, with what is needed to refine it.
 
     Attributes:
-        parent: (nb,) index of the body that each body's joint hangs on; −1 for the world.
-        mass: (nb,) [kg].
-        com: (nb, 3) centres of mass [m].
-        inertia: (nb, 3, 3) rotational inertias about the centres of mass [kg m²].
-        joint: (nb, 3) a point at which each body's joint is written [m].
-        S: (nb, 6, nv) twist (ω, v at that point) of each body against its parent, for unit joint rates.
-        armature: (nv,) reflected inertia of each joint rate [kg m², kg].
-        G: (nv, ny) which joint rates are free, q̇ = G ẏ.
+        twists: (nb, 6, k) jumps (Δω, Δv at the centre of mass) of every body, world axes [rad/s, m/s].
+        delta_y: (ny, k) jumps of the free joint velocities.
+        impulse: (nc, k) impulse along each row [N s].
+        x: (n, k) all unknowns of the equilibrated system.
+        entries: (rows, columns, values) of the equilibrated matrix.
+        scale: (n,) its equilibration.
+        rhs: (n, k) its right-hand sides.
     """
 
-    parent: np.ndarray
-    mass: Array
-    com: Array
-    inertia: Array
-    joint: Array
-    S: Array
-    armature: Array
-    G: Array
+    twists: Array
+    delta_y: Array
+    impulse: Array
+    x: Array
+    entries: tuple[np.ndarray, np.ndarray, Array]
+    scale: Array
+    rhs: Array
 
 
-def solve_maximal(tree: Tree, rows: Array, b: Array) -> Array:
-    """Jump of every body's twist, written at its own centre of mass.
+def solve_maximal(tree: Tree, W: Array, b: Array) -> MaximalSolution:
+    """Solve for the jump of every body.
 
     Args:
         tree: bodies and joints.
-        rows: (nc, nb, 6) contact rows over the bodies' twists (ω, v at the centre of mass), independent of one another.
+        W: (nc, nb, 6) rows over the bodies' twists (ω, v at the centre of mass), independent of one another.
         b: (nc, k) speed to be undone along each row.
 
-    Returns: (nb, 6, k) jumps (Δω, Δv at the centre of mass) [rad/s, m/s].
+    Raises:
+        numpy.linalg.LinAlgError: the system is singular.
     """
-    nb, ny, nc = len(tree.mass), tree.G.shape[1], len(rows)
+    nb, ny, nc = len(tree.mass), tree.free, len(W)
     nx = 6 * nb + ny
+    rows, columns, values = _entries(tree, W)
     size = nx + 6 * nb + nc
-    K = np.zeros((size, size))
-    for i in range(nb):
-        K[6 * i : 6 * i + 3, 6 * i : 6 * i + 3] = tree.inertia[i]
-        K[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = tree.mass[i] * np.eye(3)
-    K[6 * nb : nx, 6 * nb : nx] = tree.G.T @ (tree.armature[:, None] * tree.G)
-
-    C = K[nx:, :nx]
-    for i, p in enumerate(tree.parent):
-        row = slice(6 * i, 6 * i + 6)
-        C[row, row] = _twist_shift(tree.joint[i] - tree.com[i])
-        if p >= 0:
-            C[row, 6 * p : 6 * p + 6] = -_twist_shift(tree.joint[i] - tree.com[p])
-    C[: 6 * nb, 6 * nb :] = -(tree.S.reshape(6 * nb, -1) @ tree.G)
-    C[6 * nb :, : 6 * nb] = rows.reshape(nc, 6 * nb)
-    K[:nx, nx:] = C.T
-
+    scale = _equilibrate(rows, columns, np.abs(values), size)
+    entries = (rows, columns, values * scale[rows] * scale[columns])
     rhs = np.zeros((size, b.shape[1]))
-    rhs[nx + 6 * nb :] = -b
-    scale = _equilibrate(K)
-    solution = np.linalg.solve(K * scale[:, None] * scale[None, :], scale[:, None] * rhs)
-    return np.asarray((scale[:, None] * solution)[: 6 * nb].reshape(nb, 6, -1))
+    rhs[nx + 6 * nb :] = -scale[nx + 6 * nb :, None] * b
+    return _unpack(tree, nc, _solve(entries, rhs, nb), entries, scale, rhs)
+
+
+def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int) -> tuple[MaximalSolution, Array]:
+    """One step of iterative refinement with the residual in extended precision, and what rounding in the data can still do.
+
+    The refined unknowns solve the system as it stands in double precision; the numbers in it carry rounding themselves, so the
+    effect of that is sampled: K⁻¹ (rhs − K' x) for the K' of slightly different mechanisms.
+
+    Args:
+        tree: bodies and joints.
+        W: (nc, nb, 6) rows, as they were solved with.
+        solution: of `solve_maximal`.
+        samples: how many different mechanisms.
+
+    Returns: the refined solution, and the spread (nb, 6, k) that rounding makes of its twists.
+    """
+    x, rhs, scale, nb = solution.x, solution.rhs, solution.scale, len(tree.mass)
+    rows, columns, values = solution.entries
+    left = rhs.astype(np.longdouble)
+    np.subtract.at(left, rows, values.astype(np.longdouble)[:, None] * x.astype(np.longdouble)[columns])
+    sides = [left.astype(float)]
+    draw = np.random.default_rng(0)
+    size = max(float(np.abs(tree.com).max()), float(np.abs(tree.joint).max()))
+    for _ in range(samples):
+        rows, columns, values = _entries(shaken_tree(draw, tree, size), shaken_rows(draw, W, size))
+        side = rhs.copy()
+        np.subtract.at(side, rows, (values * scale[rows] * scale[columns])[:, None] * x[columns])
+        sides.append(side)
+    steps = _solve(solution.entries, np.concatenate(sides, axis=1), nb)
+    k = rhs.shape[1]
+    refined = _unpack(tree, len(W), x + steps[:, :k], solution.entries, scale, rhs)
+    moved = (scale[:, None] * steps)[: 6 * nb].reshape(nb, 6, samples + 1, k)
+    spread = np.abs(moved[:, :, 1:] - moved[:, :, :1]).max(axis=2, initial=0.0)
+    # What one step leaves is the square of what it changed, relative to the whole.
+    slow = np.linalg.norm(steps[:, :k]) / max(float(np.linalg.norm(x)), float(np.finfo(float).tiny))
+    return refined, spread + slow * np.abs(moved[:, :, 0])
+
+
+def _unpack(
+    tree: Tree, nc: int, x: Array, entries: tuple[np.ndarray, np.ndarray, Array], scale: Array, rhs: Array
+) -> MaximalSolution:
+    """Undo the scaling and take the unknowns apart."""
+    nb, ny = len(tree.mass), tree.free
+    found = scale[:, None] * x
+    twists = found[: 6 * nb].reshape(nb, 6, -1)
+    # The multiplier of W V = −b pushes against the motion; the impulse is that of the ground on the robot.
+    return MaximalSolution(twists, found[6 * nb : 6 * nb + ny], -found[len(found) - nc :], x, entries, scale, rhs)
+
+
+def _entries(tree: Tree, W: Array) -> tuple[np.ndarray, np.ndarray, Array]:
+    """The nonzero entries (row, column, value) of the symmetric system in (V, ẏ, joint impulses, row impulses)."""
+    nb, ny, nc = len(tree.mass), tree.free, len(W)
+    nx = 6 * nb + ny
+    found: list[tuple[np.ndarray, np.ndarray, Array]] = []
+
+    def put(row: int, column: int, block: Array, mirrored: bool) -> None:
+        i, j = np.nonzero(block)
+        found.append((row + i, column + j, block[i, j]))
+        if mirrored:
+            found.append((column + j, row + i, block[i, j]))
+
+    for i in range(nb):
+        put(6 * i, 6 * i, tree.inertia[i], False)
+        put(6 * i + 3, 6 * i + 3, tree.mass[i] * np.eye(3), False)
+    G = tree.G
+    put(6 * nb, 6 * nb, np.diag(tree.armature) if G is None else G.T @ (tree.armature[:, None] * G), False)
+    for i, p in enumerate(tree.parent):
+        put(nx + 6 * i, 6 * i, _twist_shift(tree.joint[i] - tree.com[i]), True)
+        if p >= 0:
+            put(nx + 6 * i, 6 * p, -_twist_shift(tree.joint[i] - tree.com[p]), True)
+        put(nx + 6 * i, 6 * nb, -tree.S[i] if G is None else -(tree.S[i] @ G), True)
+    put(nx + 6 * nb, 0, W.reshape(nc, 6 * nb), True)
+    return (
+        np.concatenate([rows for rows, _, _ in found]),
+        np.concatenate([columns for _, columns, _ in found]),
+        np.concatenate([values for _, _, values in found]),
+    )
 
 
 def _twist_shift(r: Array) -> Array:
@@ -85,11 +151,28 @@ def _twist_shift(r: Array) -> Array:
     return X
 
 
-def _equilibrate(K: Array) -> Array:
-    """Symmetric scaling that brings the largest entry of every row near one (Ruiz), so that pivoting sees the structure, not units."""
-    scale = np.ones(len(K))
-    A = np.abs(K)
+def _equilibrate(rows: np.ndarray, columns: np.ndarray, size: Array, n: int) -> Array:
+    """Symmetric scaling that brings every row's largest entry near one (Ruiz): pivoting then sees structure, not units."""
+    scale = np.ones(n)
     for _ in range(4):
-        largest = (A * scale[:, None] * scale[None, :]).max(axis=1)
+        largest = np.zeros(n)
+        np.maximum.at(largest, rows, size * scale[rows] * scale[columns])
         scale /= np.sqrt(np.where(largest > 0.0, largest, 1.0))
     return scale
+
+
+def _solve(entries: tuple[np.ndarray, np.ndarray, Array], rhs: Array, nb: int) -> Array:
+    """Solve a system given by its entries: dense while that is quicker, sparse for long chains."""
+    rows, columns, values = entries
+    n = len(rhs)
+    if nb <= DENSE:
+        K = np.zeros((n, n))
+        np.add.at(K, (rows, columns), values)
+        return np.asarray(np.linalg.solve(K, rhs))
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    try:
+        return np.asarray(splu(csc_array((values, (rows, columns)), shape=(n, n))).solve(rhs))
+    except RuntimeError as refusal:
+        raise np.linalg.LinAlgError(str(refusal)) from None

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Array", "Plane", "cross_matrix", "plane_from", "velocity_at"]
+__all__ = ["Array", "Plane", "cross_matrix", "plane_from", "read_only", "velocity_at"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -69,3 +69,10 @@ def velocity_at(omega: Array, v: Array, r: Array) -> Array:
         r: (..., 3) point from that origin, in the same axes [m].
     """
     return v + np.cross(omega, r)
+
+
+def read_only(values: ArrayLike) -> Array:
+    """A copy that outlives the buffer it was read from and cannot be changed."""
+    out = np.array(values, dtype=float)
+    out.flags.writeable = False
+    return out

@@ -8,9 +8,10 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
 from shockpc.model.closure import closure_block, closure_gap
+from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import dynamics
 from shockpc.model.freedom import freedom
-from shockpc.model.robot import Loop, Robot
+from shockpc.model.robot import Robot
 from shockpc.model.rows import row_jacobian
 
 __all__ = ["Assembly", "assemble"]

@@ -1,5 +1,6 @@
 """Where a mesh lies: `package://`, `file://`, absolute and relative names become paths inside the open folders."""
 
+import os
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -27,7 +28,7 @@ def locate_asset(reach: Reach, uri: str) -> Path:
     if not separator:
         path = reach.file.parent / uri
     elif scheme == "file":
-        path = reach.file.parent / unquote(rest.removeprefix("localhost/"))
+        path = reach.file.parent / unquote(rest.removeprefix("localhost"))
     elif scheme in ("package", "model"):
         name, _, inside = rest.lstrip("/").partition("/")
         folder = reach.package(name)
@@ -40,6 +41,6 @@ def locate_asset(reach: Reach, uri: str) -> Path:
     else:
         raise RobotError(f'{reach.file.name}: "{uri}" is not on this machine; only package:// and file:// are followed')
     place = reach.require(path, uri)
-    if not place.is_file():
+    if not os.path.isfile(place):
         raise RobotError(f'{reach.file.name}: "{uri}" is missing: no file "{place}"')
     return place

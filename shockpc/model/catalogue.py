@@ -4,6 +4,7 @@ A robot is called by its file's stem, in lower case, with "-" read as "_". Where
 better one. Nothing is opened here: names and paths only.
 """
 
+import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from typing import Literal
 
 from shockpc.errors import RobotError, UnknownName
 
-__all__ = ["CatalogueEntry", "catalogue", "find_robot", "find_srdf"]
+__all__ = ["CatalogueEntry", "catalogue", "data_folder", "find_robot", "find_srdf", "own_robots_folder"]
 
 # The file under robots/ → the name to type, then its other names. Only where the stem alone would mislead.
 _RENAMED: dict[str, tuple[str, ...]] = {
@@ -82,9 +83,9 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
         RobotError: it looks like a path, and nothing is there.
         UnknownName: no robot is called that.
     """
-    path = Path(name_or_path).expanduser()
+    path = Path(os.path.expanduser(name_or_path))
     has_separator = len(path.parts) > 1 or "/" in name_or_path or name_or_path in (".", "..")
-    if (has_separator or path.suffix) and path.exists():
+    if (has_separator or path.suffix) and os.path.exists(path):
         return path, None
     if has_separator or path.suffix.casefold() in _SUFFIXES:
         raise RobotError(
@@ -117,8 +118,6 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     stem = _stem(robot_path).casefold()
     folder = robot_path.parent
     for place in (folder, folder / "srdf", folder.parent / "srdf"):
-        if not place.is_dir():
-            continue
         found = {f.stem.casefold(): f for f in sorted(place.glob("*.srdf"))}
         for name in (stem, robot_name_in_file.casefold()):
             prefixes = [s for s in found if s and name.startswith(s)]
@@ -132,7 +131,9 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
 
 def _entries() -> Iterator[CatalogueEntry]:
     """Yield every robot, and look into example-robot-data only once the project's own are through."""
+    taken = set()
     for path in sorted(own_robots_folder().glob("*.urdf.xacro")):
+        taken.add(_normalised(_stem(path)))
         yield CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ())
     share = data_folder()
     if share is None:
@@ -143,6 +144,9 @@ def _entries() -> Iterator[CatalogueEntry]:
             if path.suffix in (".urdf", ".xacro"):
                 key = f"{package.name}/{path.parent.name}/{path.name}"
                 name, *aliases = _RENAMED.get(key) or (_normalised(_stem(path)),)
+                if name in taken:  # two packages with a file of one name: the package tells them apart
+                    name = _normalised(f"{package.name.removesuffix('_description')}_{_stem(path)}")
+                taken |= {name, *aliases}
                 data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
     yield from sorted(data, key=lambda entry: entry.name)
 

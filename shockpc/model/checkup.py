@@ -1,32 +1,31 @@
-"""The check-up of a robot file: all that is odd in it but does not stop it from being computed, each with its consequence.
+"""The check-up of a robot file: all that is odd in it but does not keep it from being computed, each with its consequence.
 
-What stops it is refused while it is read. Nothing is corrected here.
+What does keep it is refused while it is read. Nothing is corrected here. The validation of yourdfpy was weighed and left out:
+all that it looks for is refused by name already, and its messages name no link.
 """
 
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.model.bodywork import Bodywork, bodywork_of
-from shockpc.model.inertias import inertia_faults
+from shockpc.model.inertias import inertia_fault, written_inertias
 from shockpc.model.markup import parse_markup
 from shockpc.model.source import RobotSource, resolve_asset
 from shockpc.model.urdf_numbers import vector
-from typing import Literal
 
 __all__ = ["Finding", "check_robot"]
 
-_HEAVY = 20.0  # times all the other bodies together: grams written as kilograms stand out like this
-_LIGHT = 1e-6  # of the whole robot: below this, its motion is lost in the rounding of the rest
+_HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
+_LIGHT = 1e-6  # of the whole robot
 
 
 class Finding(NamedTuple):
     """One thing worth knowing about a robot file.
 
     Attributes:
-        level: "error" where some strikes cannot be computed, "warning" where numbers may mislead, "note" otherwise.
-        where: the link, body or joint, or the file.
+        level: "error" where strikes cannot be computed, "warning" where numbers may mislead, "note" otherwise.
+        where: the link, body or joint.
         text: what was found, and its consequence.
     """
 
@@ -43,139 +42,156 @@ def check_robot(source: RobotSource) -> tuple[Finding, ...]:
 
     Returns:
         What was found, errors first, then warnings, then notes; empty if there is nothing.
+
+    Raises:
+        RobotError: Pinocchio cannot build the robot.
     """
     root = parse_markup(source.xml, source.path.name)
-    work = bodywork_of(root, source.kind)
     found = [
-        *_inertia_findings(work),
-        *_mass_findings(work),
-        *_armature_findings(root, source.kind),
-        *_joint_findings(root, source.kind),
-        *_mesh_findings(source, root),
+        *_bodies_without_mass(source),
+        *_inertias(root),
+        *_links_without_inertia(root),
+        *_armature(root, source.kind),
+        *_joints(root),
+        *_meshes(source, root),
     ]
     order = ("error", "warning", "note")
     return tuple(sorted(found, key=lambda finding: order.index(finding.level)))
 
 
-def _inertia_findings(work: Bodywork) -> Iterator[Finding]:
-    """Inertias that no body has."""
-    for link, mass, matrix in work.inertias:
-        fault = inertia_faults(mass, matrix)
-        if fault is not None:
-            yield Finding("warning", f'link "{link}"', f"{fault}; shock of its body is computed from these numbers all the same")
-    if work.unweighed:
-        yield Finding(
-            "note",
-            _named("link", work.unweighed),
-            f"no <inertial>, though there is something to see or to hit; counted as {'without' if work.unweighed else ''} mass",
-        )
+def _bodies_without_mass(source: RobotSource) -> Iterator[Finding]:
+    """Moving bodies without mass, and masses far from all the others."""
+    from shockpc.model.build import build_model
 
-
-def _mass_findings(work: Bodywork) -> Iterator[Finding]:
-    """Bodies without mass, and masses far from all others."""
-    idle = [body for body in work.masses if work.masses[body] == 0 and work.masses_beyond[body] == 0]
-    carrying = [body for body in work.masses if work.masses[body] == 0 and work.masses_beyond[body] > 0]
+    model = build_model(source)[0]
+    names = {joint: model.names[joint] for joint in range(1, model.njoints)}
+    for frame in reversed(list(model.frames)):
+        if frame.parentJoint in names and frame.type == frame.type.BODY:
+            names[frame.parentJoint] = frame.name
+    masses = {joint: float(model.inertias[joint].mass) for joint in names}
+    beyond = dict(masses)  # with all that hangs on it
+    for joint in reversed(names):
+        if model.parents[joint] in beyond:
+            beyond[model.parents[joint]] += beyond[joint]
+    idle = [names[joint] for joint in names if beyond[joint] == 0]
     if idle:
+        one = len(idle) == 1
         yield Finding(
             "error",
             _named("body", idle),
-            "moves, and neither it nor what hangs on it has mass, so the inertia matrix is singular; "
-            "give it mass, make its joint fixed, or lock the joint",
+            f"{'moves' if one else 'move'} without mass, and so does all that hangs on {'it' if one else 'them'}, so the inertia "
+            "matrix cannot be inverted; give mass, or make the joint fixed",
         )
-    if carrying:
-        yield Finding(
-            "note", _named("body", carrying), "moves and has no mass of its own; what hangs on it decides how it is shocked"
-        )
-    total = sum(work.masses.values())
-    for body, mass in work.masses.items():
-        if len(work.masses) > 2 and mass > _HEAVY * (total - mass):
+    carriers = [names[joint] for joint in names if masses[joint] == 0 and beyond[joint] > 0]
+    if carriers:
+        said = "moves without mass of its own; its shock" if len(carriers) == 1 else "move without mass of their own; their shock"
+        yield Finding("note", _named("body", carriers), f"{said} follows from what hangs on the joints beyond")
+    total = sum(masses.values())
+    for joint, mass in masses.items():
+        next_mass = max((other for key, other in masses.items() if key != joint), default=mass)
+        if mass > _HEAVY * next_mass > 0:
             yield Finding(
                 "warning",
-                f'body "{body}"',
-                f"{mass:g} kg is {mass / (total - mass):.0f} times all other bodies together; if it is meant in grams, "
-                "every shock is wrong",
+                _named("body", [names[joint]]),
+                f"{mass:g} kg is {mass / next_mass:.0f} times the next heaviest; if it is meant in grams, every shock is wrong",
             )
         elif 0 < mass < _LIGHT * total:
             yield Finding(
                 "warning",
-                f'body "{body}"',
-                f"{mass:g} kg is less than a millionth of the robot's {total:g} kg; if it is a stand-in for none, its own "
-                "shock means little",
+                _named("body", [names[joint]]),
+                f"{mass:g} kg is less than a millionth of the robot's {total:g} kg; if it stands for nothing real, "
+                "neither does its shock",
             )
 
 
-def _armature_findings(root: Element, kind: str) -> Iterator[Finding]:
+def _inertias(root: Element) -> Iterator[Finding]:
+    """Inertias that no body has; links with the same fault share a finding."""
+    kind = "link" if root.tag == "robot" else "body"
+    faults: dict[str, list[str]] = {}
+    for link, _, entries in written_inertias(root):
+        fault = inertia_fault(entries)
+        if fault is not None:
+            faults.setdefault(fault, []).append(link)
+    for fault, links in faults.items():
+        yield Finding("warning", _named(kind, links), f"{fault}; shock is computed from it all the same")
+
+
+def _links_without_inertia(root: Element) -> Iterator[Finding]:
+    """Links of a URDF that can be seen or hit and weigh nothing."""
+    names = [
+        link.get("name", "")
+        for link in root.findall("link")
+        if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None)
+    ]
+    if names:
+        verb = "has a shape and no <inertial>; it counts" if len(names) == 1 else "have shapes and no <inertial>; they count"
+        yield Finding("note", _named("link", names), f"{verb} as without mass")
+
+
+def _armature(root: Element, kind: str) -> Iterator[Finding]:
     """Rotors that nobody wrote down."""
-    if any(joint.get("armature", "0") not in ("0", "0.0") for joint in root.iter("joint")):
+    if any(float(joint.get("armature", "0")) for joint in root.iter("joint")):
         return
     why = "URDF has no place for it" if kind == "urdf" else "no joint gives one"
     yield Finding(
         "note",
         "every joint",
-        f"has zero armature ({why}), so joints count as free of their motors; with geared or locked joints the shock is another",
+        f"zero armature ({why}): joints count as free of their motors, and with geared or locked joints the shock is another",
     )
 
 
-def _joint_findings(root: Element, kind: str) -> Iterator[Finding]:
+def _joints(root: Element) -> Iterator[Finding]:
     """Followers, limits and axes of a URDF's joints."""
-    if kind != "urdf":
-        return
     for joint in root.findall("joint"):
-        where, limit = f'joint "{joint.get("name")}"', joint.find("limit")
+        where = _named("joint", [joint.get("name", "")])
         for mimic in joint.findall("mimic"):
-            multiplier, offset = mimic.get("multiplier", "1"), mimic.get("offset", "0")
-            yield Finding(
-                "note",
-                where,
-                f'mimics "{mimic.get("joint")}" with multiplier {multiplier} and offset {offset}; it adds no freedom of its own',
-            )
-        if joint.get("type") in ("revolute", "prismatic") and limit is not None:
+            rule = f"multiplier {mimic.get('multiplier', '1')} and offset {mimic.get('offset', '0')}"
+            yield Finding("note", where, f'mimics "{mimic.get("joint")}" with {rule}; it adds no freedom of its own')
+        for limit in joint.findall("limit") if joint.get("type") in ("revolute", "prismatic") else ():
             lower, upper = (float(limit.get(key, "0")) for key in ("lower", "upper"))
             if lower > upper:
-                yield Finding(
-                    "warning", where, f"its lower limit {lower:g} exceeds its upper limit {upper:g}; every posture is outside them"
-                )
+                said = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"
+                yield Finding("warning", where, said)
             elif lower == upper:
-                yield Finding(
-                    "note", where, f"both its limits are {lower:g}; any other value draws a warning and is computed all the same"
-                )
-        axis = vector(joint.findtext("axis") or (joint.find("axis").get("xyz") if joint.find("axis") is not None else None), 3)
-        if axis is not None and abs(sum(value * value for value in axis) - 1) > 1e-3:
-            yield Finding("note", where, f"its axis {' '.join(f'{v:g}' for v in axis)} is not of length 1; its direction is what counts")
+                said = f"both its limits are {lower:g}, so every other posture is outside them; it is computed all the same"
+                yield Finding("note", where, said)
+        for axis in joint.findall("axis"):
+            length = sum(value * value for value in vector(axis.get("xyz"), 3) or ()) ** 0.5
+            if joint.get("type") != "fixed" and abs(length - 1) > 1e-3:
+                yield Finding("note", where, f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used")
 
 
-def _mesh_findings(source: RobotSource, root: Element) -> Iterator[Finding]:
+def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
     """Meshes that cannot be had."""
     if source.kind == "urdf":
         uris = [mesh.get("filename", "") for mesh in root.iter("mesh")]
     else:
         compiler = root.find("compiler")
-        folder = (compiler.get("meshdir") or compiler.get("assetdir") or ".") if compiler is not None else "."
-        uris = [f"{folder}/{mesh.get('file')}" for mesh in root.findall("asset/mesh") if mesh.get("file")]
-    uris = list(dict.fromkeys(uris))
-    lost = []
-    for uri in uris:
+        folders = [compiler.get(key) for key in ("meshdir", "assetdir")] if compiler is not None else []
+        folder = next((f"{folder}/" for folder in folders if folder), "")
+        uris = [f"{folder}{mesh.get('file')}" for mesh in root.findall("asset/mesh") if mesh.get("file")]
+    lost: list[str] = []
+    for uri in dict.fromkeys(uris):
         try:
             resolve_asset(source, uri)
         except RobotError:
-            lost.append(uri)
+            lost.append(uri.rpartition("/")[2])
     if lost:
         yield Finding(
             "warning",
-            f"{len(lost)} of {len(uris)} meshes",
-            f"cannot be found or lie outside the open folders: {_listed(lost)}; figures draw the inertia's box instead. "
-            "If they lie in a package, say where: --package NAME=DIR",
+            f"{len(lost)} of {len(set(uris))} meshes",
+            f"missing, or outside the folders that may be read: {_listed(lost)}; figures draw boxes of equal inertia instead, "
+            "no number changes. If they lie in a package, say where: --package NAME=DIR",
         )
 
 
-def _named(kind: str, names: Iterable[str]) -> str:
+def _named(kind: str, names: list[str]) -> str:
     """One name or a few, as the subject of a finding."""
-    names = list(names)
-    plural = {"body": "bodies"}.get(kind, kind + "s")
+    plural = "bodies" if kind == "body" else f"{kind}s"
     return f"{plural if len(names) > 1 else kind} {_listed(names)}"
 
 
-def _listed(names: list[str], most: int = 3) -> str:
+def _listed(names: Iterable[str], most: int = 3) -> str:
     """The first few names, and how many more there are."""
-    shown = ", ".join(f'"{name}"' for name in names[:most])
-    return shown + (f" and {len(names) - most} more" if len(names) > most else "")
+    quoted = [f'"{name}"' for name in names]
+    return ", ".join(quoted[:most]) + (f" and {len(quoted) - most} more" if len(quoted) > most else "")

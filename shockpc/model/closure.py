@@ -1,7 +1,7 @@
 """Loops: two bodies held together at a point or a frame, as rows, and the posture in which they meet.
 
-The rows K Δq̇ = 0 are stacked under the contacts (shock paper, Section 3.1.1); restitution never applies to them. Redundant rows, such
-as a planar loop closed by a point in space, are normal: the solver counts the rank.
+The rows K Δq̇ = 0 are stacked under the contacts (shock paper, Section 3.1.1); restitution never applies to them. Redundant rows,
+such as a planar loop closed by a point in space, are normal: the solver counts the rank.
 """
 
 from dataclasses import dataclass
@@ -14,8 +14,9 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.model.contact import unit_directions
+from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.robot import Loop, Robot
+from shockpc.model.robot import Robot
 from shockpc.model.rows import Block, moment_block, point_block
 
 __all__ = ["Closure", "Place", "closure_block", "closure_gap", "loop_of"]

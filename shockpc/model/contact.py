@@ -106,7 +106,8 @@ def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
         raise SceneError(f'contact "{contact.frame}" keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
     if contact.restitution < 0.0 or contact.restitution > 1.0:
         raise SceneError(
-            f'contact "{contact.frame}" has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)'
+            f'contact "{contact.frame}" has restitution {contact.restitution:g}; '
+            "it lies between 0 (stays down) and 1 (bounces fully)"
         )
     vectors = unit_directions(f'contact "{contact.frame}"', contact.directions)
     if not np.any(np.abs(vectors @ up) > 1e-9):
@@ -198,7 +199,7 @@ def _lowest_point(robot: Robot, link: str, up: Array) -> Array:
             f'link "{link}" has no collision geometry that could be read, so it has no lowest point; '
             "give the contact point by its offset, or name a link that has collision geometry"
         )
-    points = np.concatenate([shape.points - shape.radius * up for shape in pieces])
+    points = np.concatenate([shape.lowest(up) for shape in pieces])
     height = points @ up
     # A foot's sole is level to rounding only; its extent sets what counts as level.
     slack = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-6)

@@ -10,11 +10,15 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.maximal import Tree
 from shockpc.core.spatial import Array
+from shockpc.core.tree import Tree
+from shockpc.model.long_chain import LONG, evaluate
 from shockpc.model.robot import Robot
 
-__all__ = ["Dynamics", "dynamics", "tree"]
+__all__ = ["PINOCCHIO", "Dynamics", "dynamics", "tree"]
+
+PINOCCHIO: str = pin.__version__
+"""Version of the library that computes all this."""
 
 
 class Dynamics(NamedTuple):
@@ -51,7 +55,7 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
         # crba would add the file's armature; which one counts is the transmission's to say.
         model = pin.Model(model)
         model.armature = np.zeros(model.nv)
-    data = model.createData()
+    data = model.createData() if model.njoints < LONG else None
     n, nb, nv = len(Q), len(robot.bodies), model.nv
     H, J = np.empty((n, nv, nv)), np.empty((n, 6, nv))
     placed = np.empty((n, model.njoints, 4, 4))
@@ -61,8 +65,11 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
     for k, q in enumerate(Q):
+        if data is None:
+            H[k], J[k], placed[k] = evaluate(model, q)
+            continue
         H[k] = pin.crba(model, data, q, pin.Convention.WORLD)
-        J[k] = data.J
+        J[k] = data.J.reshape(6, nv)  # one column alone comes back as a vector
         placed[k] = [placement.homogeneous for placement in data.oMi.tolist()]
     # crba fills the upper triangle; some versions leave the lower one empty.
     upper = np.triu(H)
@@ -113,5 +120,5 @@ def tree(robot: Robot, state: Dynamics, armature: Array, G: Array | None) -> Tre
         joint=state.joint_position[0],
         S=S,
         armature=armature,
-        G=np.eye(nv) if G is None else G[0],
+        G=None if G is None else G[0],
     )

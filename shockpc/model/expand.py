@@ -24,17 +24,9 @@ from shockpc.model.expressions import checked_expression, checked_substitution
 from shockpc.model.markup import Markup, parse_markup, read_text
 from shockpc.model.reach import Reach
 
-__all__ = ["expand_xacro", "is_xacro"]
+__all__ = ["expand_xacro"]
 
 _LOCK = threading.RLock()  # xacro's globals and the standard streams are the whole process's
-
-
-def is_xacro(root: Element) -> bool:
-    """Whether a document uses xacro, not merely declares its namespace as many expanded files still do."""
-    return any(
-        element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attrib)
-        for element in root.iter()
-    )
 
 
 def expand_xacro(markup: Markup, reach: Reach, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
@@ -74,9 +66,7 @@ def expand_xacro(markup: Markup, reach: Reach, arguments: Mapping[str, str]) -> 
             raise _unknown_argument(argument, declared, name)
     # Each of xacro's passes says the same again; the lines about where it happened mean nothing without the file at hand.
     place = ("when ", "in file:", "included from:", "instantiated from:")
-    warnings = dict.fromkeys(
-        line for line in said.getvalue().splitlines() if line.strip() and not line.startswith(place)
-    )
+    warnings = dict.fromkeys(line for line in said.getvalue().splitlines() if line.strip() and not line.startswith(place))
     return text, tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
 
 
@@ -87,7 +77,7 @@ def _fence(xacro: ModuleType, reach: Reach, declared: set[str]) -> Iterator[None
 
     def open_inside(filename: str, *_: object, **__: object) -> io.StringIO:
         place = reach.require(Path(filename), filename)
-        if not place.exists():
+        if not os.path.exists(place):
             raise FileNotFoundError(errno.ENOENT, "no such file", filename)
         text = read_text(place)
         if text.lstrip().startswith("<"):
@@ -109,7 +99,7 @@ def _fence(xacro: ModuleType, reach: Reach, declared: set[str]) -> Iterator[None
             vars(xacro),
             {
                 "open": open_inside,
-                "safe_eval": checked_expression(xacro.safe_eval),
+                "safe_eval": checked_expression(xacro.safe_eval, reach.file.name),
                 "filestack": [str(reach.file)],
                 "macrostack": [],
             },
@@ -118,7 +108,7 @@ def _fence(xacro: ModuleType, reach: Reach, declared: set[str]) -> Iterator[None
             vars(substitution_args),
             {
                 "_eval_find": find,
-                "_eval": checked_substitution(substitution_args._eval),
+                "_eval": checked_substitution(substitution_args._eval, reach.file.name),
                 "_eval_dirname": lambda _: os.path.dirname(xacro.filestack[-1]),
             },
         ),

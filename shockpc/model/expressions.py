@@ -15,31 +15,37 @@ __all__ = ["checked_expression", "checked_substitution"]
 
 # Attributes without an underscore that lead to frames, code and classes all the same.
 _INSIDES = frozenset(
-    "gi_frame gi_code gi_yieldfrom cr_frame cr_code cr_await ag_frame ag_code f_back f_builtins f_code f_globals f_locals "
-    "tb_frame tb_next mro format_map".split()
+    {"gi_frame", "gi_code", "gi_yieldfrom", "cr_frame", "cr_code", "cr_await", "ag_frame", "ag_code", "mro", "format_map"}
+    | {"f_back", "f_builtins", "f_code", "f_globals", "f_locals", "tb_frame", "tb_next"}
 )
 # What $(eval …) documents, of all the builtins that Python would hand to it.
-_BUILTINS = frozenset("abs bool dict float int len list map max min pow round str sum True False None".split())
+_BUILTINS = frozenset({"abs", "bool", "dict", "float", "int", "len", "list", "map", "max", "min", "pow", "round", "str", "sum"})
 
 
-def checked_expression(evaluate: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap xacro's evaluation of `${…}` so that an unsafe expression raises RobotError instead."""
+def checked_expression(evaluate: Callable[..., Any], file: str) -> Callable[..., Any]:
+    """Wrap xacro's evaluation of `${…}` so that an unsafe expression raises RobotError instead.
+
+    Args:
+        evaluate: xacro's own function of the expression and the names it may use.
+        file: the robot file's name, for messages.
+    """
 
     def checked(expression: str, *names: Any) -> Any:
-        _check(expression, f"${{{expression}}}")
+        _check(expression, f"{file}: the xacro expression ${{{expression}}}")
         return evaluate(expression, *names)
 
     return checked
 
 
-def checked_substitution(evaluate: Callable[..., Any]) -> Callable[..., Any]:
+def checked_substitution(evaluate: Callable[..., Any], file: str) -> Callable[..., Any]:
     """Wrap xacro's evaluation of `$(eval …)` likewise; of the builtins only the harmless ones may be named."""
 
     def checked(expression: str, context: Any) -> Any:
-        tree = _check(expression, f"$(eval {expression})")
+        shown = f"{file}: the xacro expression $(eval {expression})"
+        tree = _check(expression, shown)
         for node in ast.walk(tree) if tree else ():
             if isinstance(node, ast.Name) and hasattr(builtins, node.id) and node.id not in _BUILTINS:
-                raise _refused(f"$(eval {expression})", node.id)
+                raise _refused(shown, node.id)
         return evaluate(expression, context)
 
     return checked
@@ -63,6 +69,4 @@ def _check(expression: str, shown: str) -> ast.AST | None:
 
 def _refused(shown: str, name: str) -> RobotError:
     """The error for an expression that reaches too far."""
-    return RobotError(
-        f'the xacro expression {shown} uses "{name}", which could reach files or programs; it is not evaluated'
-    )
+    return RobotError(f'{shown} uses "{name}", which could reach files or programs; it is not evaluated')

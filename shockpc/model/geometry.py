@@ -1,7 +1,7 @@
 """What a robot file says its links look like, read piece by piece: a piece that cannot be read costs only itself.
 
 URDF geometry is taken from its text, so that nothing but the wanted pieces is read; MJCF geometry, with its classes and
-defaults, by Pinocchio from a copy whose meshes are known to be readable. Meshes come in through coal's loader.
+defaults, by Pinocchio from a copy whose meshes are known to be readable.
 """
 
 import math
@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.errors import RobotError
+from shockpc.model.meshes import Mesh, Meshes, last_words, mesh_of
 from shockpc.model.robot import Robot
 from shockpc.model.source import RobotSource, resolve_asset
 
@@ -29,13 +29,13 @@ class Piece(NamedTuple):
 
     Attributes:
         link: the link's name.
-        geometry: a coal shape, or a coal mesh in metres.
+        geometry: a coal shape or a mesh.
         rotation: (3, 3) in the link's frame.
         offset: (3,) origin in the link's frame [m].
     """
 
     link: str
-    geometry: coal.CollisionGeometry
+    geometry: coal.CollisionGeometry | Mesh
     rotation: Array
     offset: Array
 
@@ -64,43 +64,8 @@ def read_geometries(robot: Robot, kind: Kind) -> Geometries:
     return _from_urdf(robot.source, kind) if robot.source.kind == "urdf" else _from_mjcf(robot, kind)
 
 
-class _Meshes:
-    """Meshes of one robot; each file is read once for each scale."""
-
-    def __init__(self, source: RobotSource):
-        self._source = source
-        # The cheapest tree of boxes coal can build: nobody here asks for collisions.
-        self._loader = coal.MeshLoader(coal.NODE_TYPE.BV_AABB)
-        self._known: dict[tuple[str, tuple[float, ...]], coal.BVHModelBase] = {}
-
-    def load(self, uri: str, scale: tuple[float, ...]) -> coal.BVHModelBase:
-        """The mesh in metres. Raises ValueError (one line) if it cannot be had."""
-        if (uri, scale) not in self._known:
-            try:
-                path = resolve_asset(self._source, uri)
-                mesh = self._loader.load(str(path), np.array(scale))
-            except RobotError as refusal:
-                raise ValueError(str(refusal)) from None
-            except (ValueError, RuntimeError) as refusal:
-                raise ValueError(f'"{uri}": {_last_words(refusal)}') from None
-            if mesh.num_tris == 0 or not np.isfinite(mesh.vertices()).all():
-                raise ValueError(f'"{uri}": it has no triangles, or vertices that are not numbers')
-            self._known[uri, scale] = mesh
-        return self._known[uri, scale]
-
-
-_NOISE = ("From file", "in function", "at line", "message:", "Hint")
-
-
-def _last_words(refusal: Exception) -> str:
-    """What the mesh reader meant, without the place in its source that it was raised from."""
-    lines = [line.strip() for line in str(refusal).splitlines()]
-    wanted = [line for line in lines if line and not line.startswith(_NOISE)]
-    return wanted[-1].rstrip(".") if wanted else "the mesh reader refuses it"
-
-
 def _from_urdf(source: RobotSource, kind: Kind) -> Geometries:
-    meshes = _Meshes(source)
+    meshes = Meshes(source)
     pieces: list[Piece] = []
     unread: list[Unread] = []
     for link in ElementTree.fromstring(source.xml).iter("link"):
@@ -117,8 +82,8 @@ def _from_urdf(source: RobotSource, kind: Kind) -> Geometries:
     return Geometries(tuple(pieces), tuple(unread))
 
 
-def _urdf_shape(geometry: ElementTree.Element | None, meshes: _Meshes) -> coal.CollisionGeometry:
-    """The coal shape of a <geometry> element. Raises ValueError (one line) for what no URDF may hold."""
+def _urdf_shape(geometry: ElementTree.Element | None, meshes: Meshes) -> coal.CollisionGeometry | Mesh:
+    """The shape of a <geometry> element. Raises ValueError (one line) for what no URDF may hold."""
     shape = geometry[0] if geometry is not None and len(geometry) else None
     if shape is None:
         raise ValueError("an empty <geometry>")
@@ -144,7 +109,8 @@ def _numbers(text: str, count: int) -> list[float]:
 
 
 def _from_mjcf(robot: Robot, kind: Kind) -> Geometries:
-    tree, unread = _readable_mjcf(robot.source)
+    meshes = Meshes(robot.source)
+    tree, unread = _readable_mjcf(robot.source, meshes)
     wanted = pin.GeometryType.COLLISION if kind == "collision" else pin.GeometryType.VISUAL
     with tempfile.TemporaryDirectory() as folder:
         # Pinocchio reads MJCF from files that end in .xml only.
@@ -153,22 +119,34 @@ def _from_mjcf(robot: Robot, kind: Kind) -> Geometries:
         try:
             found = pin.buildGeomFromMJCF(robot.model, str(copy), wanted)
         except (ValueError, RuntimeError, IndexError) as refusal:
-            return Geometries((), (*unread, Unread("", f"Pinocchio cannot read the geometry: {_last_words(refusal)}")))
+            return Geometries((), (*unread, Unread("", f"Pinocchio cannot read the geometry: {last_words(refusal)}")))
     pieces = []
     for item in found.geometryObjects:
         frame = robot.model.frames[item.parentFrame]
         place = frame.placement.inverse() * item.placement
-        pieces.append(Piece(frame.name, item.geometry, place.rotation.copy(), place.translation.copy()))
+        shape = _mjcf_shape(item, meshes)
+        pieces.append(Piece(frame.name, shape, place.rotation.copy(), place.translation.copy()))
     return Geometries(tuple(pieces), tuple(unread))
 
 
-def _readable_mjcf(source: RobotSource) -> tuple["ElementTree.ElementTree[ElementTree.Element]", list[Unread]]:
+def _mjcf_shape(item: pin.GeometryObject, meshes: Meshes) -> coal.CollisionGeometry | Mesh:
+    """The shape of a geom; what it takes from a file is read here, because coal mixes up a file's parts."""
+    if not isinstance(item.geometry, coal.BVHModelBase):
+        return item.geometry
+    if Path(item.meshPath).is_absolute():
+        return meshes.load(item.meshPath, tuple(float(s) for s in item.meshScale))
+    return mesh_of(item.geometry)
+
+
+def _readable_mjcf(source: RobotSource, meshes: Meshes) -> tuple["ElementTree.ElementTree[ElementTree.Element]", list[Unread]]:
     """The MJCF with absolute mesh paths, and without the geoms whose mesh cannot be had."""
     root = ElementTree.fromstring(source.xml)
-    meshes, unread = _Meshes(source), []
+    unread: list[Unread] = []
     compiler = root.find("compiler")
     if compiler is None:
-        compiler = ElementTree.SubElement(root, "compiler")
+        compiler = ElementTree.Element("compiler")
+        # Pinocchio takes settings for what comes after them.
+        root.insert(0, compiler)
     folder = compiler.get("meshdir", compiler.get("assetdir", ""))
     compiler.set("meshdir", "/")
     lost: dict[str, str] = {}
@@ -177,7 +155,7 @@ def _readable_mjcf(source: RobotSource) -> tuple["ElementTree.ElementTree[Elemen
             uri = str(Path(folder) / mesh.get("file", ""))
             name = mesh.get("name", Path(uri).stem)
             try:
-                meshes.load(uri, (1.0, 1.0, 1.0))
+                meshes.load(uri)
                 mesh.set("file", str(resolve_asset(source, uri)).lstrip("/"))
                 mesh.set("name", name)
             except ValueError as refusal:

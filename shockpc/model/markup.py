@@ -4,6 +4,7 @@ A DOCTYPE is refused, so no entity is ever defined, expanded or fetched. Prefixe
 robot files use them without declaring them.
 """
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
@@ -11,7 +12,7 @@ from xml.parsers import expat
 
 from shockpc.errors import RobotError
 
-__all__ = ["Markup", "parse_markup", "read_markup"]
+__all__ = ["Markup", "is_xacro", "parse_markup", "read_markup", "read_text"]
 
 _DEEPEST = 800  # elements within elements; Python's own limit is 1000 calls
 
@@ -48,7 +49,7 @@ def read_text(path: Path) -> str:
     Raises:
         RobotError: it is missing, not a file, not readable, empty or not UTF-8.
     """
-    if path.is_dir():
+    if os.path.isdir(path):
         raise RobotError(f'"{path}" is a folder; give the robot file in it')
     try:
         data = path.read_bytes()
@@ -116,3 +117,10 @@ def parse_markup(text: str, name: str) -> Element:
             "the file is not well-formed XML, so nothing of it is used"
         ) from None
     return builder.close()
+
+
+def is_xacro(root: Element) -> bool:
+    """Whether a document uses xacro, not merely declares its namespace as many expanded files still do."""
+    return any(
+        element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attrib) for element in root.iter()
+    )

@@ -5,20 +5,20 @@ joint's position), and where a top-level body starts. In the plain text none of 
 refused by `mjcf_refusals`.
 """
 
-import math
-from collections.abc import Mapping
+import os
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
 from shockpc.model.markup import read_markup
-from shockpc.model.mjcf_refusals import check_bodies, check_sections
+from shockpc.model.mjcf_places import ORIENTATIONS, write_out_places
+from shockpc.model.mjcf_refusals import check_bodies, check_numbers, check_sections
+from shockpc.model.mjcf_weights import weighed_by_geoms
 from shockpc.model.reach import Reach
 from shockpc.model.urdf_numbers import vector
 
 __all__ = ["plain_mjcf"]
 
-_ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 _FIRST = ("compiler", "default")
 
 
@@ -30,7 +30,7 @@ def plain_mjcf(root: Element, reach: Reach) -> tuple[str, tuple[str, ...]]:
         reach: what the file may read.
 
     Returns:
-        MJCF text without includes, defaults and bodies that no joint moves, and what was left out of it.
+        MJCF text without includes, defaults, frames and bodies that no joint moves, and what was left out of it.
 
     Raises:
         RobotError: an included file is missing or out of reach, or the model holds what Pinocchio would get wrong.
@@ -41,14 +41,15 @@ def plain_mjcf(root: Element, reach: Reach) -> tuple[str, tuple[str, ...]]:
     check_sections(root, file)
     world = root.find("worldbody")
     if world is None or world.find("body") is None:
-        raise RobotError(
-            f"{file} has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?"
-        )
+        raise RobotError(f"{file} has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?")
+    compiler = root.find("compiler")
     _write_out_defaults(root, world, file)
     _name_bodies(world)
+    check_numbers(world, file)
+    write_out_places(world, compiler, file)
+    warnings = weighed_by_geoms(world, compiler, file)
     check_bodies(world, file)
-    warnings = _one_robot(world, file) + _whole_keys(root, world, file)
-    compiler = root.find("compiler")
+    warnings += _one_robot(world, file) + _whole_keys(root, world, file)
     if compiler is not None:
         for key in ("meshdir", "texturedir", "assetdir"):
             if key in compiler.attrib:  # the plain text may be read from another folder
@@ -65,12 +66,10 @@ def _include(parent: Element, reach: Reach, opened: list[object]) -> None:
             continue
         named = child.get("file", "")
         path = reach.require(reach.file.parent / named, named)
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise RobotError(f'{reach.file.name} includes "{named}", which does not exist')
         if path in opened:
-            raise RobotError(
-                f'{reach.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names'
-            )
+            raise RobotError(f'{reach.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names')
         opened.append(path)
         part = read_markup(path).root
         _include(part, reach, opened)
@@ -98,11 +97,11 @@ def _merge_sections(root: Element) -> None:
 
 
 def _write_out_defaults(root: Element, world: Element, file: str) -> None:
-    """Give every joint, geom and site the attributes of its class, and drop the classes."""
-    classes: dict[str, dict[str, Mapping[str, str]]] = {}
+    """Give every joint, geom, site and asset the attributes of its class, and drop the classes."""
+    classes: dict[str, dict[str, dict[str, str]]] = {}
     top = root.find("default")
     main = top.get("class", "main") if top is not None else "main"
-    pending: list[tuple[Element, dict[str, Mapping[str, str]]]] = [(top, {})] if top is not None else []
+    pending: list[tuple[Element, dict[str, dict[str, str]]]] = [(top, {})] if top is not None else []
     classes[main] = {}
     while pending:
         default, inherited = pending.pop()
@@ -115,41 +114,26 @@ def _write_out_defaults(root: Element, world: Element, file: str) -> None:
     if top is not None:
         root.remove(top)
 
-    def of_class(name: str) -> dict[str, Mapping[str, str]]:
+    def of_class(name: str) -> dict[str, dict[str, str]]:
         if name not in classes:
             known = ", ".join(f'"{known}"' for known in sorted(classes))
             raise RobotError(f'{file}: default class "{name}" is used but not defined; there are {known}')
         return classes[name]
 
-    bodies = [(world, main)]
-    while bodies:
-        body, active = bodies.pop()
-        active = body.attrib.pop("childclass", active)
+    parents = [(parent, main) for parent in (world, *root.findall("asset"))]
+    while parents:
+        parent, active = parents.pop()
+        active = parent.attrib.pop("childclass", active)
         of_class(active)
-        for element in body:
-            if element.tag == "body":
-                bodies.append((element, active))
+        for element in parent:
+            if element.tag in ("body", "frame"):
+                parents.append((element, active))
             else:
-                inherited = dict(of_class(element.attrib.pop("class", active)).get(element.tag, {}))
-                if any(key in element.attrib for key in (*_ORIENTATIONS, "fromto")):
-                    inherited = {key: value for key, value in inherited.items() if key not in _ORIENTATIONS}
-                inherited.pop("class", None)
-                for key, value in inherited.items():
+                attributes = dict(of_class(element.attrib.pop("class", active)).get(element.tag, {}))
+                if any(key in element.attrib for key in (*ORIENTATIONS, "fromto")):
+                    attributes = {key: value for key, value in attributes.items() if key not in ORIENTATIONS}
+                for key, value in attributes.items():
                     element.attrib.setdefault(key, value)
-        for element in (body, *body):
-            _unit_axis(element)
-
-
-def _unit_axis(element: Element) -> None:
-    """Write an axis-angle with a unit axis, which MuJoCo makes it and Pinocchio takes it to be."""
-    words = element.get("axisangle", "").split()
-    try:
-        x, y, z, angle = (float(word) for word in words)
-    except ValueError:
-        return  # not four numbers: check_bodies says so
-    length = math.hypot(x, y, z)
-    if length > 0 and math.isfinite(length):
-        element.set("axisangle", f"{x / length!r} {y / length!r} {z / length!r} {angle!r}")
 
 
 def _name_bodies(world: Element) -> None:
@@ -179,9 +163,9 @@ def _one_robot(world: Element, file: str) -> tuple[str, ...]:
             world.remove(top)
     free = robot.find("freejoint") is not None or any(joint.get("type") == "free" for joint in robot.findall("joint"))
     if free:  # where it floats is the posture's business
-        for key in ("pos", *_ORIENTATIONS):
+        for key in ("pos", *ORIENTATIONS):
             robot.attrib.pop(key, None)
-    elif any(key in robot.attrib for key in ("pos", *_ORIENTATIONS)):
+    elif any(key in robot.attrib for key in ("pos", *ORIENTATIONS)):
         # Pinocchio puts a top-level body at the origin; one level down it is put where it belongs.
         world.remove(robot)
         ElementTree.SubElement(world, "body", {"name": "worldbody"}).append(robot)

@@ -10,23 +10,25 @@ from xml.etree.ElementTree import Element
 from shockpc.errors import RobotError
 from shockpc.model.urdf_numbers import vector
 
-__all__ = ["check_bodies", "check_sections"]
+__all__ = ["check_bodies", "check_numbers", "check_sections"]
 
-_REMEDY = "Compile it with MuJoCo once and give the result (mujoco.mj_saveLastXML writes it)"
-# Compiler settings that change masses or angles: attribute, values that change nothing, what it does.
+_REMEDY = (
+    'Have MuJoCo work it out: compile the file once with <compiler saveinertial="true"/> and give what mujoco.mj_saveLastXML writes'
+)
+# Compiler settings that change masses or places: attribute, values that change nothing, what it does.
 _COMPILER = (
     ("coordinate", ("local",), "reads positions in the world's frame"),
-    ("inertiafromgeom", ("false", "auto"), "takes inertias from geoms"),
-    ("inertiagrouprange", ("0 5",), "leaves geoms out of the inertias"),
     ("settotalmass", ("-1",), "scales all masses"),
     ("balanceinertia", ("false",), "changes inertias that are not physical"),
 )
-_UNREAD = ("frame", "replicate", "composite", "flexcomp", "attach")
+_UNREAD = ("replicate", "composite", "flexcomp", "attach")
 _JOINTS = ("free", "ball", "slide", "hinge")
 # Numbers of each element: attribute and how many (0: any number of them).
 _PLACE = (("pos", 3), ("quat", 4), ("axisangle", 4), ("euler", 3), ("xyaxes", 6), ("zaxis", 3))
 _NUMBERS: dict[str, tuple[tuple[str, int], ...]] = {
     "body": _PLACE,
+    "frame": _PLACE,
+    "camera": _PLACE,
     "inertial": (*_PLACE, ("mass", 1), ("diaginertia", 3), ("fullinertia", 6)),
     "joint": (("pos", 3), ("axis", 3), ("armature", 1), ("range", 2), ("ref", 1)),
     "geom": (*_PLACE, ("size", 0), ("fromto", 6), ("mass", 1), ("density", 1)),
@@ -49,18 +51,9 @@ def check_sections(root: Element, file: str) -> None:
         value = " ".join(compiler.get(key, harmless[0]).split()) if compiler is not None else ""
         if value not in harmless:
             raise RobotError(f'{file}: <compiler {key}="{value}"> {effect}, which Pinocchio does not. {_REMEDY}')
-    if compiler is not None and compiler.get("eulerseq", "xyz").lower() != compiler.get("eulerseq", "xyz"):
-        raise RobotError(
-            f'{file}: <compiler eulerseq="{compiler.get("eulerseq")}"> turns about fixed axes, which Pinocchio reads as moving '
-            f"ones. {_REMEDY}"
-        )
     for tie in root.findall("equality/*"):
         if tie.get("active", "true") != "false":
-            name = f' "{tie.get("name")}"' if tie.get("name") else ""
-            raise RobotError(
-                f"{file}: the equality {tie.tag}{name} closes a loop or couples joints, and that is not computed from MJCF yet. "
-                'Without it the numbers would be wrong; set active="false" to do without it on purpose'
-            )
+            _check_tie(tie, file)
     for kind, path in (("tendon", "tendon/*"), ("actuator", "actuator/*"), ("default", "default//*")):
         for element in root.findall(path):
             if kind == "default" and element.tag in ("joint", "default"):
@@ -72,11 +65,54 @@ def check_sections(root: Element, file: str) -> None:
                 )
 
 
+def _check_tie(tie: Element, file: str) -> None:
+    """Refuse an equality that is not a loop closed by a point or a frame, or a joint that follows another in proportion."""
+    name = f' "{tie.get("name")}"' if tie.get("name") else ""
+    if tie.tag in ("connect", "weld"):
+        return
+    if tie.tag != "joint":
+        raise RobotError(
+            f"{file}: the equality {tie.tag}{name} couples bodies in a way that is not computed, and without it the numbers would "
+            'be wrong; valid are connect, weld and joint; set active="false" to do without it on purpose'
+        )
+    text = tie.get("polycoef", "0 1 0 0 0")
+    curved = vector(text, len(text.split()))
+    if not curved or any(curved[2:]):
+        raise RobotError(
+            f"{file}: the equality joint{name} couples joints by a curve, polycoef {tie.get('polycoef')}; only proportion can be "
+            "computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
+        )
+
+
+def check_numbers(world: Element, file: str) -> None:
+    """Refuse a body with a number in or on it that is not finite, or with too few or too many of them.
+
+    Args:
+        world: the <worldbody>, defaults written out, every body named.
+        file: the file's name, for messages.
+
+    Raises:
+        RobotError: naming the body, the attribute and its value.
+    """
+    parents = [(world, "world")]
+    while parents:
+        parent, body = parents.pop()
+        for element in parent:
+            name = element.get("name", "") if element.tag == "body" else body
+            for key, size in _NUMBERS.get(element.tag, ()):
+                text = element.get(key)
+                if text is not None and vector(text, size or len(text.split())) is None:
+                    wanted = f"{size} finite number{'s' * (size > 1)}" if size else "finite numbers"
+                    raise RobotError(f'{file}: body "{name}": {element.tag} {key} is "{text}"; it has to be {wanted}')
+            if element.tag in ("body", "frame"):
+                parents.append((element, name))
+
+
 def check_bodies(world: Element, file: str) -> None:
     """Refuse bodies and joints that Pinocchio would leave out, or weigh otherwise than MuJoCo.
 
     Args:
-        world: the <worldbody>, defaults written out, every body named.
+        world: the <worldbody>, defaults and places written out, every body named.
         file: the file's name, for messages.
 
     Raises:
@@ -95,24 +131,11 @@ def check_bodies(world: Element, file: str) -> None:
     mass = 0.0
     for body in world.iter("body"):
         whose = f'{file}: body "{body.get("name")}"'
-        for element in (body, *body):
-            _check_numbers(element, whose)
         for joint in body.findall("joint"):
             _check_joint(joint, whose)
         mass += sum(_masses(body, whose))
     if mass <= 0:
-        raise RobotError(
-            f"{file}: no body has mass, so nothing in it can be struck; give the bodies <inertial> or geoms with mass"
-        )
-
-
-def _check_numbers(element: Element, whose: str) -> None:
-    """Every number finite, and as many as there have to be."""
-    for key, size in _NUMBERS.get(element.tag, ()):
-        text = element.get(key)
-        if text is not None and vector(text, size or len(text.split())) is None:
-            wanted = f"{size} finite number{'s' * (size > 1)}" if size else "finite numbers"
-            raise RobotError(f'{whose}: {element.tag} {key} is "{text}"; it has to be {wanted}')
+        raise RobotError(f"{file}: no body has mass, so nothing in it can be struck; give the bodies <inertial> or geoms with mass")
 
 
 def _check_joint(joint: Element, whose: str) -> None:
@@ -137,13 +160,9 @@ def _masses(body: Element, whose: str) -> Iterator[float]:
         moments = vector(inertial.get("diaginertia"), 3) or (vector(inertial.get("fullinertia"), 6) or ())[:3]
         if mass is None or not moments:
             missing = "mass" if mass is None else "diaginertia or fullinertia"
-            raise RobotError(
-                f"{whose}: its <inertial> has no {missing}; add it, or drop the <inertial> to take it from the geoms"
-            )
+            raise RobotError(f"{whose}: its <inertial> has no {missing}; add it, or drop the <inertial> to take it from the geoms")
         if mass[0] < 0 or min(moments) < 0:
-            raise RobotError(
-                f"{whose}: mass {mass[0]:g} kg with moments {moments} kg m² is negative somewhere; no body has that"
-            )
+            raise RobotError(f"{whose}: mass {mass[0]:g} kg with moments {moments} kg m² is negative somewhere; no body has that")
         yield mass[0]
     for geom in body.findall("geom") if not inertials else ():
         density, mass = vector(geom.get("density", "1000"), 1), vector(geom.get("mass"), 1)
@@ -155,7 +174,5 @@ def _masses(body: Element, whose: str) -> Iterator[float]:
                 f"{whose} takes its mass from a mesh, and meshes are not weighed here; give it an <inertial>. {_REMEDY}"
             )
         if weight > 0 and geom.get("shellinertia", "false") == "true":
-            raise RobotError(
-                f"{whose}: a geom asks for the inertia of a shell, which Pinocchio does not compute. {_REMEDY}"
-            )
+            raise RobotError(f"{whose}: a geom asks for the inertia of a shell, which Pinocchio does not compute. {_REMEDY}")
         yield weight

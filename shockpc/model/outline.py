@@ -6,35 +6,23 @@ Loaded only if asked for: no number of the method needs it, and no mesh is read 
 import functools
 import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.model.geometry import Geometries, Kind, Piece, read_geometries
+from shockpc.model.meshes import Mesh
 from shockpc.model.robot import Body, Robot
 
-__all__ = ["Mesh", "Outline", "Shape", "inertia_box", "outline"]
+__all__ = ["Outline", "Shape", "inertia_box", "outline"]
 
 RIM = 64
 """Corners of the polygon that stands for a circle: it lies inside, by at most 1 − cos(π/64) = 0.12 % of the radius."""
 
 FLAT = 1e-3
 """A mesh thinner than this share of its width counts as flat."""
-
-
-class Mesh(NamedTuple):
-    """The true surface of a piece that need not be convex, nor closed.
-
-    Attributes:
-        vertices: (n, 3) in the body frame [m].
-        triangles: (m, 3) indices into the vertices.
-    """
-
-    vertices: Array
-    triangles: NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +34,24 @@ class Shape:
         points: (k, 3) in the body's frame [m]. For a mesh, the corners of its convex hull.
         radius: of the rounding [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
+        discs: (centre, axis, radius) of the round faces that some of the points only approximate.
     """
 
     link: str
     points: Array = field(repr=False)
     radius: float = 0.0
     mesh: Mesh | None = field(default=None, repr=False)
+    discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
+
+    def lowest(self, up: Array) -> Array:
+        """Points (k, 3) among which the lowest ones are, exact for round faces too. Args: up (3,), a unit vector, body frame."""
+        below = [self.points - self.radius * up]
+        for centre, axis, radius in self.discs:
+            level = up - axis * float(axis @ up)
+            length = float(np.linalg.norm(level))
+            # A disc that lies flat is lowest everywhere; its middle stands for it.
+            below.append((centre - radius * level / length if length > 1e-9 else centre)[None])
+        return np.concatenate(below)
 
 
 class Outline(NamedTuple):
@@ -81,12 +81,12 @@ def outline(robot: Robot, kind: Kind) -> Outline:
     """
     read = read_geometries(robot, kind)
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
-    surfaces: dict[int, tuple[Array, Mesh]] = {}
+    hulls: dict[int, Array] = {}
     for piece in read.pieces:
         frame = robot.frames.get(piece.link)
         if frame is not None and frame.body >= 0:
             rotation, offset = frame.rotation @ piece.rotation, frame.rotation @ piece.offset + frame.offset
-            shape = _shape(piece, rotation, offset, surfaces)
+            shape = _shape(piece, rotation, offset, hulls)
             if shape is not None:
                 shapes[frame.body].append(shape)
     return Outline(tuple(map(tuple, shapes)), _warnings(robot, kind, read, shapes))
@@ -108,19 +108,20 @@ def inertia_box(body: Body) -> Shape | None:
     if squared.max() <= 0.0 or squared.min() < -1e-9 * squared.max():
         return None
     half = 0.5 * np.sqrt(np.maximum(squared, 0.0))
-    return Shape(body.name, _read_only(body.com + _box(half) @ axes.T))
+    return Shape(body.name, read_only(body.com + _box(half) @ axes.T))
 
 
-def _shape(piece: Piece, rotation: Array, offset: Array, surfaces: dict[int, tuple[Array, Mesh]]) -> Shape | None:
+def _shape(piece: Piece, rotation: Array, offset: Array, hulls: dict[int, Array]) -> Shape | None:
     """A piece in the frame of its body; None for what has no extent of its own, such as a plane.
 
     Args:
         piece: as the file has it.
         rotation: (3, 3) of the piece in the body's frame.
         offset: (3,) of its origin there [m].
-        surfaces: meshes already copied out of coal, by identity; four legs often share one.
+        hulls: of the meshes met so far, by identity; four legs often share one.
     """
     g, radius, mesh = piece.geometry, 0.0, None
+    rounds: list[tuple[float, float]] = []
     match g:
         case coal.Box():
             points = _box(g.halfSide)
@@ -130,28 +131,24 @@ def _shape(piece: Piece, rotation: Array, offset: Array, surfaces: dict[int, tup
             points, radius = np.array([[0.0, 0.0, -g.halfLength], [0.0, 0.0, g.halfLength]]), g.radius
         case coal.Cylinder():
             points = np.concatenate([_rim(g.radius, -g.halfLength), _rim(g.radius, g.halfLength)])
+            rounds = [(-g.halfLength, g.radius), (g.halfLength, g.radius)]
         case coal.Cone():
             points = np.concatenate([_rim(g.radius, -g.halfLength), [[0.0, 0.0, g.halfLength]]])
+            rounds = [(-g.halfLength, g.radius)]
         case coal.Ellipsoid():
             points = _ball() * g.radii
-        case coal.BVHModelBase():
-            if id(g) not in surfaces:
-                surfaces[id(g)] = _surface(g)
-            points, surface = surfaces[id(g)]
-            mesh = Mesh(_read_only(surface.vertices @ rotation.T + offset), surface.triangles)
+        case Mesh():
+            if id(g) not in hulls:
+                hulls[id(g)] = _hull(g.vertices)
+            points = hulls[id(g)]
+            if len(g.triangles):
+                mesh = Mesh(read_only(g.vertices @ rotation.T + offset), g.triangles)
         case coal.ConvexBase():
             points = g.points()
         case _:
             return None
-    return Shape(piece.link, _read_only(points @ rotation.T + offset), float(radius), mesh)
-
-
-def _surface(mesh: Any) -> tuple[Array, Mesh]:
-    """Corners of the hull and the triangles of a coal mesh, in its own axes."""
-    vertices = np.array(mesh.vertices())
-    corners = [mesh.tri_indices(i) for i in range(mesh.num_tris)]
-    triangles = np.array([(c[0], c[1], c[2]) for c in corners], dtype=np.int64)
-    return _hull(mesh, vertices), Mesh(vertices, triangles)
+    discs = tuple((rotation[:, 2] * z + offset, rotation[:, 2], radius) for z, radius in rounds)
+    return Shape(piece.link, read_only(points @ rotation.T + offset), float(radius), mesh, discs)
 
 
 def _box(half: Array) -> Array:
@@ -177,22 +174,16 @@ def _ball() -> Array:
     return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
 
 
-def _hull(mesh: Any, vertices: Array) -> Array:
-    """Corners of a mesh's convex hull; all vertices where it is flat, because coal crashes on a hull without volume."""
+def _hull(vertices: Array) -> Array:
+    """Corners of the convex hull; all vertices where it is flat, because coal crashes on a hull without volume."""
     if len(vertices) < 5:
         return vertices
     spread = np.linalg.eigvalsh(np.cov(vertices.T))
     if spread[0] <= FLAT**2 * spread[-1]:
         return vertices
-    mesh.buildConvexHull(True, "Qt")
-    return np.asarray(mesh.convex.points())
-
-
-def _read_only(values: Array) -> Array:
-    """A copy that outlives coal's buffers and cannot be changed."""
-    out = np.array(values, dtype=float)
-    out.flags.writeable = False
-    return out
+    points = coal.StdVec_Vec3s()
+    points.extend(list(vertices))
+    return np.asarray(coal.ConvexBase.convexHull(points, False, "Qt").points())
 
 
 def _warnings(robot: Robot, kind: Kind, read: Geometries, shapes: list[list[Shape]]) -> tuple[str, ...]:
@@ -204,5 +195,6 @@ def _warnings(robot: Robot, kind: Kind, read: Geometries, shapes: list[list[Shap
     names = ", ".join(f'"{name}"' for name in bare[:4]) + (f" and {len(bare) - 4} more" if len(bare) > 4 else "")
     consequence = f"no {kind} geometry is left for {names}" if bare else "every body keeps others"
     total = len(read.unread) + len(read.pieces)
-    count = "a shape" if not read.pieces and len(read.unread) == 1 else f"{len(read.unread)} of {total} {kind} shapes"
-    return (f"{count} could not be read (first: {read.unread[0].reason}); {consequence}",)
+    one = len(read.unread) == 1
+    count = f"a {kind} shape" if one else f"{len(read.unread)} of {total} {kind} shapes"
+    return (f"{count} could not be read ({'' if one else 'first: '}{read.unread[0].reason}); {consequence}",)

@@ -50,7 +50,7 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
     if wanted is None:
         return next((name for name in STANDING if name in robot.postures), "neutral")
     if wanted != "neutral" and wanted not in robot.postures:
-        known = [*robot.postures, "neutral"]
+        known = dict.fromkeys([*robot.postures, "neutral"])
         raise UnknownName("posture", wanted, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     return wanted
 
@@ -63,7 +63,9 @@ def configuration(robot: Robot, posture: Posture) -> Array:
         SceneError: a joint or a base that cannot be set that way.
     """
     name = reference_name(robot, posture.reference)
-    q = pin.neutral(robot.model) if name == "neutral" else np.array(robot.postures[name])
+    # A robot may have a posture that it calls neutral itself; that one is meant then.
+    q = np.array(robot.postures[name]) if name in robot.postures else pin.neutral(robot.model)
+    q = _with_rotations(robot, name, q)
     _set_base(robot, posture, q)
     for pattern, value in posture.joints.items():
         _set_joints(robot, pattern, value, q, 1.0)
@@ -72,6 +74,17 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     for mimic in robot.mimics:
         _set_mimic(robot, mimic.joint, mimic.multiplier * _value(robot, mimic.leader, q) + mimic.offset, q)
     return q
+
+
+def _with_rotations(robot: Robot, name: str, q: Array) -> Array:
+    """The posture with its quaternions and cosines made whole: files round them, and another length than 1 scales the shock."""
+    whole = np.asarray(pin.normalize(robot.model, q))
+    if not (pin.isNormalized(robot.model, whole, 1e-9) and np.abs(whole - q).max(initial=0.0) < 0.05):
+        raise SceneError(
+            f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
+            "sine, has length 1; correct it in the file of postures"
+        )
+    return whole
 
 
 def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
@@ -92,7 +105,7 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, yaw)).coeffs()
     if posture.base_quaternion is not None:
         length = float(np.linalg.norm(posture.base_quaternion))
-        if not 0.9 < length < 1.1:
+        if not 0.95 < length < 1.05:
             raise SceneError(f"base_quaternion has length {length:.3g}; a rotation (x, y, z, w) has length 1")
         q[3:7] = np.asarray(posture.base_quaternion) / length
 

@@ -29,8 +29,8 @@ class Reach:
 
     def open_to(self, path: Path) -> bool:
         """Whether a path, after following `..` and symbolic links, lies inside the folders."""
-        place = path.resolve()
-        return any(place.is_relative_to(folder) for folder in self.folders)
+        place = os.path.realpath(path)
+        return any(Path(place).is_relative_to(folder) for folder in self.folders)
 
     def require(self, path: Path, called: str) -> Path:
         """Return the path with links resolved, if it lies inside the folders.
@@ -42,11 +42,12 @@ class Reach:
         Raises:
             RobotError: it lies outside.
         """
-        if self.open_to(path):
-            return path.resolve()
+        place = Path(os.path.realpath(path))
+        if self.open_to(place):
+            return place
         listed = ", ".join(f'"{folder}"' for folder in self.folders)
         raise RobotError(
-            f'{self.file.name}: "{called}" leads to "{path.resolve()}", outside the folders that may be read ({listed}). '
+            f'{self.file.name}: "{called}" leads to "{place}", outside the folders that may be read ({listed}). '
             "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
         )
 
@@ -54,9 +55,11 @@ class Reach:
         """Find the folder of a package: as given, then in ROS_PACKAGE_PATH, then among the folders above the file."""
         if name in self.packages:
             return self.packages[name]
+        if len(name) > 255 or not re.fullmatch(r"[\w.-]*\w[\w.-]*", name):
+            return None  # no package can be called that; as a path it might lead anywhere
         for entry in _ros_package_path():
             for folder in (entry, entry / name, *entry.glob(f"*/{name}")):
-                if folder.is_dir() and name in (folder.name, _package_name(folder)):
+                if os.path.isdir(folder) and name in (folder.name, _package_name(folder)):
                     return folder
         for folder in self.file.parents:
             # Above the open folders a package.xml is not even looked into: the folder's own name has to do.
@@ -80,11 +83,11 @@ def reach_of(file: Path, packages: Mapping[str, str | Path]) -> Reach:
     """
     given: dict[str, Path] = {}
     for name, folder in packages.items():
-        place = Path(folder).expanduser()
-        if not place.is_dir():
+        place = Path(os.path.expanduser(folder))
+        if not os.path.isdir(place):
             raise RobotError(f'package "{name}": there is no folder "{folder}"; correct --package {name}=DIR')
         given[name] = place.resolve()
-    own = next((folder for folder in file.parents if (folder / "package.xml").is_file()), None)
+    own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), None)
     if own is None:
         inside = file.parent.name.casefold() in _URDF_FOLDERS
         own = file.parent.parent if inside else file.parent
@@ -95,7 +98,7 @@ def reach_of(file: Path, packages: Mapping[str, str | Path]) -> Reach:
 def _ros_package_path() -> list[Path]:
     """The folders that ROS_PACKAGE_PATH lists and that exist."""
     listed = (Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry.strip())
-    return [entry for entry in listed if entry.is_dir()]
+    return [entry for entry in listed if os.path.isdir(entry)]
 
 
 def _package_name(folder: Path) -> str | None:

@@ -3,17 +3,19 @@
 import fnmatch
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
-from xml.etree import ElementTree
+from functools import cached_property
+from typing import Literal
 
-import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
+from shockpc.model.build import FREE_FLYER, build_model
+from shockpc.model.couplings import Loop, Mimic, loops_of, mimics_of
 from shockpc.model.source import RobotSource, read_source
+from shockpc.model.srdf import postures_of
 
-__all__ = ["Body", "Frame", "Loop", "Mimic", "Robot", "load_robot"]
+__all__ = ["Body", "Frame", "Robot", "load_robot"]
 
 SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
 
@@ -62,43 +64,6 @@ class Frame:
     kind: Literal["link", "joint", "site"]
 
 
-@dataclass(frozen=True)
-class Mimic:
-    """A joint that follows another: q_joint = multiplier · q_leader + offset.
-
-    Attributes:
-        joint: the follower's name.
-        leader: the name of the joint that it follows.
-        multiplier: [1]
-        offset: [rad, m]
-    """
-
-    joint: str
-    leader: str
-    multiplier: float
-    offset: float
-
-
-class Loop(NamedTuple):
-    """Two bodies that are held together.
-
-    Attributes:
-        name: of the two ends.
-        bodies: index of each end's body; −1 for the world.
-        points: (3,) each end in its body's frame [m].
-        rotations: (3, 3) each end's frame in its body's frame.
-        axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
-        turns: whether the orientations are held too.
-    """
-
-    name: str
-    bodies: tuple[int, int]
-    points: tuple[Array, Array]
-    rotations: tuple[Array, Array]
-    axes: Array
-    turns: bool
-
-
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A robot ready to be struck.
@@ -139,7 +104,7 @@ class Robot:
         """How a command names this robot: its catalogue name, else the path of its file."""
         return self.source.name or str(self.source.path)
 
-    @property
+    @cached_property
     def joints(self) -> tuple[str, ...]:
         """Names of the joints between bodies; the floating base's is not among them."""
         return tuple(self.model.names[body.joint] for body in self.bodies if not (self.free_base and body.joint == 1))
@@ -187,10 +152,10 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
-    model, constraints = _build(source)
+    model, constraints = build_model(source)
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
-    free_base = model.joints[1].shortname() == "JointModelFreeFlyer"
+    free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
     frames = _frames(model, bodies)
     return Robot(
@@ -199,79 +164,13 @@ def load_robot(
         model=model,
         bodies=bodies,
         frames=frames,
-        postures={entry.key(): _read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"},
-        mimics=_mimics(source, model),
-        loops=_loops(constraints, bodies),
+        postures=postures_of(source, model),
+        mimics=mimics_of(source, model),
+        loops=loops_of(constraints, [pin.SE3(b.rotation, b.offset) for b in bodies], [b.name for b in bodies]),
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
         warnings=source.warnings,
     )
-
-
-def _build(source: RobotSource) -> tuple[pin.Model, list[pin.PointAnchorConstraintModel | pin.FrameAnchorConstraintModel]]:
-    """The Pinocchio model with its reference postures, and the loops of an MJCF; the base of a URDF is always free here."""
-    try:
-        if source.kind == "mjcf":
-            model, points, frames = pin.buildModelAndConstraintsFromMJCF(str(source.path))
-            return model, [*points, *frames]
-        model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
-        if source.srdf is not None:
-            pin.loadReferenceConfigurations(model, str(source.srdf), False)
-    except (ValueError, RuntimeError, IndexError) as refusal:
-        raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {str(refusal).strip()}") from None
-    return model, []
-
-
-def _loops(constraints: list[Any], bodies: tuple[Body, ...]) -> tuple[Loop, ...]:
-    """The loops that Pinocchio read, written in body frames."""
-    loops = []
-    for constraint in constraints:
-        ends = []
-        for joint, placement in (
-            (constraint.joint1_id, constraint.joint1_placement),
-            (constraint.joint2_id, constraint.joint2_placement),
-        ):
-            body = joint - 1
-            place = placement if body < 0 else pin.SE3(bodies[body].rotation, bodies[body].offset).inverse() * placement
-            ends.append((body, _read_only(place.translation), _read_only(place.rotation)))
-        a, b = ends
-        names = ["world" if body < 0 else bodies[body].name for body in (a[0], b[0])]
-        turns = isinstance(constraint, pin.FrameAnchorConstraintModel)
-        loops.append(Loop("–".join(names), (a[0], b[0]), (a[1], b[1]), (a[2], b[2]), np.eye(3), turns))
-    return tuple(loops)
-
-
-def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
-    """The joints that follow others, leaders before followers. Pinocchio reads them as free ones; `freedom` ties them.
-
-    A fixed joint follows nothing, whatever its file says; one that follows a fixed joint stays where its offset puts it.
-    """
-    if source.kind != "urdf" or "<mimic" not in source.xml:
-        return ()
-    found: list[Mimic] = []
-    for joint in ElementTree.fromstring(source.xml).iter("joint"):
-        for mimic in joint.findall("mimic"):
-            if not model.existJointName(joint.get("name", "")):
-                continue
-            multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-            found.append(Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset))
-    ordered: list[Mimic] = []
-    while found:
-        waiting = {mimic.joint for mimic in found}
-        ready = [mimic for mimic in found if mimic.leader not in waiting]
-        if not ready:
-            names = ", ".join(f'"{mimic.joint}"' for mimic in found)
-            raise RobotError(f"{source.path.name}: mimic joints {names} follow one another in a circle; one of them has to lead")
-        ordered += ready
-        found = [mimic for mimic in found if mimic.leader in waiting]
-    return tuple(ordered)
-
-
-def _read_only(values: Array) -> Array:
-    """A copy that outlives Pinocchio's buffers and cannot be changed."""
-    out = np.array(values, dtype=float)
-    out.flags.writeable = False
-    return out
 
 
 def _bodies(model: pin.Model) -> tuple[Body, ...]:
@@ -290,11 +189,11 @@ def _bodies(model: pin.Model) -> tuple[Body, ...]:
                 name=carried[0].name if carried else model.names[joint],
                 joint=joint,
                 links=tuple(frame.name for frame in carried),
-                rotation=_read_only(placement.rotation),
-                offset=_read_only(placement.translation),
+                rotation=read_only(placement.rotation),
+                offset=read_only(placement.translation),
                 mass=float(inertia.mass),
-                com=_read_only(inertia.lever),
-                inertia=_read_only(inertia.inertia),
+                com=read_only(inertia.lever),
+                inertia=read_only(inertia.inertia),
             )
         )
     return tuple(bodies)
@@ -312,5 +211,5 @@ def _frames(model: pin.Model, bodies: tuple[Body, ...]) -> dict[str, Frame]:
             if index >= 0:
                 place = pin.SE3(bodies[index].rotation, bodies[index].offset).inverse() * place
             kind: Literal["link", "joint", "site"] = "link" if wanted else "site" if frame.type in SITES else "joint"
-            frames[frame.name] = Frame(frame.name, index, _read_only(place.rotation), _read_only(place.translation), kind)
+            frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
     return frames

@@ -3,6 +3,7 @@
 Nothing is read outside the robot's own folder and the folders given with it, no XML entity expands, no mesh is opened.
 """
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +14,7 @@ from xml.etree import ElementTree
 from shockpc.errors import RobotError
 from shockpc.model.assets import locate_asset
 from shockpc.model.catalogue import find_robot, find_srdf
-from shockpc.model.expand import expand_xacro, is_xacro
-from shockpc.model.markup import Markup, parse_markup, read_markup
-from shockpc.model.mjcf import plain_mjcf
+from shockpc.model.markup import Markup, is_xacro, parse_markup, read_markup
 from shockpc.model.reach import Reach, reach_of
 from shockpc.model.urdf import check_urdf, tidy_urdf
 
@@ -81,22 +80,24 @@ def read_source(
         RobotError: the file is missing, not a robot, not valid, or reaches outside the folders that may be read.
     """
     found, name = find_robot(robot)
-    path = found.resolve()
+    path = Path(os.path.realpath(found))
     markup = read_markup(path)
     reach = reach_of(path, packages)
     warnings: tuple[str, ...] = ()
     expanded = markup.root.tag == "robot" and (path.suffix == ".xacro" or is_xacro(markup.root))
     if expanded:
+        from shockpc.model.expand import expand_xacro
+
         text, warnings = expand_xacro(markup, reach, xacro)
         markup = Markup(text, parse_markup(text, path.name))
     elif xacro:
-        raise RobotError(
-            f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out"
-        )
+        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out")
     stem = path.name.split(".")[0]
     text, root = markup.text, markup.root
     kind: Literal["urdf", "mjcf"] = "urdf"
     if root.tag == "mujoco":
+        from shockpc.model.mjcf import plain_mjcf
+
         kind = "mjcf"
         text, told = plain_mjcf(root, reach)
         warnings += told
@@ -135,9 +136,7 @@ def resolve_asset(source: RobotSource, uri: str) -> Path:
 
 def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
     """An SRDF begins with <robot> too, and holds no links."""
-    if root.find("link") is None and any(
-        root.find(tag) is not None for tag in ("group", "group_state", "disable_collisions")
-    ):
+    if root.find("link") is None and any(root.find(tag) is not None for tag in ("group", "group_state", "disable_collisions")):
         raise RobotError(
             f"{path.name} is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with "
             f"--srdf {path.name}"
@@ -146,10 +145,8 @@ def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
 
 def _given_srdf(srdf: str | Path) -> Path:
     """An SRDF that was asked for: it has to be one."""
-    path = Path(srdf).expanduser().resolve()
+    path = Path(os.path.realpath(os.path.expanduser(srdf)))
     root = read_markup(path).root
     if root.tag != "robot" or root.find("link") is not None:
-        raise RobotError(
-            f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
-        )
+        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
     return path

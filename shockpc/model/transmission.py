@@ -104,7 +104,7 @@ def transmission(robot: Robot, joints: Joints) -> Transmission:
     _refuse_split_followers(robot, locked)
     if joints.model == "geared" and not armature[own & ~locked].any():
         raise SceneError(
-            'the joints are to be geared, but neither the file nor the scene gives any reflected inertia; '
+            "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
     return Transmission(armature, locked, _named(armature[own], locked[own]))

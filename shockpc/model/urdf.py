@@ -36,9 +36,7 @@ def check_urdf(robot: Element, file: str) -> None:
     _check_tree([link.get("name", "") for link in links], joints, file)
     check_numbers(links, joints, file)
     if not any(float(mass.get("value", "0")) > 0 for link in links for mass in link.findall("inertial/mass")):
-        raise RobotError(
-            f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>"
-        )
+        raise RobotError(f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
 
 
 def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
@@ -82,9 +80,7 @@ def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ..
                 joint.remove(mimic)
                 changed = True
                 said = "itself" if leader == joint.get("name") else f'"{leader}", which does not exist'
-                warnings.append(
-                    f'{file}: joint "{joint.get("name")}" mimics {said}; it is computed as a joint that moves freely'
-                )
+                warnings.append(f'{file}: joint "{joint.get("name")}" mimics {said}; it is computed as a joint that moves freely')
     return changed, tuple(warnings)
 
 
@@ -110,9 +106,7 @@ def _check_names(elements: list[Element], kind: str, file: str) -> None:
         if not name:
             raise RobotError(f"{file}: <{kind}> number {number} has no name; give it one")
         if name in seen:
-            raise RobotError(
-                f'{file}: two {kind}s are called "{name}"; names are how bodies are told apart, so rename one'
-            )
+            raise RobotError(f'{file}: two {kind}s are called "{name}"; names are how bodies are told apart, so rename one')
         seen.add(name)
 
 
@@ -157,9 +151,8 @@ def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
         if trail[-1] in above:
             circle = trail[trail.index(above[trail[-1]][0]) :]
             through = _listed(sorted(above[member][1] for member in circle))
-            raise RobotError(
-                f"{file}: joint{'s' * (len(circle) > 1)} {through} close a circle that hangs on no root link; a URDF is a tree"
-            )
+            said = f"joints {through} form" if len(circle) > 1 else f"joint {through} forms"
+            raise RobotError(f"{file}: {said} a circle that hangs on no root link; a URDF is a tree, so cut it open")
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         raise RobotError(

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
 
-__all__ = ["SHAPES", "check_numbers", "vector"]
+__all__ = ["INERTIA", "ROUNDING", "SHAPES", "check_numbers", "vector"]
 
 # Shapes of a <geometry>: attribute and how many numbers it holds.
 SHAPES: dict[str, tuple[tuple[str, int], ...]] = {
@@ -20,7 +20,7 @@ SHAPES: dict[str, tuple[tuple[str, int], ...]] = {
     "sphere": (("radius", 1),),
     "mesh": (),
 }
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 # Elements of a joint: every number they may hold, and those that they must.
 _JOINT_NUMBERS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "limit": (("lower", "upper", "effort", "velocity"), ("effort", "velocity")),
@@ -29,7 +29,7 @@ _JOINT_NUMBERS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "calibration": (("rising", "falling"), ()),
     "safety_controller": (("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), ("k_velocity",)),
 }
-_ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
+ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -73,18 +73,14 @@ def _check_inertial(inertial: Element, whose: str) -> None:
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is None or inertia is None:
         missing = "mass" if mass is None else "inertia"
-        raise RobotError(
-            f"{whose}: its <inertial> has no <{missing}>; add it, or drop the <inertial> of a link without mass"
-        )
+        raise RobotError(f"{whose}: its <inertial> has no <{missing}>; add it, or drop the <inertial> of a link without mass")
     _check_origin(inertial, whose)
     if _number(mass.get("value"), f"{whose}: mass") < 0:
         raise RobotError(f"{whose}: mass {mass.get('value')} kg is negative; no body has that")
-    for entry in _INERTIA:
+    for entry in INERTIA:
         value = _number(inertia.get(entry), f"{whose}: {entry}")
-        if value < -_ROUNDING and entry[1] == entry[2]:
-            raise RobotError(
-                f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; no body has that moment of inertia"
-            )
+        if value < -ROUNDING and entry[1] == entry[2]:
+            raise RobotError(f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; no body has that moment of inertia")
 
 
 def _check_joint(joint: Element, whose: str) -> None:

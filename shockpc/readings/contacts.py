@@ -46,8 +46,8 @@ def contact_impulses(
             friction = float(np.linalg.norm(impulse - normal * up)) / normal
         elif normal < -1e-12 * float(np.linalg.norm(impulse)):
             warnings.append(
-                f'contact "{touch.frame}" would have to be pulled down by {-normal:.3g} N s to keep to the ground; a real foot lifts '
-                "off there, so leave that contact out"
+                f'contact "{touch.frame}" would have to be pulled down by {-normal:.3g} N s to keep to the ground; '
+                "a real foot lifts off there, so leave that contact out"
             )
         contacts.append(ContactImpulse(touch.frame, point, impulse, friction, velocity, stuck, free, mitigation))
     return tuple(contacts), tuple(warnings)

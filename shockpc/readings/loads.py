@@ -3,8 +3,8 @@
 import numpy as np
 
 from shockpc.core.loads import energy_lost, joint_impulses, kinetic_energy
-from shockpc.core.maximal import Tree
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.spatial import velocity_at
+from shockpc.core.tree import Tree
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.equation import Solution
 from shockpc.model.motion import Motion, twists_before

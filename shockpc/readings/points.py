@@ -56,7 +56,14 @@ def point_maps(maps: Array, r: Array) -> Array:
 
 
 def point_shocks(
-    robot: Robot, found: tuple[Spot, ...], rotation: Array, position: Array, jump: Array, maps: Array, v_in: float, up: Array,
+    robot: Robot,
+    found: tuple[Spot, ...],
+    rotation: Array,
+    position: Array,
+    jump: Array,
+    maps: Array,
+    v_in: float,
+    up: Array,
     pulse: Pulse | None,
 ) -> tuple[PointShock, ...]:
     """Shock at every spot.
@@ -92,4 +99,3 @@ def point_shocks(
             )
         )
     return tuple(shocks)
-

@@ -1,0 +1,1 @@
+"""Records to tables, files and figures. Computes nothing."""

@@ -1,7 +1,8 @@
 """A profile as the JSON document that everybody reads: schema `shockpc.profile/1`.
 
 `null` stands where a thing does not exist: CoPc, RoPc and pitch of a body that only translates, extremes of a body without
-geometry, impulses that are not unique. Keys keep their order and numbers are Python's shortest that read back the same.
+geometry, impulses that are not unique. Keys added to the schema come last in their object. Keys keep their order and numbers
+are Python's shortest that read back the same.
 """
 
 import json
@@ -9,10 +10,11 @@ import math
 from typing import Any
 
 import numpy as np
-import pinocchio
 
 import shockpc
+from shockpc.core.directions import ExtremeDirections
 from shockpc.core.spatial import Array
+from shockpc.model.dynamics import PINOCCHIO
 from shockpc.record import ShockProfile
 from shockpc.scene import scene_table
 
@@ -27,7 +29,7 @@ def document(profile: ShockProfile) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "shockpc": shockpc.__version__,
-        "pinocchio": pinocchio.__version__,
+        "pinocchio": PINOCCHIO,
         "robot": {
             "name": robot.name,
             "file": robot.label,
@@ -39,7 +41,14 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         "v_in": profile.v_in,
         "bodies": [_body(profile, i) for i in range(len(robot.bodies))],
         "points": [
-            {"frame": point.frame, "body": point.body, "delta_v": _vector(point.delta_v), "shock": point.shock}
+            {
+                "frame": point.frame,
+                "body": point.body,
+                "delta_v": _vector(point.delta_v),
+                "shock": point.shock,
+                **_strikes(point.directions),
+                "peak_g": point.peak_g,
+            }
             for point in profile.points
         ],
         "contacts": [
@@ -48,6 +57,10 @@ def document(profile: ShockProfile) -> dict[str, Any]:
                 "point": _vector(contact.point),
                 "impulse": None if contact.impulse is None else _vector(contact.impulse),
                 "friction_needed": contact.friction_needed,
+                "approach": _vector(contact.approach),
+                "mass_sticking": _number(contact.mass_sticking),
+                "mass_frictionless": _number(contact.mass_frictionless),
+                "mitigation": contact.mitigation,
             }
             for contact in profile.contacts
         ],
@@ -59,17 +72,24 @@ def document(profile: ShockProfile) -> dict[str, Any]:
             "error_estimate": profile.health.error_estimate,
             "method": profile.health.method,
             "warnings": list(profile.health.warnings),
+            "body_errors": list(profile.health.body_errors),
         },
+        "energy": {"lost": profile.energy_lost, "share": profile.energy_share},
+        "joints": [
+            {"joint": load.joint, "force": _vector(load.force), "moment": _vector(load.moment), "along": load.along}
+            for load in profile.loads
+        ],
+        "bracket": [{"place": b.place, "free": b.free, "as_modelled": b.as_modelled, "locked": b.locked} for b in profile.bracket],
+        "assembly": None
+        if profile.assembly is None
+        else {"gap": profile.assembly.gap, "moved": [{"joint": name, "by": by} for name, by in profile.assembly.moved]},
     }
 
 
 def to_json(profiles: list[ShockProfile]) -> str:
     """One document, or a list of them where a contact pattern made several cases."""
     documents = [document(profile) for profile in profiles]
-    return (
-        json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False)
-        + "\n"
-    )
+    return json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _body(profile: ShockProfile, i: int) -> dict[str, Any]:
@@ -92,6 +112,15 @@ def _body(profile: ShockProfile, i: int) -> dict[str, Any]:
         "shock_com": float(profile.shock_com[i]),
         "shock_min": _number(profile.shock_min[i]),
         "shock_max": _number(profile.shock_max[i]),
+        **_strikes(ExtremeDirections(*(found[i] for found in profile.directions))),
+    }
+
+
+def _strikes(found: ExtremeDirections) -> dict[str, Any]:
+    """The worst and the kindest strike for one place."""
+    return {
+        "worst": {"direction": _vector(found.worst), "shock": float(found.worst_shock)},
+        "kindest": {"direction": _vector(found.kindest), "shock": float(found.kindest_shock)},
     }
 
 

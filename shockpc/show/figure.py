@@ -5,20 +5,21 @@ leaves its global state alone.
 """
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
 from shockpc.record import ShockProfile
 from shockpc.show.figure_bodies import draw_bodies
-from shockpc.show.figure_marks import ARROW, Window, draw_marks, strike_in_plane
-from shockpc.show.figure_page import PANEL, colour_bar, panel, panel_height, title
+from shockpc.show.figure_marks import draw_marks
+from shockpc.show.figure_page import colour_bar, scale_bar, title
+from shockpc.show.figure_panel import PANEL, panel, panel_height
 from shockpc.show.figure_view import View, view_of
+from shockpc.show.figure_window import ARROW, Window, strike_in_plane
 from shockpc.show.files import write_whole
 from shockpc.show.palette import INK, PAPER
 from shockpc.show.silhouette import to_plane
@@ -28,13 +29,19 @@ __all__ = ["draw", "save_figure"]
 WIDEST, TALLEST, NARROWEST = 5.4, 6.6, 3.6
 """Sides of the picture [inches]."""
 
-MARGIN, HEAD, FOOT, GAP, PAD = 0.2, 0.78, 0.75, 0.3, 0.32
+MARGIN, HEAD, FOOT, GAP, PAD = 0.2, 0.86, 0.88, 0.3, 0.32
 """Room around everything, for the title, for the colour bar, beside the picture, and around what it holds [inches]."""
+
+FEW = 6
+"""Most bodies of a robot that are all numbered."""
+
+DPI = 160
+"""Of the PNG."""
 
 NEAR = 0.15
 """How far beyond the robot, as a share of its size, a centre of percussion may lie and still be in the picture."""
 
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans", "Arial", "Helvetica"],
     "svg.fonttype": "none",
@@ -47,15 +54,16 @@ _STYLE = {
 def draw(profile: ShockProfile) -> Figure:
     """Draw the robot in its plane; e1 points right, e2 up, nearer limbs cover farther ones.
 
-    Colours are those of the three-dimensional field |Δv + Δω × r| / v_in on the plane through the origin of each body's frame;
-    for a body that moves in the plane they do not depend on depth.
+    Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in the plane it does not depend on
+    depth; for others it is taken on the plane through the middle of the body, along the limb. CoPc and RoPc are those of the
+    motion in the plane, through the origin of the body's frame.
 
     Args:
         profile: the shock of a landing.
     """
     with matplotlib.rc_context(_STYLE):
         view = view_of(profile)
-        numbers = {i: n for n, i in enumerate(view.struck, start=1)}
+        numbers = {i: n for n, i in enumerate(_numbered(profile, view), start=1)}
         tall = panel_height(profile, numbers)
         window, width, height = _window(profile, _contents(profile, view), tall - FOOT)
         page_width = MARGIN + width + GAP + PANEL + MARGIN
@@ -64,15 +72,14 @@ def draw(profile: ShockProfile) -> Figure:
         page = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         _blank(page, (0.0, page_width), (0.0, page_height))
         top = page_height - HEAD
-        picture = figure.add_axes(
-            (MARGIN / page_width, (top - height) / page_height, width / page_width, height / page_height)
-        )
+        picture = figure.add_axes((MARGIN / page_width, (top - height) / page_height, width / page_width, height / page_height))
         _blank(picture, (window.low[0], window.high[0]), (window.low[1], window.high[1]))
         draw_bodies(picture, view)
-        draw_marks(picture, profile, view, window, numbers)
-        title(page, profile, MARGIN, page_height - 0.14)
+        signs = draw_marks(picture, profile, view, window, numbers)
+        title(page, profile, MARGIN, page_height - 0.14, page_width - 2.0 * MARGIN)
         colour_bar(page, MARGIN + 0.05, top - height - 0.14, width - 0.1)
-        panel(page, profile, view, numbers, MARGIN + width + GAP, top)
+        scale_bar(page, window, MARGIN + width - 0.05, top - height - 0.75)
+        panel(page, profile, view, numbers, signs, MARGIN + width + GAP, top)
     return figure
 
 
@@ -91,12 +98,17 @@ def save_figure(profile: ShockProfile, folder: Path) -> tuple[Path, Path]:
     svg, png = folder / "shock.svg", folder / "shock.png"
     figure = draw(profile)
     with matplotlib.rc_context(_STYLE):
-        vector = FigureCanvasSVG(figure)
-        write_whole(svg, lambda part: vector.print_svg(str(part), metadata={"Date": None, "Creator": "shockpc"}))
-        raster = FigureCanvasAgg(figure)
-        figure.set_dpi(160)
-        write_whole(png, lambda part: raster.print_png(str(part), metadata={"Software": "shockpc"}))
+        write_whole(svg, lambda part: figure.savefig(part, format="svg", metadata={"Date": None, "Creator": "shockpc"}))
+        write_whole(png, lambda part: figure.savefig(part, format="png", dpi=DPI, metadata={"Software": "shockpc"}))
     return svg, png
+
+
+def _numbered(profile: ShockProfile, view: View) -> list[int]:
+    """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
+    bodies = profile.robot.bodies
+    if len(bodies) <= FEW:
+        return list(range(len(bodies)))
+    return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
 
 
 def _contents(profile: ShockProfile, view: View) -> Array:

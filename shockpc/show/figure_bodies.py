@@ -1,5 +1,7 @@
 """Draw the bodies: silhouettes filled with bands of shock, a line where shock is 1, and the edge."""
 
+from typing import Any
+
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
@@ -11,7 +13,10 @@ from shockpc.show.figure_view import Drawn, View
 from shockpc.show.palette import BANDS, EDGES, INK, PAPER, faded
 from shockpc.show.silhouette import Region
 
-__all__ = ["draw_bodies", "layers"]
+__all__ = ["BOXED", "draw_bodies", "layers"]
+
+BOXED = (0, (4, 1.5, 1, 1.5))
+"""Line around a body that is only the box of its inertia."""
 
 
 def layers(region: Region, field: Field) -> list[tuple[int, Region]]:
@@ -50,16 +55,16 @@ def draw_bodies(axes: Axes, view: View) -> None:
         fade = 0.35 if drawn.far or drawn.glass else 0.0
         if not drawn.glass:
             for k, part in layers(drawn.region, drawn.field):
-                patch(axes, part, view.size, facecolor=faded(BANDS[k], 0.6 * fade), edgecolor="none", zorder=z)
+                _patch(axes, part, view.size, facecolor=faded(BANDS[k], 0.6 * fade), edgecolor="none", zorder=z)
             _unit_line(axes, drawn, view.size, z)
-        patch(
+        _patch(
             axes,
             drawn.region,
             view.size,
             facecolor="none",
             edgecolor=faded(INK, fade),
             linewidth=0.5 if fade else 0.7,
-            linestyle=(0, (4, 1.5, 1, 1.5)) if drawn.box else "solid",
+            linestyle=BOXED if drawn.box else "solid",
             zorder=z,
         )
 
@@ -78,7 +83,7 @@ def _unit_line(axes: Axes, drawn: Drawn, size: float, zorder: float) -> None:
             axes.plot(x, y, color=PAPER, linewidth=1.1, zorder=zorder, solid_capstyle="butt")
 
 
-def patch(axes: Axes, region: Region, size: float, **style: object) -> None:
+def _patch(axes: Axes, region: Region, size: float, **style: Any) -> None:
     """Draw a region as one path, with no more corners than can be seen in a picture of that size [m]."""
     vertices, codes = [], []
     for part in shapely.get_parts(shapely.simplify(region, size / 4000.0)):
@@ -89,4 +94,4 @@ def patch(axes: Axes, region: Region, size: float, **style: object) -> None:
             vertices.append(corners)
             codes += [Path.MOVETO, *[Path.LINETO] * (len(corners) - 2), Path.CLOSEPOLY]
     if vertices:
-        axes.add_patch(PathPatch(Path(np.concatenate(vertices), codes), joinstyle="round", **style))  # type: ignore[arg-type]
+        axes.add_patch(PathPatch(Path(np.concatenate(vertices), codes), joinstyle="round", **style))

@@ -1,8 +1,8 @@
 """Normalised shock over the plane of the figure, and where it is below a value.
 
 |Δv(s, t)|² = |c + A (s, t)|² is a quadratic form, so what lies below a value is an ellipse: a disc about the CoPc if the body
-moves in the plane. For a body that also moves across it, shock depends on depth as well; the field is the one on the plane
-through the origin of the body's frame, where its CoPc lies too.
+moves in the plane. For a body that also moves across it, shock depends on depth as well; the field is then the one on the plane
+that runs through the middle of the body, along the limb.
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, Plane
 from shockpc.record import ShockProfile
 from shockpc.show.silhouette import Region, to_plane
 
@@ -36,17 +36,35 @@ class Field(NamedTuple):
         return np.asarray(np.linalg.norm(self.c + (u - self.origin) @ self.A.T, axis=-1))
 
 
-def field_of(profile: ShockProfile, body: int) -> Field:
-    """The field of a body.
+def field_of(profile: ShockProfile, body: int, points: Array | None = None) -> Field:
+    """The field of a body on its middle surface.
 
     Args:
         profile: the shock of a landing.
         body: index.
+        points: (n, 3) of the body's surface, world axes [m], to find its middle surface by; without them it is the plane through
+            the origin of the body's frame.
     """
-    rotation, plane = profile.rotation[body], profile.plane
-    omega, v = rotation @ profile.delta_omega[body], rotation @ profile.delta_v[body]
+    plane = profile.plane
+    omega, v = profile.rotation[body] @ profile.delta_omega[body], profile.rotation[body] @ profile.delta_v[body]
     A = np.stack([np.cross(omega, plane.e1), np.cross(omega, plane.e2)], axis=1)
+    if points is not None:
+        depth, slope = _middle(points - profile.position[body], plane)
+        deeper = np.cross(omega, plane.normal)
+        v, A = v + depth * deeper, A + np.outer(deeper, slope)
     return Field(to_plane(profile.position[body], plane), v / profile.v_in, A / profile.v_in)
+
+
+def _middle(points: Array, plane: Plane) -> tuple[float, Array]:
+    """The plane that runs through the middle of points: its depth at the origin [m] and its slope (2,) along e1 and e2 [1].
+
+    Least squares of the depth; a slope that the points hardly show, such as across a thin rod, stays near zero.
+    """
+    u, h = to_plane(points, plane), points @ plane.normal
+    off, deep = u - u.mean(axis=0), h - h.mean()
+    spread = off.T @ off
+    slope = np.linalg.solve(spread + (0.01 * (np.trace(spread) + deep @ deep) + 1e-12) * np.eye(2), off.T @ deep)
+    return float(h.mean() - slope @ u.mean(axis=0)), slope
 
 
 def below(field: Field, value: float, box: tuple[float, float, float, float]) -> Region:

@@ -1,15 +1,22 @@
 """Put short labels beside marks so that they cover neither each other nor a mark."""
 
+import math
 from typing import NamedTuple
 
+import shapely
 from matplotlib.axes import Axes
 
+from shockpc.core.spatial import Array
+from shockpc.show.figure_window import Window
 from shockpc.show.palette import INK, PAPER
+from shockpc.show.silhouette import Region
 
 __all__ = ["Labels"]
 
 SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
-REACHES = (1.0, 2.2, 3.6)
+REACHES = (1.0, 2.2, 3.6, 5.5, 8.0)
+SIZE = 7.5
+"""Of the letters [pt]."""
 
 
 class _Box(NamedTuple):
@@ -30,54 +37,63 @@ class Labels:
 
     Args:
         axes: in plane coordinates.
-        inch: length of an inch of paper in the picture [m].
-        window: x and y of the lower left and the upper right corner of the picture [m].
+        window: what the picture shows.
+        bodies: all silhouettes together; a label rather stands beside them, or well inside.
     """
 
-    def __init__(self, axes: Axes, inch: float, window: tuple[float, float, float, float]):
-        self._axes, self._inch, self._window = axes, inch, _Box(*window)
+    def __init__(self, axes: Axes, window: Window, bodies: Region):
+        self._axes, self._inch = axes, window.inch
+        self._window = _Box(*window.low, *window.high)
+        self._bodies = bodies
         self._taken: list[_Box] = []
+        shapely.prepare(bodies)
 
-    def keep_free(self, x: float, y: float, radius: float) -> None:
-        """Let no label cover a mark at (x, y) [m] of that radius [inches]."""
-        r = radius * self._inch
+    def keep_free(self, place: Array, radius: float) -> None:
+        """Let no label cover a mark at a place (2,) [m] of that radius [inches]."""
+        x, y, r = float(place[0]), float(place[1]), radius * self._inch
         self._taken.append(_Box(x - r, y - r, x + r, y + r))
 
-    def place(self, x: float, y: float, text: str, *, size: float = 7.5, weight: str = "normal", gap: float = 0.06) -> None:
-        """Write a text near a mark, with a thin line to the mark if it could not be next to it.
+    def clearance(self, place: Array) -> float:
+        """Distance from a place (2,) [m] to the middle of the nearest mark or label [inches]; infinity if there is none."""
+        near = [math.hypot(place[0] - (b.x0 + b.x1) / 2.0, place[1] - (b.y0 + b.y1) / 2.0) for b in self._taken]
+        return min(near, default=math.inf) / self._inch
+
+    def tag(self, place: Array, text: str) -> None:
+        """Write a number into a ring at a place (2,) [m]."""
+        self._axes.plot(*place, "o", markersize=9.5, markerfacecolor=PAPER, markeredgecolor=INK, markeredgewidth=0.5, zorder=6.5)
+        self._axes.text(
+            float(place[0]), float(place[1]), text, fontsize=6.5, color=INK, ha="center", va="center_baseline", zorder=6.6
+        )
+        self.keep_free(place, 0.08)
+
+    def place(self, mark: Array, text: str, gap: float = 0.06) -> None:
+        """Write a short text near a mark, with a thin line to the mark if it could not be next to it.
 
         Args:
-            x: of the mark [m].
-            y: of the mark [m].
+            mark: (2,) where it stands [m].
             text: short.
-            size: of the letters [pt].
-            weight: of the letters.
             gap: from the mark to the text [inches].
         """
-        width = (0.62 * len(text) + 0.5) * size / 72.0 * self._inch
-        height = 1.25 * size / 72.0 * self._inch
-        chosen, least, far = _Box(x, y, x + width, y + height), float("inf"), False
+        x, y = float(mark[0]), float(mark[1])
+        width = (0.62 * len(text) + 0.5) * SIZE / 72.0 * self._inch
+        height = 1.25 * SIZE / 72.0 * self._inch
+        chosen, least, far = _Box(x, y, x + width, y + height), math.inf, False
         for reach in REACHES:
             for right, up in SIDES:
                 d = gap * reach * self._inch * (1.0 if right == 0 or up == 0 else 0.75)
                 cx, cy = x + right * (d + width / 2.0), y + up * (d + height / 2.0)
+                cx = min(max(cx, self._window.x0 + width / 2.0), self._window.x1 - width / 2.0)
+                cy = min(max(cy, self._window.y0 + height / 2.0), self._window.y1 - height / 2.0)
                 box = _Box(cx - width / 2.0, cy - height / 2.0, cx + width / 2.0, cy + height / 2.0)
-                outside = width * height - box.shared(self._window)
-                cost = 3.0 * outside + sum(box.shared(other) for other in self._taken) + 1e-3 * reach * width * height
+                covered = shapely.intersection(self._bodies, shapely.box(*box)).area / (width * height)
+                # Half on a body and half off it is worst: that hides an edge.
+                cost = 5.0 * sum(box.shared(other) for other in self._taken)
+                cost += (0.8 * covered * (1.0 - covered) + 0.05 * covered + 0.05 * reach) * width * height
                 if cost < least:
                     chosen, least, far = box, cost, reach > REACHES[1]
         self._taken.append(chosen)
-        centre = ((chosen.x0 + chosen.x1) / 2.0, (chosen.y0 + chosen.y1) / 2.0)
+        cx, cy = (chosen.x0 + chosen.x1) / 2.0, (chosen.y0 + chosen.y1) / 2.0
         if far:
-            self._axes.plot([x, centre[0]], [y, centre[1]], color=INK, linewidth=0.4, zorder=7.5)
-        self._axes.text(
-            *centre,
-            text,
-            fontsize=size,
-            fontweight=weight,
-            color=INK,
-            ha="center",
-            va="center",
-            zorder=8,
-            bbox={"boxstyle": "round,pad=0.12", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8},
-        )
+            self._axes.plot([x, cx], [y, cy], color=INK, linewidth=0.4, zorder=7.5)
+        backing = {"boxstyle": "round,pad=0.06", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8}
+        self._axes.text(cx, cy, text, fontsize=SIZE, fontweight="bold", color=INK, ha="center", va="center", zorder=8, bbox=backing)

@@ -1,23 +1,17 @@
-"""The words of the figure: title, colour bar, the list of bodies and sensors, and what the signs mean. Inches on a page."""
+"""The words around the picture: title, colour bar and scale. Inches on a page."""
 
 import math
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import FancyArrowPatch, Rectangle
+from matplotlib.patches import Rectangle
 
 from shockpc.record import ShockProfile
-from shockpc.show.figure_marks import length, letter, percussion_mark, strike_in_plane
-from shockpc.show.figure_view import View
+from shockpc.show.figure_window import Window, strike_in_plane
 from shockpc.show.palette import BANDS, EDGES, INK
 
-__all__ = ["PANEL", "colour_bar", "panel", "panel_height", "title"]
+__all__ = ["colour_bar", "scale_bar", "title"]
 
-PANEL = 2.55
-"""Width of the column beside the picture [inches]."""
-
-LINE = 0.165
-ROWS = 14
 JOINT_MODELS = {
     "free": "free (zero reflected inertia)",
     "geared": "geared (reflected inertia of the file)",
@@ -26,35 +20,52 @@ JOINT_MODELS = {
 }
 
 
-def title(page: Axes, profile: ShockProfile, x: float, y: float) -> None:
-    """Robot, posture, strike and joint model, downwards from (x, y)."""
-    scene = profile.scene
-    contacts = " + ".join(contact.frame for contact in profile.contacts)
-    page.text(x, y, f"{profile.robot.source.name or profile.robot.name}: shock of landing on {contacts}", fontsize=11, fontweight="bold", va="top")
-    posture = f"posture {scene.posture.reference}"
-    changed = len(scene.posture.joints) + len(scene.posture.joints_deg)
-    if changed:
-        posture += f", {changed} joint{'s' if changed > 1 else ''} set"
-    if scene.posture.base_rpy_deg:
-        posture += ", base roll {:g}, pitch {:g}, yaw {:g}°".format(*scene.posture.base_rpy_deg)
+def title(page: Axes, profile: ShockProfile, x: float, y: float, width: float) -> None:
+    """Robot, posture, strike and joint model, downwards from (x, y), in letters small enough for the width."""
+    names = [contact.frame for contact in profile.contacts]
+    contacts = " + ".join(names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} more"])
+    robot = profile.robot.source.name or profile.robot.name
     model = JOINT_MODELS.get(profile.joint_model, profile.joint_model)
-    page.text(x, y - 0.25, f"{posture}; strike {_strike(profile)}", fontsize=8.5, va="top")
-    page.text(x, y - 0.43, f"joint model: {model}; plane {_plane(profile)}", fontsize=8.5, va="top")
+    _line(page, x, y, f"{robot}: shock of landing on {contacts}", 11.0, width, bold=True)
+    _line(page, x, y - 0.25, f"{_posture(profile)}; strike {_strike(profile)}", 8.5, width)
+    _line(page, x, y - 0.43, f"joint model: {model}; plane {_plane(profile)}", 8.5, width)
+
+
+def _line(page: Axes, x: float, y: float, words: str, size: float, width: float, bold: bool = False) -> None:
+    """One line of text, in smaller letters if the width [inches] asks for it."""
+    needed = (0.72 if bold else 0.62) * len(words) / 72.0
+    page.text(x, y, words, fontsize=min(size, width / needed), fontweight="bold" if bold else "normal", va="top")
+
+
+def _posture(profile: ShockProfile) -> str:
+    """Posture and base in words."""
+    posture, base = profile.scene.posture, profile.scene.base
+    changed = len(posture.joints) + len(posture.joints_deg)
+    words = f"posture {posture.reference}" + (f", {changed} joint{'s' if changed > 1 else ''} set" if changed else "")
+    turned = zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False)
+    words += "".join(f", base {name} {angle:g}°" for name, angle in turned if angle).replace("-", "−")
+    return words + {"planar": ", base moves in the plane only", "fixed": ", base fixed"}.get(base or "free", "")
 
 
 def _strike(profile: ShockProfile) -> str:
     """The strike in words: speed and angle in the plane, or its components where it leaves the plane."""
     e1, e2 = strike_in_plane(profile)
-    if math.hypot(e1, e2) > 0.9999:
+    if math.hypot(e1, e2) > 0.9999 and profile.plane.e2[2] > 0.9999:
         angle = math.degrees(math.atan2(e1, -e2))
-        way = "straight down" if abs(angle) < 0.05 else f"{angle:.3g}° from the vertical"
-        return f"{profile.v_in:.3g} m/s, {way}"
-    return "({}) m/s".format(", ".join(f"{v + 0.0:.3g}" for v in profile.strike))
+        way = "straight down" if abs(angle) < 0.05 else f"{angle:.3g}° from the vertical".replace("-", "−")
+        words = f"{float(np.linalg.norm(profile.strike)):.3g} m/s, {way}"
+    else:
+        words = "({}) m/s".format(", ".join(f"{v + 0.0:.3g}" for v in profile.strike)).replace("-", "−")
+    bounce = max((contact.restitution for contact in profile.scene.contact), default=0.0)
+    slides = any(len(contact.directions) < 3 for contact in profile.scene.contact)
+    return words + (f", restitution {bounce:g}" if bounce else "") + (", free to slide" if slides else "")
 
 
 def _plane(profile: ShockProfile) -> str:
     plane = profile.scene.plane
-    return plane if isinstance(plane, str) else "across ({})".format(", ".join(f"{v:.3g}" for v in profile.plane.normal))
+    if isinstance(plane, str):
+        return f"{plane}, {plane[0]} to the right, {plane[1]} up"
+    return "across ({})".format(", ".join(f"{v:.3g}" for v in profile.plane.normal)).replace("-", "−")
 
 
 def colour_bar(page: Axes, x: float, y: float, width: float) -> None:
@@ -62,84 +73,20 @@ def colour_bar(page: Axes, x: float, y: float, width: float) -> None:
     step = width / len(BANDS)
     for k, colour in enumerate(BANDS):
         page.add_patch(Rectangle((x + k * step, y - 0.15), step, 0.15, facecolor=colour, edgecolor=INK, linewidth=0.5))
-        if k:
-            strong = EDGES[k] == 1.0
-            page.text(x + k * step, y - 0.19, f"{EDGES[k]:g}", fontsize=8 if strong else 7, fontweight="bold" if strong else "normal", ha="center", va="top")
-    page.text(x, y - 0.19, "0", fontsize=7, ha="center", va="top")
-    page.text(x + width - step / 2.0, y - 0.19, f"> {EDGES[-2]:g}", fontsize=7, ha="center", va="top")
+    for k, edge in enumerate(EDGES[:-1]):
+        weight, size = ("bold", 8.0) if edge == 1.0 else ("normal", 7.0)
+        page.text(x + k * step, y - 0.18, f"{edge:g}", fontsize=size, fontweight=weight, ha="center", va="top")
+    page.text(x + width - step / 2.0, y - 0.18, f"> {EDGES[-2]:g}", fontsize=7, ha="center", va="top")
     at_one = x + EDGES.index(1.0) * step
-    page.plot([at_one, at_one], [y - 0.18, y + 0.05], color=INK, linewidth=1.6)
-    page.text(x, y - 0.36, "normalised shock |Δv| / v_in [-]; 1 is the strike itself", fontsize=7.5, va="top")
+    page.plot([at_one, at_one], [y - 0.15, y + 0.05], color=INK, linewidth=1.6, solid_capstyle="butt")
+    page.text(x, y - 0.37, "normalised shock |Δv| / v_in [-]; 1 is the strike itself", fontsize=7.5, va="top")
 
 
-def panel_height(profile: ShockProfile, numbers: dict[int, int]) -> float:
-    """Height of the column beside the picture [inches]."""
-    rows = min(len(numbers), ROWS) + (min(len(profile.points), ROWS) + 2.5 if profile.points else 0)
-    return LINE * (rows + 11.5)
-
-
-def panel(page: Axes, profile: ShockProfile, view: View, numbers: dict[int, int], x: float, y: float) -> None:
-    """The numbered bodies, the sensors and the signs, downwards from (x, y)."""
-    right = x + PANEL
-    _row(page, x, y, ("", "body", "RoPc", "shock"), bold=True)
-    page.plot([x, right], [y - LINE * 0.95] * 2, color=INK, linewidth=0.6)
-    y -= LINE * 1.15
-    listed = list(numbers.items())
-    for i, number in listed[:ROWS]:
-        low, high = profile.shock_min[i], profile.shock_max[i]
-        seen = f"{low:.2f}–{high:.2f}" if np.isfinite(high) else f"{profile.shock_com[i]:.2f}"
-        _row(page, x, y, (str(number), profile.bodies[i], "∞" if profile.translates[i] else length(float(profile.ropc[i])), seen))
-        y -= LINE
-    if len(listed) > ROWS:
-        page.text(x, y, f"and {len(listed) - ROWS} more", fontsize=7.5, va="top")
-    y -= LINE * 0.9
-    if profile.points:
-        _row(page, x, y, ("", "sensor or point", "", "shock"), bold=True)
-        page.plot([x, right], [y - LINE * 0.95] * 2, color=INK, linewidth=0.6)
-        y -= LINE * 1.15
-        for k, point in enumerate(profile.points[:ROWS]):
-            _row(page, x, y, (letter(k), point.frame, "", f"{point.shock:.2f}"))
-            y -= LINE
-        y -= LINE * 0.9
-    _signs(page, profile, view, x, y)
-
-
-def _row(page: Axes, x: float, y: float, cells: tuple[str, str, str, str], bold: bool = False) -> None:
-    number, name, radius, shock = cells
-    weight = "bold" if bold else "normal"
-    page.text(x, y, number, fontsize=7.5, fontweight="bold", va="top")
-    shown = name if len(name) <= 19 else name[:9] + "…" + name[-9:]
-    page.text(x + 0.2, y, shown, fontsize=7.5, fontweight=weight, va="top")
-    page.text(x + PANEL - 0.72, y, radius, fontsize=7.5, fontweight=weight, ha="right", va="top")
-    page.text(x + PANEL, y, shock, fontsize=7.5, fontweight=weight, ha="right", va="top")
-
-
-def _signs(page: Axes, profile: ShockProfile, view: View, x: float, y: float) -> None:
-    """What each sign in the picture means; only those that occur."""
-    sign, text = x + 0.1, x + 0.3
-
-    def say(words: str) -> None:
-        nonlocal y
-        page.text(text, y, words, fontsize=7.5, va="center")
-        y -= LINE
-
-    y -= LINE / 2.0
-    percussion_mark(page, sign, y)
-    say("CoPc: feels no shock (small +: other bodies)")
-    page.add_patch(FancyArrowPatch((x, y), (x + 0.2, y), arrowstyle="-|>", mutation_scale=9, linewidth=1.0, color=INK, shrinkA=0, shrinkB=0))
-    say("CoPc so far beyond the border")
-    page.plot([x, x + 0.2], [y, y], color=INK, linewidth=0.6, linestyle=(0, (5, 3)))
-    say("RoPc: shock is 1 on this circle")
-    page.add_patch(FancyArrowPatch((x, y), (x + 0.2, y), arrowstyle="-|>", mutation_scale=11, linewidth=1.9, color=INK, shrinkA=0, shrinkB=0))
-    say("strike: velocity of the contact")
-    page.plot(sign, y, "o", markersize=2.6, markerfacecolor="#ffffff", markeredgecolor=INK, markeredgewidth=0.5)
-    say("joint")
-    if profile.points:
-        page.plot(sign, y, "D", markersize=4.2, markerfacecolor="#ffd24d", markeredgecolor=INK, markeredgewidth=0.7)
-        say("sensor or point")
-    if any(drawn.glass for drawn in view.drawn):
-        page.add_patch(Rectangle((x, y - 0.05), 0.2, 0.1, fill=False, edgecolor="#6a6a6a", linewidth=0.5))
-        say("in front of the struck limb")
-    if any(drawn.box for drawn in view.drawn):
-        page.add_patch(Rectangle((x, y - 0.05), 0.2, 0.1, fill=False, edgecolor=INK, linewidth=0.7, linestyle=(0, (4, 1.5, 1, 1.5))))
-        say("no shape in the file: box of its inertia")
+def scale_bar(page: Axes, window: Window, x: float, y: float) -> None:
+    """A bar of a round length near a fifth of the picture, which ends at (x, y)."""
+    width = float(window.high[0] - window.low[0])
+    power = 10.0 ** math.floor(math.log10(0.2 * width))
+    bar = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= 0.2 * width)
+    left = x - bar / window.inch
+    page.plot([left, left, left, x, x, x], [y - 0.03, y + 0.03, y, y, y - 0.03, y + 0.03], color=INK, linewidth=1.0)
+    page.text(left - 0.06, y, f"{bar:g} m", fontsize=7.5, ha="right", va="center")

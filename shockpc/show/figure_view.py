@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, Plane
 from shockpc.model.outline import Shape, inertia_box, outline
 from shockpc.record import ShockProfile
 from shockpc.show.figure_field import Field, field_of
@@ -15,6 +15,9 @@ __all__ = ["Drawn", "View", "view_of"]
 
 RESOLUTION = 1e-3
 """How far a silhouette may lie from the true one, as a share of the robot's size in the figure."""
+
+
+_SIDES = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 
 
 class Drawn(NamedTuple):
@@ -63,11 +66,7 @@ class View(NamedTuple):
 def view_of(profile: ShockProfile) -> View:
     """Lay out the bodies of a profile; the viewer looks against the plane's normal, e1 to the right and e2 up."""
     shapes = _shapes(profile)
-    world = [
-        np.concatenate([shape.points for shape in pieces]) @ profile.rotation[i].T + profile.position[i]
-        for i, (pieces, _) in enumerate(shapes)
-        if pieces
-    ] or [profile.position]
+    world = [_points(profile, i, pieces) for i, (pieces, _) in enumerate(shapes)]
     every = to_plane(np.concatenate(world), profile.plane)
     size = max(float(np.ptp(every, axis=0).max()), 1e-6)
     struck = _struck(profile)
@@ -75,7 +74,7 @@ def view_of(profile: ShockProfile) -> View:
         silhouette(pieces, profile.rotation[i], profile.position[i], profile.plane, RESOLUTION * size)
         for i, (pieces, _) in enumerate(shapes)
     ]
-    depth = np.array([_depth(profile, i, pieces) for i, (pieces, _) in enumerate(shapes)])
+    depth = np.array([_depth(points, profile.plane) for points in world])
     base_depth = depth[struck[0]]
     drawn = []
     for i in np.argsort(depth, kind="stable"):
@@ -85,7 +84,7 @@ def view_of(profile: ShockProfile) -> View:
             Drawn(
                 body=int(i),
                 region=regions[i],
-                field=field_of(profile, int(i)),
+                field=field_of(profile, int(i), world[i]),
                 struck=int(i) in struck,
                 glass=int(i) not in struck and covered > 0.1 * regions[i].area,
                 far=int(i) not in struck and depth[i] < base_depth - 0.02 * size,
@@ -109,13 +108,17 @@ def _shapes(profile: ShockProfile) -> list[tuple[tuple[Shape, ...], bool]]:
     return found
 
 
-def _depth(profile: ShockProfile, body: int, shapes: tuple[Shape, ...]) -> float:
+def _points(profile: ShockProfile, body: int, shapes: tuple[Shape, ...]) -> Array:
+    """Points (n, 3) on the surface of a body, world axes [m]; its centre of mass if it has no shape."""
+    rounded = [shape.points + shape.radius * side for shape in shapes for side in (_SIDES if shape.radius > 0.0 else _SIDES[:1])]
+    points = np.concatenate(rounded) if rounded else profile.robot.bodies[body].com[None]
+    return np.asarray(points @ profile.rotation[body].T + profile.position[body])
+
+
+def _depth(points: Array, plane: Plane) -> float:
     """How near the middle of a body is to the viewer [m]."""
-    middle = profile.robot.bodies[body].com
-    if shapes:
-        points = np.concatenate([shape.points for shape in shapes])
-        middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    return float((profile.position[body] + profile.rotation[body] @ middle) @ profile.plane.normal)
+    towards = points @ plane.normal
+    return float(towards.min() + towards.max()) / 2.0
 
 
 def _struck(profile: ShockProfile) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""Results as files: each written whole under another name first, then renamed, so that none is ever half there."""
+"""Files: each written whole under another name first, then renamed, so that none is ever half there."""
 
 import os
 import tempfile
@@ -6,28 +6,46 @@ from collections.abc import Callable
 from pathlib import Path
 
 from shockpc.errors import OutputError
-from shockpc.record import ShockProfile
-from shockpc.show.document import to_json
-from shockpc.show.sheets import bodies_sheet, contacts_sheet, points_sheet
-from shockpc.show.text import as_csv, markdown_report
 
-__all__ = ["make_folder", "write_profile", "write_text", "write_whole"]
+__all__ = ["check_folder", "make_folder", "write_text", "write_whole"]
 
 
-def make_folder(folder: Path) -> None:
-    """Make an output folder, and see that it can be written before anything is computed.
+def check_folder(folder: Path, option: str) -> None:
+    """See that a folder can be written, or made, before anything is computed; nothing is left behind.
+
+    Args:
+        folder: where results are to go.
+        option: the option that names it.
 
     Raises:
-        OutputError: it cannot be made, or nothing may be written in it.
+        OutputError: it is a file, it cannot be made, or nothing may be written in it.
     """
+    place = folder
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+        while not place.exists():
+            place = place.parent
+        if not place.is_dir():
+            what = "is a file" if place == folder else f'would lie in "{place}", which is a file'
+            raise OutputError(f'"{folder}" {what}; name a folder with {option}')
+        with tempfile.TemporaryFile(dir=place):
             pass
     except OSError as refusal:
         raise OutputError(
-            f'nothing can be written in folder "{folder}": {refusal.strerror}; name another with --out, or change its permissions'
+            f'nothing can be written in folder "{folder}": {refusal.strerror}; '
+            f"name another with {option}, or change its permissions"
         ) from None
+
+
+def make_folder(folder: Path) -> None:
+    """Make an output folder.
+
+    Raises:
+        OutputError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as refusal:
+        raise OutputError(f'folder "{folder}" cannot be made: {refusal.strerror}') from None
 
 
 def write_whole(path: Path, fill: Callable[[Path], None]) -> None:
@@ -56,22 +74,17 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file whole."""
-    write_whole(path, lambda part: part.write_bytes(text.encode("utf-8")) and None)
-
-
-def write_profile(profile: ShockProfile, folder: Path, pattern: str | None = None) -> None:
-    """Write one landing: profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
+    """Write a text file whole, in UTF-8.
 
     Raises:
-        OutputError: the folder cannot be written.
+        OutputError: it cannot be written.
     """
-    from shockpc.show.figure import save_figure
+    try:
+        data = text.encode("utf-8")
+    except UnicodeEncodeError:
+        raise OutputError(f'"{path}" cannot be written: the name of a file or folder in it is not UTF-8; rename that') from None
 
-    make_folder(folder)
-    save_figure(profile, folder)
-    write_text(folder / "bodies.csv", as_csv(bodies_sheet(profile, fold=False)))
-    write_text(folder / "points.csv", as_csv(points_sheet(profile)))
-    write_text(folder / "contacts.csv", as_csv(contacts_sheet(profile)))
-    write_text(folder / "report.md", markdown_report([profile], pattern, figure="shock.svg"))
-    write_text(folder / "profile.json", to_json([profile]))
+    def fill(part: Path) -> None:
+        part.write_bytes(data)
+
+    write_whole(path, fill)

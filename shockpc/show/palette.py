@@ -1,8 +1,8 @@
 """The colours of normalised shock: five blues below the strike, four reds above it.
 
-The change of hue at 1 shows at a glance what feels more than the strike itself. Lightness falls from band to band, so the
-order survives grey printing, and blue against red survives every common colour blindness. Nothing is clipped: the last band is
-open.
+The change of hue at 1 shows at a glance what feels more than the strike itself. Lightness falls from band to band, most of
+all at 1, so the order survives grey printing, and blue against red survives every common colour blindness. Nothing is clipped:
+the last band is open.
 """
 
 import math
@@ -12,7 +12,7 @@ __all__ = ["BANDS", "EDGES", "INK", "PAPER", "band", "faded"]
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, math.inf)
 """Breaks between the bands: shock |Δv| / v_in [1]."""
 
-BANDS = ("#eef3f8", "#d0e0ee", "#a9c8e1", "#7dacd3", "#4f8fc0", "#d1603a", "#ab3a2a", "#7c1f22", "#3f0d16")
+BANDS = ("#e9f0f7", "#cbdef0", "#a8c9e6", "#82b2da", "#5b9aca", "#bb4524", "#932c22", "#66161e", "#300810")
 """One colour for each band, lightest first."""
 
 INK = "#1a1a1a"

@@ -2,11 +2,11 @@
 
 import math
 
-import pinocchio as pin
-
+from shockpc.model.dynamics import PINOCCHIO
 from shockpc.model.landmarks import feet, sensors
+from shockpc.model.posture import reference_name
 from shockpc.model.robot import Robot
-from shockpc.show.sheets import Cell, Sheet
+from shockpc.show.sheets import Cell, Sheet, bodies_text
 
 __all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
 
@@ -38,28 +38,32 @@ def catalogue_sheet(rows: list[tuple[Cell, ...]], unloaded: list[str]) -> Sheet:
 
 def robot_lines(robot: Robot) -> list[tuple[str, str]]:
     """What a designer needs to know before striking a robot; (name, text)."""
-    postures = ", ".join([*robot.postures, "neutral"])
     srdf = f" (from {robot.source.srdf.name})" if robot.source.srdf is not None and robot.postures else ""
+    postures = f"{', '.join(robot.postures)}{srdf}, neutral" if robot.postures else "neutral"
     followers = ", ".join(f"{m.joint} = {m.multiplier:g} {m.leader} + {m.offset:g}" for m in robot.mimics)
     return [
-        ("robot", f"{robot.name}, {robot.mass:.4g} kg, {len(robot.bodies)} moving bodies, {robot.model.nv} velocities"),
+        ("robot", f"{robot.name}, {robot.mass:.4g} kg, {bodies_text(robot)}, {robot.model.nv} velocities"),
         ("file", str(robot.source.path)),
         ("base", "free by default; planar or fixed on demand" if robot.free_base else "fixed in the file"),
         ("feet", _few(feet(robot), 12)),
         ("sensors", _few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera"),
-        ("postures", postures + srdf),
+        ("postures", f"{postures}; {reference_name(robot, None)} by default"),
         *([("mimic", followers)] if followers else []),
     ]
 
 
 def links_sheet(robot: Robot) -> Sheet:
-    """Moving bodies: the links that move as one, their mass and what they hang on."""
+    """Every link and site that can strike or be asked for: a row for each body, and under it all that is fixed to the body."""
     rows: list[tuple[Cell, ...]] = []
-    for body in robot.bodies:
+    sites = [frame for frame in robot.frames.values() if frame.kind == "site"]
+    for i, body in enumerate(robot.bodies):
         parent = robot.model.parents[body.joint]
         hangs = robot.bodies[parent - 1].name if parent else "world"
-        rows.append((body.name, hangs, float(body.mass), _few(body.links[1:], 6)))
-    return Sheet("bodies", ("body", "hangs on", "mass [kg]", "other links of the same body"), rows)
+        rows.append((body.name, "body", hangs, float(body.mass)))
+        rows += [(link, "link", body.name, None) for link in body.links[1:]]
+        rows += [(site.name, "site", body.name, None) for site in sites if site.body == i]
+    header = ("name", "what", "hangs on, or is fixed to", "mass of the body [kg]")
+    return Sheet("bodies, and the links and sites fixed to them", header, rows)
 
 
 def joints_sheet(robot: Robot) -> Sheet:
@@ -78,13 +82,11 @@ def joints_sheet(robot: Robot) -> Sheet:
             continue
         linear = kind.startswith("P")
         unit = 1.0 if linear else 180.0 / math.pi
-        low, high = (
-            float(x[joint.idx_q]) * unit for x in (robot.model.lowerPositionLimit, robot.model.upperPositionLimit)
-        )
+        low, high = (float(x[joint.idx_q]) * unit for x in (robot.model.lowerPositionLimit, robot.model.upperPositionLimit))
         limits = [bound if abs(bound) < 1e30 else None for bound in (low, high)]
         rows.append((name, "prismatic" if linear else "revolute", *limits, "m" if linear else "deg", armature))
     header = ("joint", "kind", "lower", "upper", "unit", "armature [kg m², kg]")
-    return Sheet(f"joints (read by Pinocchio {pin.__version__})", header, rows)
+    return Sheet(f"joints (read by Pinocchio {PINOCCHIO})", header, rows)
 
 
 def _few(names: tuple[str, ...], most: int = 4) -> str:

@@ -4,13 +4,17 @@ import fnmatch
 import math
 from typing import NamedTuple
 
+from shockpc.model.robot import Robot
 from shockpc.record import ShockProfile
 
 __all__ = [
+    "Cell",
     "Sheet",
     "bodies_sheet",
+    "bodies_text",
     "contact_name",
     "contacts_sheet",
+    "fits",
     "header_lines",
     "health_lines",
     "points_sheet",
@@ -18,6 +22,7 @@ __all__ = [
 ]
 
 Cell = str | float | None
+"""What a table holds: a name, a number, or nothing."""
 
 UNMOVED = "the strike does not move them"
 
@@ -42,7 +47,7 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     turn = f", base turned by roll {turned[0]:g}, pitch {turned[1]:g}, yaw {turned[2]:g} deg" if turned else ""
     changed = [*scene.posture.joints, *scene.posture.joints_deg]
     sets = f", with {', '.join(changed)} set" if changed else ""
-    mass = f"{robot.mass:.4g} kg, {len(robot.bodies)} moving bodies"
+    mass = f"{robot.mass:.4g} kg, {bodies_text(robot)}"
     return [
         ("robot", f"{robot.label} ({robot.name}, {mass})"),
         ("posture", f"{scene.posture.reference}{sets}{turn}; {base}"),
@@ -54,9 +59,10 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
 
 
 JOINT_MODELS = {
-    "free": "free (no reflected inertia in the file: drives offer no resistance; a stiff gearbox changes these numbers a lot)",
-    "geared": "geared (the file gives every joint a reflected inertia)",
-    "mixed": "mixed (the file gives some joints a reflected inertia, the others turn freely)",
+    "free": "free (no reflected inertia: drives offer no resistance; a stiff gearbox changes these numbers a lot)",
+    "geared": "geared (every drive resists by its reflected inertia)",
+    "locked": "locked (every drive holds, so the robot is one rigid body)",
+    "mixed": "mixed (some drives resist or hold, the others turn freely)",
 }
 
 
@@ -71,15 +77,13 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
     rows: list[tuple[Cell, ...]] = []
     still, hidden, moved = [], 0, profile.moved
     for i, name in enumerate(profile.bodies):
-        if pattern is not None and not _fits(name, pattern):
+        if pattern is not None and not fits(name, pattern):
             hidden += 1
             continue
         if fold and not moved[i]:
             still.append(name)
             continue
-        copc: tuple[Cell, ...] = (
-            ("translates", None, None) if profile.translates[i] else tuple(map(float, profile.copc[i]))
-        )
+        copc: tuple[Cell, ...] = ("translates", None, None) if profile.translates[i] else tuple(map(float, profile.copc[i]))
         rows.append(
             (
                 name,
@@ -95,18 +99,22 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
     notes = []
     if rows and max(float(row[-1] or 0.0) for row in rows) > OFF_PLANE:
         notes.append(
-            f"off-plane above {OFF_PLANE:.0f} %: CoPc and RoPc describe only the part of that body's motion that lies in the plane; "
-            "the shock columns hold in space"
+            f"off-plane above {OFF_PLANE:.0f} %: CoPc and RoPc describe only the part of that body's motion that lies in the "
+            "plane; the shock columns hold in space"
         )
     if still:
         listed = ", ".join(still[:6]) + (f" and {len(still) - 6} more" if len(still) > 6 else "")
         notes.append(
             f"{len(still)} bodies not shown, {UNMOVED}: {listed}"
             if len(still) > 1
-            else f"1 body not shown, {UNMOVED}: {listed}"
+            else f"1 body not shown, the strike does not move it: {listed}"
         )
     if hidden:
-        notes.append(f"{hidden} bodies not shown, their names do not fit {pattern}")
+        notes.append(
+            f"{hidden} bodies not shown, their names do not fit {pattern}"
+            if hidden > 1
+            else f"1 body not shown, its name does not fit {pattern}"
+        )
     header = (
         "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]",
         "shock at CoM [-]", "least [-]", "greatest [-]", "off-plane [%]",
@@ -115,10 +123,19 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
 
 
 def points_sheet(profile: ShockProfile) -> Sheet:
-    """One row for each sensor and each point asked for."""
+    """One row for each sensor and each point asked for; peak accelerations where the scene gives a pulse."""
     rows: list[tuple[Cell, ...]] = [(p.frame, p.body, *map(float, p.delta_v), p.shock) for p in profile.points]
-    header = ("point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]")
-    return Sheet("sensors and points (Δv in the frame's own axes)", header, rows)
+    header: tuple[str, ...] = ("point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]")
+    title = "sensors and points (Δv in the frame's own axes)"
+    pulse, range_g = profile.scene.pulse, profile.scene.range_g
+    if pulse is None:
+        return Sheet(title, header, rows)
+    header, title = (*header, "peak [g]"), f"{title[:-1]}; peak for a pulse {pulse}, the weakest input of all)"
+    rows = [(*row, point.peak_g) for row, point in zip(rows, profile.points, strict=True)]
+    if range_g is not None:
+        header = (*header, f"of {range_g:g} g [%]")
+        rows = [(*row, 100.0 * (point.peak_g or 0.0) / range_g) for row, point in zip(rows, profile.points, strict=True)]
+    return Sheet(title, header, rows)
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
@@ -146,6 +163,11 @@ def health_lines(profile: ShockProfile) -> list[str]:
     return [line, *(f"warning: {warning}" for warning in health.warnings)]
 
 
+def bodies_text(robot: Robot) -> str:
+    """How many bodies move."""
+    return "1 moving body" if len(robot.bodies) == 1 else f"{len(robot.bodies)} moving bodies"
+
+
 def contact_name(profile: ShockProfile) -> str:
     """The contacts of a landing, as they are typed."""
     return "+".join(contact.frame for contact in profile.contacts)
@@ -156,14 +178,14 @@ def summary_sheet(profiles: list[ShockProfile], pattern: str | None = None) -> S
     names = [contact_name(profile) for profile in profiles]
     rows: list[tuple[Cell, ...]] = []
     for i, body in enumerate(profiles[0].bodies):
-        if (pattern is None or _fits(body, pattern)) and any(profile.moved[i] for profile in profiles):
+        if (pattern is None or fits(body, pattern)) and any(profile.moved[i] for profile in profiles):
             rows.append((body, *(float(profile.shock_com[i]) for profile in profiles)))
     for k, point in enumerate(profiles[0].points):
         rows.append((f"at {point.frame}", *(profile.points[k].shock for profile in profiles)))
     return Sheet("summary: shock at each body's CoM and at each point [-], by contact", ("shock at", *names), rows)
 
 
-def _fits(name: str, pattern: str) -> bool:
+def fits(name: str, pattern: str) -> bool:
     """Whether a name fits a glob, or contains a text, whatever the case."""
     name, pattern = name.casefold(), pattern.casefold()
     return fnmatch.fnmatchcase(name, pattern) if any(sign in pattern for sign in "*?[") else pattern in name
@@ -202,8 +224,4 @@ def _plane_text(profile: ShockProfile) -> str:
     """The plane by its name, or by its normal."""
     named = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
     plane = profile.scene.plane
-    return (
-        named[plane]
-        if isinstance(plane, str)
-        else "normal (" + ", ".join(f"{n:.4g}" for n in profile.plane.normal) + ")"
-    )
+    return named[plane] if isinstance(plane, str) else "normal (" + ", ".join(f"{n:.4g}" for n in profile.plane.normal) + ")"

@@ -4,12 +4,14 @@ Plain shapes cast exact shadows. A mesh may have a hundred thousand triangles, h
 fine grid, triangle by triangle, and traced; that takes any soup of triangles and costs a few milliseconds.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import contourpy
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.model.outline import Shape
@@ -19,7 +21,8 @@ __all__ = ["Region", "silhouette", "to_plane"]
 Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
 
-LARGEST_GRID = 4000
+LARGEST_GRID = 2500
+"""Most cells along a side: no picture shows more, whatever resolution is asked for."""
 
 
 def to_plane(points: Array, plane: Plane) -> Array:
@@ -43,7 +46,8 @@ def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane:
     for shape in shapes:
         corners = to_plane(shape.points @ rotation.T + position, plane)
         if shape.mesh is None:
-            parts.append(shapely.MultiPoint(corners).convex_hull.buffer(shape.radius, quad_segs=16))
+            hull = shapely.MultiPoint(corners).convex_hull
+            parts.append(hull.buffer(shape.radius, quad_segs=16) if shape.radius > 0.0 else hull)
         else:
             vertices = to_plane(shape.mesh.vertices @ rotation.T + position, plane)
             parts.append(_shadow(vertices, shape.mesh.triangles, resolution / 2.0))
@@ -53,7 +57,7 @@ def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane:
     return _without_pinholes(outline, 9.0 * resolution**2)
 
 
-def _shadow(vertices: Array, triangles: Array, pixel: float) -> Region:
+def _shadow(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Region:
     """The union of triangles, traced around the cells of a grid whose middles they cover.
 
     Along the middle of every row each triangle covers one stretch: its edges add one where it begins and take one away where
@@ -89,10 +93,10 @@ def _shadow(vertices: Array, triangles: Array, pixel: float) -> Region:
     steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
     covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
 
-    tracer = contourpy.contour_generator(z=covered.astype(float), fill_type=contourpy.FillType.OuterOffset)
+    tracer: Any = contourpy.contour_generator(z=covered.astype(float), fill_type=contourpy.FillType.OuterOffset)
     outlines, offsets = tracer.filled(0.5, 2.0)
     rings = [
-        [(outline[a:b] - 2.0) * pixel + low for a, b in zip(offset[:-1], offset[1:], strict=True)]
+        [(outline[a:b] - 2.0) * pixel + low for a, b in itertools.pairwise(offset)]
         for outline, offset in zip(outlines, offsets, strict=True)
     ]
     if not rings:

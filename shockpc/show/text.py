@@ -5,6 +5,7 @@ import io
 import math
 
 from shockpc.record import ShockProfile
+from shockpc.show.design_sheets import balance_lines, bracket_sheet, directions_sheet, loads_sheet
 from shockpc.show.sheets import (
     Cell,
     Sheet,
@@ -19,6 +20,9 @@ from shockpc.show.sheets import (
 
 __all__ = ["as_csv", "as_markdown", "as_text", "csv_report", "markdown_report", "text_report"]
 
+SHORT = 6
+"""Rows of the longer tables that a terminal shows; a report has them all."""
+
 
 def as_text(sheet: Sheet) -> str:
     """A table for a terminal: names to the left, numbers to the right, each column as wide as it must be."""
@@ -28,12 +32,10 @@ def as_text(sheet: Sheet) -> str:
     numbers = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(heads))]
 
     def line(parts: list[str]) -> str:
-        placed = [
-            part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numbers, strict=True)
-        ]
+        placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numbers, strict=True)]
         return "  ".join(placed).rstrip()
 
-    lines = [sheet.title, line([head[0] for head in heads]), line([head[1] for head in heads])]
+    lines = [sheet.title, *(line([head[k] for head in heads]) for k in (0, 1) if any(head[k] for head in heads))]
     lines.append("  ".join("─" * width for width in widths))
     lines += [line(row) for row in cells]
     return "\n".join([*lines, *(f"({note})" for note in sheet.notes)]) + "\n"
@@ -53,12 +55,12 @@ def as_markdown(sheet: Sheet) -> str:
 
 
 def as_csv(sheet: Sheet) -> str:
-    """A table for a spreadsheet: full precision, `inf` for an infinite radius, empty where there is nothing."""
+    """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where there is nothing."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(sheet.header)
     for row in sheet.rows:
-        writer.writerow(["" if cell is None else repr(cell) if isinstance(cell, float) else cell for cell in row])
+        writer.writerow(["" if cell is None else repr(cell + 0.0) if isinstance(cell, float) else cell for cell in row])
     return out.getvalue()
 
 
@@ -67,8 +69,8 @@ def text_report(profiles: list[ShockProfile], pattern: str | None = None) -> str
     blocks = []
     for profile in profiles:
         blocks.append("\n".join(f"{name:<12} {text}" for name, text in header_lines(profile)) + "\n")
-        blocks += [as_text(sheet) for sheet in _sheets(profile, pattern)]
-        blocks.append("\n".join(health_lines(profile)) + "\n")
+        blocks += [as_text(sheet) for sheet in _sheets(profile, pattern, SHORT)]
+        blocks.append("\n".join([*balance_lines(profile), *health_lines(profile)]) + "\n")
     if len(profiles) > 1:
         blocks.append(as_text(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
@@ -88,8 +90,8 @@ def markdown_report(profiles: list[ShockProfile], pattern: str | None = None, fi
         blocks.append("\n".join(f"- **{name}**: {text}" for name, text in header_lines(profile)) + "\n")
         if figure:
             blocks.append(f"![shock profile of {profile.robot.name}]({figure})\n")
-        blocks += [as_markdown(sheet) for sheet in _sheets(profile, pattern)]
-        blocks.append("\n".join(f"- {line}" for line in health_lines(profile)) + "\n")
+        blocks += [as_markdown(sheet) for sheet in _sheets(profile, pattern, None)]
+        blocks.append("\n".join(f"- {line}" for line in [*balance_lines(profile), *health_lines(profile)]) + "\n")
     if len(profiles) > 1:
         blocks.append(as_markdown(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
@@ -102,10 +104,17 @@ def csv_report(profiles: list[ShockProfile], pattern: str | None = None) -> str:
     return as_csv(Sheet("", ("contact", *sheets[0][1].header), rows))
 
 
-def _sheets(profile: ShockProfile, pattern: str | None) -> list[Sheet]:
-    """The tables of one landing; points only where there are any."""
-    points = points_sheet(profile)
-    return [bodies_sheet(profile, pattern), *([points] if points.rows else []), contacts_sheet(profile)]
+def _sheets(profile: ShockProfile, pattern: str | None, most: int | None) -> list[Sheet]:
+    """The tables of one landing; points and loads only where there are any, long ones cut to their largest rows."""
+    points, loads = points_sheet(profile), loads_sheet(profile, most)
+    return [
+        bodies_sheet(profile, pattern),
+        *([points] if points.rows else []),
+        contacts_sheet(profile),
+        bracket_sheet(profile),
+        directions_sheet(profile, most),
+        *([loads] if loads.rows else []),
+    ]
 
 
 def _shown(cell: Cell) -> str:

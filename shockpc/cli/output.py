@@ -1,0 +1,100 @@
+"""What a run of `shockpc analyze` leaves behind: standard output, files, scenes."""
+
+import enum
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from shockpc.model.robot import Robot
+    from shockpc.record import ShockProfile
+
+__all__ = ["Format", "check_pattern", "check_places", "save_scenes", "shown", "write_files"]
+
+
+class Format(enum.StrEnum):
+    """What standard output carries."""
+
+    TABLE = "table"
+    JSON = "json"
+    CSV = "csv"
+    MARKDOWN = "markdown"
+
+
+def check_places(out: Path | None, save_scene: Path | None) -> None:
+    """See that results can be written before anything is computed."""
+    from shockpc.cli.build import is_scene_file
+    from shockpc.errors import OutputError
+    from shockpc.show.files import check_folder
+
+    if out is not None:
+        check_folder(out, "--out")
+    if save_scene is not None:
+        if save_scene.is_dir():
+            raise OutputError(f'"{save_scene}" is a folder; name a file with --save-scene, such as landing.toml')
+        if save_scene.exists() and not is_scene_file(str(save_scene)):
+            raise OutputError(f'"{save_scene}" is there already and holds no scene; name another file with --save-scene')
+        if not save_scene.parent.exists():
+            raise OutputError(f'there is no folder "{save_scene.parent}" for --save-scene; make it, or name another file')
+        check_folder(save_scene.parent, "--save-scene")
+
+
+def check_pattern(robot: "Robot", pattern: str) -> None:
+    """A pattern that fits no body would leave nothing to show."""
+    from shockpc.errors import UnknownName
+    from shockpc.show.sheets import fits
+
+    names = [body.name for body in robot.bodies]
+    if not any(fits(name, pattern) for name in names):
+        raise UnknownName("body", pattern, names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+
+
+def shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -> str:
+    """What goes to standard output. CSV has no place for warnings, so those go to standard error."""
+    if format_ is Format.JSON:
+        from shockpc.show.document import to_json
+
+        return to_json(profiles)
+    from shockpc.show.text import csv_report, markdown_report, text_report
+
+    if format_ is Format.MARKDOWN:
+        return markdown_report(profiles, bodies)
+    if format_ is Format.CSV:
+        for warning in dict.fromkeys(warning for profile in profiles for warning in profile.health.warnings):
+            sys.stderr.write(f"shockpc: warning: {warning}\n")
+        return csv_report(profiles, bodies)
+    return text_report(profiles, bodies)
+
+
+def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -> None:
+    """One landing into the folder itself; several into a folder each, with a summary beside them."""
+    from shockpc.show.files import write_text
+    from shockpc.show.folder import write_profile
+    from shockpc.show.sheets import contact_name, summary_sheet
+    from shockpc.show.text import as_csv, as_markdown
+
+    if len(profiles) == 1:
+        write_profile(profiles[0], out, bodies)
+        return
+    for profile in profiles:
+        write_profile(profile, out / _file_name(contact_name(profile)), bodies)
+    summary = summary_sheet(profiles)
+    write_text(out / "summary.csv", as_csv(summary))
+    write_text(out / "summary.md", as_markdown(summary))
+
+
+def save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
+    """One landing into the file itself; several into a file each, named after the contact."""
+    from shockpc.scene_file import scene_text
+    from shockpc.show.files import write_text
+    from shockpc.show.sheets import contact_name
+
+    for profile in profiles:
+        target = path if len(profiles) == 1 else path.with_stem(f"{path.stem}.{_file_name(contact_name(profile))}")
+        write_text(target, scene_text(profile.scene, target.parent))
+
+
+def _file_name(contact: str) -> str:
+    """A contact's name as a file's name; never one that leads out of its folder or hides in it."""
+    name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact)
+    return f"_{name[1:]}" if name.startswith(".") else name

@@ -1,0 +1,61 @@
+"""What rounding may have done to a mechanism's numbers before they are solved with: random changes of that size.
+
+Placements are products of rotations and translations, so every number that is not exact by nature (a zero, a one) carries an
+absolute error: a few units of rounding in a direction, the same times the size of the mechanism in a position.
+"""
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.core.tree import Tree
+
+__all__ = ["UNITS", "shaken_inertia", "shaken_jacobian", "shaken_rows", "shaken_tree"]
+
+UNITS = 4.0 * float(np.finfo(float).eps)
+"""Size of the changes: a few units in the last place of a number near one."""
+
+
+def _noise(draw: np.random.Generator, values: Array) -> Array:
+    return draw.uniform(-UNITS, UNITS, values.shape)
+
+
+def _directions(draw: np.random.Generator, values: Array) -> Array:
+    """Parts of unit vectors, changed where they are neither zero nor one."""
+    exact = (values == 0.0) | (np.abs(values) == 1.0)
+    return np.where(exact, values, values + _noise(draw, values))
+
+
+def _positions(draw: np.random.Generator, values: Array, size: float) -> Array:
+    """Coordinates, changed by the size of the mechanism times rounding where they are not zero."""
+    return np.where(values == 0.0, values, values + size * _noise(draw, values))
+
+
+def shaken_tree(draw: np.random.Generator, tree: Tree, size: float) -> Tree:
+    """A mechanism as another order of the same arithmetic might have left it. Args: size of the mechanism [m]."""
+    largest = np.abs(tree.inertia).max(axis=(1, 2), keepdims=True)
+    wobble = np.where(tree.inertia == 0.0, 0.0, largest * _noise(draw, tree.inertia))
+    return tree._replace(
+        mass=tree.mass * (1.0 + _noise(draw, tree.mass)),
+        com=_positions(draw, tree.com, size),
+        inertia=tree.inertia + 0.5 * (wobble + np.swapaxes(wobble, 1, 2)),
+        joint=_positions(draw, tree.joint, size),
+        S=_directions(draw, tree.S),
+    )
+
+
+def shaken_rows(draw: np.random.Generator, W: Array, size: float) -> Array:
+    """Rows (..., 6) of moment and force, changed likewise."""
+    return np.concatenate([_positions(draw, W[..., :3], size), _directions(draw, W[..., 3:])], axis=-1)
+
+
+def shaken_jacobian(draw: np.random.Generator, J: Array, size: float) -> Array:
+    """Twists (..., 6, nv), angular part first, changed likewise."""
+    return np.concatenate([_directions(draw, J[..., :3, :]), _positions(draw, J[..., 3:, :], size)], axis=-2)
+
+
+def shaken_inertia(draw: np.random.Generator, H: Array) -> Array:
+    """A joint-space inertia (..., nv, nv), changed by rounding of the terms that its entries are sums of."""
+    d = np.sqrt(np.abs(np.diagonal(H, axis1=-2, axis2=-1)))
+    wobble = np.where(H == 0.0, 0.0, d[..., :, None] * d[..., None, :] * _noise(draw, H))
+    upper = np.triu(wobble)
+    return H + upper + np.swapaxes(np.triu(upper, 1), -1, -2)

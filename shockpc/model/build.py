@@ -1,0 +1,44 @@
+"""A robot's checked text becomes a Pinocchio model, with a free base for a URDF and the file's own base for an MJCF."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pinocchio as pin
+
+from shockpc.errors import RobotError
+from shockpc.model.source import RobotSource
+
+__all__ = ["FREE_FLYER", "build_model"]
+
+
+FREE_FLYER = "JointModelFreeFlyer"
+
+
+def build_model(source: RobotSource) -> tuple[pin.Model, list[Any]]:
+    """Build the Pinocchio model of a robot.
+
+    Args:
+        source: the robot as read; its text is used, not its file, because includes and defaults are written out in it.
+
+    Returns:
+        The model, in which mimic joints are independent; and the loops that an MJCF closes, as Pinocchio's constraint models.
+
+    Raises:
+        RobotError: Pinocchio refuses the text.
+    """
+    try:
+        if source.kind == "urdf":
+            return pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer()), []
+        with tempfile.TemporaryDirectory() as folder:
+            # Pinocchio reads MJCF from files only, and tells them by this suffix.
+            copy = Path(folder) / "robot.xml"
+            copy.write_text(source.xml, encoding="utf-8")
+            model, points, frames = pin.buildModelAndConstraintsFromMJCF(str(copy))
+    except (ValueError, RuntimeError, IndexError) as refusal:
+        said = " ".join(str(refusal).split())
+        raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {said}") from None
+    if model.njoints > 1 and model.joints[1].shortname() == FREE_FLYER:
+        # qpos places a free body in the world; its pos and quat in the file are only where it starts.
+        model.jointPlacements[1] = pin.SE3.Identity()
+    return model, [*points, *frames]

@@ -1,0 +1,65 @@
+"""Reference postures of a robot: the group states of an SRDF, the keyframes of an MJCF.
+
+An SRDF is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one
+name apart.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array, read_only
+from shockpc.errors import RobotError
+from shockpc.model.markup import read_markup
+from shockpc.model.source import RobotSource
+
+__all__ = ["postures_of", "srdf_postures"]
+
+
+def postures_of(source: RobotSource, model: pin.Model) -> dict[str, Array]:
+    """Reference configurations by name: an MJCF's keyframes, or the group states of the SRDF beside a URDF."""
+    if source.kind == "mjcf":
+        return {entry.key(): read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"}
+    return {} if source.srdf is None else srdf_postures(source.srdf, model)
+
+
+def srdf_postures(path: Path, model: pin.Model) -> dict[str, Array]:
+    """Configurations (nq,) by name: what a state does not set is neutral; joints that the model does not have are passed over.
+
+    States of one name (an arm's and a leg's) make one posture.
+
+    Raises:
+        RobotError: the file cannot be read, or gives a joint a number of values that it cannot take.
+    """
+    root = read_markup(path).root
+    if root.tag != "robot":
+        raise RobotError(f"{path.name} begins with <{root.tag}>, so it is no SRDF; give a file with <robot> and <group_state>")
+    postures: dict[str, Array] = {}
+    for state in root.iter("group_state"):
+        name = state.get("name", "")
+        q = postures.setdefault(name, np.asarray(pin.neutral(model)))
+        for entry in state.iter("joint"):
+            joint_name, text = entry.get("name", ""), entry.get("value", "")
+            if not model.existJointName(joint_name):
+                continue
+            joint = model.joints[model.getJointId(joint_name)]
+            values = _numbers(text)
+            if len(values) == 1 and joint.nq == 2:
+                values = [math.cos(values[0]), math.sin(values[0])]
+            if len(values) != joint.nq:
+                raise RobotError(
+                    f'{path.name}: posture "{name}" gives joint "{joint_name}" the value "{text}", but it takes {joint.nq} numbers'
+                )
+            q[joint.idx_q : joint.idx_q + joint.nq] = values
+    return {name: read_only(q) for name, q in postures.items()}
+
+
+def _numbers(text: str) -> list[float]:
+    """Finite numbers with blanks between them; none at all if one is not."""
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        return []
+    return values if all(math.isfinite(value) for value in values) else []

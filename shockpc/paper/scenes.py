@@ -1,0 +1,131 @@
+"""The paper's figures as scene files, and where those lie.
+
+Each panel is a TOML file in `robots/scenes`, beside the models; it can be opened, changed and given to `shockpc analyze`.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from shockpc.errors import SceneError, UnknownName
+from shockpc.model.catalogue import own_robots_folder
+
+__all__ = ["FIGURES", "Panel", "PaperFigure", "find_scene", "paper_figures", "scene_files"]
+
+
+class Panel(NamedTuple):
+    """One panel of a figure.
+
+    Attributes:
+        label: what stands under it, a letter or an angle.
+        scene: stem of its scene file.
+        words: what it shows, in a few words.
+    """
+
+    label: str
+    scene: str
+    words: str
+
+
+class PaperFigure(NamedTuple):
+    """A figure of the paper that can be computed.
+
+    Attributes:
+        number: as printed.
+        title: what it shows.
+        panels: from left to right.
+        note: what to know before comparing it with the print.
+    """
+
+    number: int
+    title: str
+    panels: tuple[Panel, ...]
+    note: str
+
+
+FIGURES = (
+    PaperFigure(
+        1,
+        "a slender beam on a slider",
+        (
+            Panel("A", "fig1_a", "at the centre of mass"),
+            Panel("B", "fig1_b", "elsewhere: at the tip"),
+            Panel("C", "fig1_c", "at 2/3, the CoPc of O"),
+            Panel("D", "fig1_d", "at the pivot O"),
+        ),
+        "The pivot O is the left end. Where B is struck is not in the text; Eq. 3 leaves the tip, or a third of the length.",
+    ),
+    PaperFigure(
+        2,
+        "a human leg",
+        (
+            Panel("A", "fig2_a", "walking"),
+            Panel("B", "fig2_b", "running"),
+            Panel("C", "fig2_c", "climbing stairs"),
+            Panel("D", "fig2_d", "C with a torso"),
+            Panel("E", "fig2_e", "steep, with a torso"),
+            Panel("F", "fig2_f", "E with a foot"),
+        ),
+        "Strike angles and the lower leg's angle are not in the text; the readings taken are in the scene files.",
+    ),
+    PaperFigure(
+        3,
+        "Skippy",
+        (Panel("Skippy", "fig3", "after a vertical jump"),),
+        "Assumed, not published with the paper: all masses, the lengths of leg and foot, the drive, the places a and b of the IMU.",
+    ),
+    PaperFigure(
+        5,
+        "a quadruped on its hind leg",
+        (
+            Panel("0°", "fig5_00", "stretched"),
+            Panel("10°", "fig5_10", "leg segments from the vertical"),
+            Panel("20°", "fig5_20", "leg segments from the vertical"),
+            Panel("30°", "fig5_30", "leg segments from the vertical"),
+        ),
+        "Which way knees and torso are turned is not in the text; here the hind knee points forward, and the nose is up.",
+    ),
+)
+"""Figure 4 is a photograph; what the text says of it is checked with Figure 2."""
+
+
+def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
+    """The figures of these numbers, in the paper's order; all of them if none is named.
+
+    Args:
+        wanted: such as "2", "fig2" or "Figure 2".
+
+    Raises:
+        UnknownName: the paper has no such figure that can be computed.
+    """
+    known = {str(figure.number): figure for figure in FIGURES}
+    chosen = set()
+    for text in wanted:
+        number = text.casefold().removeprefix("figure").removeprefix("fig").strip(" ._")
+        if number not in known:
+            raise UnknownName("figure", text, known, "the paper", "shockpc paper --help")
+        chosen.add(number)
+    return tuple(figure for number, figure in known.items() if not chosen or number in chosen)
+
+
+def scene_files() -> tuple[Path, ...]:
+    """Every scene that lies beside the models, in alphabetical order."""
+    return tuple(sorted(_folder().glob("*.toml")))
+
+
+def find_scene(stem: str) -> Path:
+    """The file of a scene.
+
+    Raises:
+        SceneError: it is not there.
+    """
+    path = _folder() / f"{stem}.toml"
+    if not path.is_file():
+        there = ", ".join(file.stem for file in scene_files())
+        raise SceneError(f'no scene "{stem}" in {_folder()}; there are: {there or "none, so the installation is incomplete"}')
+    return path
+
+
+def _folder() -> Path:
+    """Where the scenes lie: beside the models, wherever those are."""
+    return own_robots_folder() / "scenes"

@@ -1,0 +1,90 @@
+"""The numbers a designer asks for, as tables: drives, joints, worst strikes, energy. Computes nothing."""
+
+import math
+
+from shockpc.record import ShockProfile
+from shockpc.show.sheets import Cell, Sheet
+
+__all__ = ["balance_lines", "bracket_sheet", "directions_sheet", "loads_sheet"]
+
+
+def bracket_sheet(profile: ShockProfile) -> Sheet:
+    """The same landing with free, modelled and locked drives."""
+    rows: list[tuple[Cell, ...]] = [(b.place, b.free, b.as_modelled, b.locked) for b in profile.bracket]
+    header = ("shock at", "drives free [-]", "as modelled [-]", "drives locked [-]")
+    notes = ("– where the contact could not give way, or nothing could move",) if any(None in row for row in rows) else ()
+    return Sheet("what the drives make of it (the choice that moves these numbers most)", header, rows, notes)
+
+
+def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
+    """The strikes that each place feels most and least, at the same speed.
+
+    Args:
+        profile: the result.
+        most: rows to show, those of the greatest shock; sensors and points always.
+    """
+    rows: list[tuple[Cell, ...]] = []
+    moved, found = profile.moved, profile.directions
+    for i, body in enumerate(profile.bodies):
+        if moved[i]:
+            worst, kindest = found.worst[i], found.kindest[i]
+            rows.append(
+                (
+                    f"CoM of {body}",
+                    float(found.worst_shock[i]),
+                    *map(float, worst),
+                    float(found.kindest_shock[i]),
+                    *map(float, kindest),
+                )
+            )
+    heaviest = max(profile.robot.bodies, key=lambda body: body.mass).name
+    rows, notes = _largest(rows, most, "bodies", f"CoM of {heaviest}")
+    for point in profile.points:
+        d = point.directions
+        rows.append((point.frame, float(d.worst_shock), *map(float, d.worst), float(d.kindest_shock), *map(float, d.kindest)))
+    header = ("place", "worst [-]", "from x", "y", "z", "kindest [-]", "from x", "y", "z")
+    return Sheet("worst and kindest strike (direction of the velocity, world axes)", header, rows, notes)
+
+
+def loads_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
+    """Impulse through every joint.
+
+    Args:
+        profile: the result.
+        most: rows to show, those of the greatest force.
+    """
+    rows: list[tuple[Cell, ...]] = [
+        (load.joint, math.hypot(*load.force), math.hypot(*load.moment), None if load.along is None else abs(load.along))
+        for load in profile.loads
+    ]
+    rows, notes = _largest(rows, most, "joints")
+    if profile.health.rank < profile.health.rows:
+        notes += ("contacts or closures repeat one another: of all loads that fit, these are the ones of least impulse",)
+    header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]")
+    return Sheet("impulse through the joints", header, rows, notes)
+
+
+def balance_lines(profile: ShockProfile) -> list[str]:
+    """Energy, effective masses and how well the joints shield the robot; one line each."""
+    share = "" if profile.energy_share is None else f", {100.0 * profile.energy_share:.3g} % of what there was"
+    lines = [f"energy lost  {profile.energy_lost:.4g} J{share}"]
+    for contact in profile.contacts:
+        mitigation = "" if contact.mitigation is None else f", impact mitigation factor {contact.mitigation:.3f}"
+        lines.append(
+            f"{contact.frame}: effective mass {contact.mass_sticking:.4g} kg sticking, "
+            f"{contact.mass_frictionless:.4g} kg frictionless{mitigation}"
+        )
+    if profile.assembly is not None:
+        moved = ", ".join(f"{name} by {by:.3g}" for name, by in profile.assembly.moved) or "no joint had to move"
+        lines.append(f"loops closed from a gap of {1e3 * profile.assembly.gap:.3g} mm: {moved}")
+    return lines
+
+
+def _largest(
+    rows: list[tuple[Cell, ...]], most: int | None, what: str, always: str = ""
+) -> tuple[list[tuple[Cell, ...]], tuple[str, ...]]:
+    """The rows with the largest first number and the one named `always`, in their own order; how many are left out as a note."""
+    if most is None or len(rows) <= most:
+        return rows, ()
+    kept = sorted(range(len(rows)), key=lambda k: (rows[k][0] != always, -float(rows[k][1] or 0.0)))[:most]
+    return [rows[k] for k in sorted(kept)], (f"{len(rows) - most} {what} with less not shown; the report of --out has them all",)

@@ -1,0 +1,115 @@
+"""Arrows at the border towards what lies outside the picture."""
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyArrowPatch
+
+from shockpc.core.spatial import Array
+from shockpc.record import ShockProfile
+from shockpc.show.figure_labels import Labels
+from shockpc.show.figure_window import Window, length
+from shockpc.show.palette import INK, faded
+from shockpc.show.silhouette import to_plane
+
+__all__ = ["draw_pointers"]
+
+APART = 0.3
+"""Least distance between two numbered pointers [inches]."""
+
+
+def draw_pointers(
+    axes: Axes, profile: ShockProfile, bodies: list[int], numbers: dict[int, int], labels: Labels, window: Window
+) -> None:
+    """Point from the border to each centre of percussion outside; a numbered one says how far behind the border it lies.
+
+    Args:
+        axes: in plane coordinates [m].
+        profile: the shock of a landing.
+        bodies: indices of the bodies whose centre lies outside, the numbered ones first.
+        numbers: by index of the body.
+        labels: of the picture.
+        window: what the picture shows.
+    """
+    centres = to_plane(profile.copc_world, profile.plane)
+    marks: list[_Pointer] = []
+    for i in bodies:
+        slack = 0.1 * window.inch
+        start = np.clip(to_plane(profile.position[i], profile.plane), window.low + slack, window.high - slack)
+        direction = (centres[i] - start) / float(np.linalg.norm(centres[i] - start))
+        border = _exit(start, direction, window)
+        if i not in numbers:
+            _arrow(axes, border, direction, window, 0.1, 5.0, faded(INK, 0.45))
+            continue
+        mark = _Pointer(border, direction, float(np.linalg.norm(centres[i] - border)), [numbers[i]])
+        same = next((other for other in marks if mark.like(other, window)), None)
+        if same is None:
+            marks.append(mark)
+        else:
+            same.numbers.append(numbers[i])
+    taken: list[Array] = []
+    for mark in marks:
+        tip = _beside(mark.border, taken, window)
+        taken.append(tip)
+        tail = _arrow(axes, tip, mark.direction, window, 0.28, 10.0, INK)
+        labels.keep_free(tip, 0.05)
+        labels.keep_free((tip + tail) / 2.0, 0.05)
+        labels.keep_free(tail, 0.04)
+        labels.place((tip + tail) / 2.0, f"{', '.join(map(str, mark.numbers))}: {length(mark.distance)}", gap=0.08)
+
+
+class _Pointer(NamedTuple):
+    """Where a pointer stands, where it points, how far the centre is behind the border [m], and whose centre it is."""
+
+    border: Array
+    direction: Array
+    distance: float
+    numbers: list[int]
+
+    def like(self, other: "_Pointer", window: Window) -> bool:
+        """Whether a reader could not tell the two apart."""
+        near = np.linalg.norm(self.border - other.border) < 0.3 * window.inch
+        parallel = self.direction @ other.direction > 0.999
+        return bool(near and parallel and abs(self.distance - other.distance) < 0.02 * other.distance)
+
+
+def _exit(start: Array, direction: Array, window: Window) -> Array:
+    """Where a ray from inside the window leaves it."""
+    inset = 0.03 * window.inch
+    room = np.where(direction > 0.0, window.high - inset - start, window.low + inset - start)
+    moves = np.abs(direction) > 1e-12
+    return np.asarray(start + direction * float((room[moves] / direction[moves]).min()))
+
+
+def _beside(place: Array, taken: list[Array], window: Window) -> Array:
+    """The free place on the border that is nearest to the wanted one."""
+    step = 0.05 * window.inch
+    inset = 0.03 * window.inch
+    upright = min(abs(place[0] - window.low[0]), abs(place[0] - window.high[0])) < 1.01 * inset
+    along = np.array([0.0, 1.0]) if upright else np.array([1.0, 0.0])
+    for k in range(40):
+        for sign in (1.0, -1.0):
+            there = place + sign * k * step * along
+            if window.holds(there) and all(np.linalg.norm(there - other) > APART * window.inch for other in taken):
+                return np.asarray(there)
+    return place
+
+
+def _arrow(axes: Axes, tip: Array, direction: Array, window: Window, inches: float, head: float, colour: str) -> Array:
+    """An arrow of that length with its head at the tip; returns its tail."""
+    tail = tip - inches * window.inch * direction
+    axes.add_patch(
+        FancyArrowPatch(
+            tuple(tail),
+            tuple(tip),
+            arrowstyle="-|>",
+            mutation_scale=head,
+            linewidth=1.0 if inches > 0.2 else 0.6,
+            color=colour,
+            shrinkA=0,
+            shrinkB=0,
+            zorder=7,
+        )
+    )
+    return np.asarray(tail)

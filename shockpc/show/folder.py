@@ -1,0 +1,27 @@
+"""The results of a landing as a folder of files. Nothing here is imported before a folder is asked for."""
+
+from pathlib import Path
+
+from shockpc.record import ShockProfile
+from shockpc.show.document import to_json
+from shockpc.show.figure import save_figure
+from shockpc.show.files import make_folder, write_text
+from shockpc.show.sheets import bodies_sheet, contacts_sheet, points_sheet
+from shockpc.show.text import as_csv, markdown_report
+
+__all__ = ["write_profile"]
+
+
+def write_profile(profile: ShockProfile, folder: Path, pattern: str | None = None) -> None:
+    """Write one landing: profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    make_folder(folder)
+    save_figure(profile, folder)
+    write_text(folder / "bodies.csv", as_csv(bodies_sheet(profile, fold=False)))
+    write_text(folder / "points.csv", as_csv(points_sheet(profile)))
+    write_text(folder / "contacts.csv", as_csv(contacts_sheet(profile)))
+    write_text(folder / "report.md", markdown_report([profile], pattern, figure="shock.svg"))
+    write_text(folder / "profile.json", to_json([profile]))

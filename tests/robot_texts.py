@@ -1,0 +1,49 @@
+"""Small robot texts for the tests of readers: written out, so that one slip at a time can be put into them."""
+
+INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
+LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+
+
+def link(name: str, mass: str = "1", inertia: str = INERTIA, more: str = "") -> str:
+    """A link with mass."""
+    return f'<link name="{name}"><inertial><mass value="{mass}"/>{inertia}</inertial>{more}</link>'
+
+
+def joint(name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 1 0", more: str = LIMIT) -> str:
+    """A joint; `more` is what stands in it beside its ends and its axis."""
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}<axis xyz="{axis}"/>{more}</joint>'
+
+
+def urdf(*parts: str, name: str = "r") -> str:
+    """A URDF of these parts."""
+    return f'<robot name="{name}">{"".join(parts)}</robot>'
+
+
+def arm(*, base: str = link("base"), tip: str = link("tip"), elbow: str = joint("elbow", "base", "tip")) -> str:
+    """Two links and a joint, each replaceable."""
+    return urdf(base, tip, elbow)
+
+
+def xacro(*parts: str, name: str = "r") -> str:
+    """A xacro file of these parts."""
+    return f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">{"".join(parts)}</robot>'
+
+
+BODY = '<inertial pos="0 0 -.1" mass="1" diaginertia=".1 .2 .25"/>'
+HINGE = '<joint name="j" axis="0 1 0"/>'
+
+
+def body(name: str, inside: str = BODY, joints: str = HINGE, at: str = 'pos="0.3 0.1 -0.2"') -> str:
+    """An MJCF body."""
+    return f'<body name="{name}" {at}>{joints}{inside}</body>'
+
+
+def mjcf(bodies: str, before: str = "", after: str = "") -> str:
+    """An MJCF with these top-level bodies."""
+    return f'<mujoco model="m">{before}<worldbody>{bodies}</worldbody>{after}</mujoco>'
+
+
+def floating(*children: str, at: str = "") -> str:
+    """A free base that carries these bodies."""
+    return f'<body name="base" {at}><freejoint name="root"/>{BODY}{"".join(children)}</body>'

@@ -1,0 +1,151 @@
+"""Names: every file of the data package has exactly one, and a person would guess it."""
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from shockpc.errors import RobotError, UnknownName
+from shockpc.model.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
+
+
+def test_every_robot_file_has_one_name():
+    """Each URDF and xacro of the data package, and each own model, is listed exactly once."""
+    share = data_folder()
+    assert share is not None
+    files = [*share.rglob("*.urdf"), *share.rglob("*.xacro"), *own_robots_folder().glob("*.urdf.xacro")]
+    assert len(files) > 70
+    assert sorted(files) == sorted(entry.path for entry in catalogue())
+
+
+def test_names_are_unique_and_normalised():
+    """No name or alias means two robots; each is lower case without '-', and finds its own entry."""
+    names = [name for entry in catalogue() for name in (entry.name, *entry.aliases)]
+    assert len(names) == len(set(names))
+    assert names == [name.lower().replace("-", "_") for name in names]
+    for entry in catalogue():
+        for name in (entry.name, *entry.aliases):
+            assert find_robot(name) == (entry.path, entry.name)
+
+
+@pytest.mark.parametrize(
+    ("typed", "file"),
+    [
+        ("anymal_b", "anymal_b_simple_description/robots/anymal.urdf"),
+        ("ANYmal-C", "anymal_c_simple_description/urdf/anymal.urdf"),
+        ("anymal-kinova", "anymal_b_simple_description/robots/anymal-kinova.urdf"),
+        ("b1_z1", "b1_description/urdf/b1-z1.urdf"),
+        ("hyq", "hyq_description/robots/hyq_no_sensors.urdf"),
+        ("solo", "solo_description/robots/solo.urdf"),
+        ("solo8", "solo_description/robots/solo.urdf"),
+        ("solo12", "solo_description/robots/solo12.urdf"),
+        ("talos", "talos_data/robots/talos_reduced.urdf"),
+        ("talos_full", "talos_data/robots/talos_full_v2.urdf"),
+        ("g1", "g1_description/urdf/g1_29dof_rev_1_0.urdf"),
+        ("g1_hands", "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf"),
+        ("ur5", "ur_description/urdf/ur5_robot.urdf"),
+        ("romeo", "romeo_description/urdf/romeo.urdf"),
+    ],
+)
+def test_names_that_people_type(typed: str, file: str):
+    """A short name in any case, with '-' or '_', is the robot that one means."""
+    assert find_robot(typed)[0].as_posix().endswith(f"/robots/{file}")
+
+
+def test_own_quadruped_wins_its_name():
+    """The name "quadruped" is the project's own; the one of the data package goes by another name."""
+    assert find_robot("quadruped") == (own_robots_folder() / "quadruped.urdf.xacro", "quadruped")
+    assert find_robot("quadroped")[1] == "quadruped_8dof"
+
+
+def test_existing_file_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A path that exists is taken as it is; without separator and suffix it is a name."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("hyq.urdf", "hyq"):
+        (tmp_path / name).write_text("<robot/>")
+    assert find_robot("hyq.urdf") == (Path("hyq.urdf"), None)
+    assert find_robot("./hyq") == (Path("hyq"), None)
+    assert find_robot("hyq")[1] == "hyq"
+
+
+@pytest.mark.parametrize("typed", ["dog.urdf", "dog.urdf.xacro", "dog.toml", "some/dog"])
+def test_missing_path(typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """What looks like a path and is not there is a missing file, not an unknown name."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RobotError) as caught:
+        find_robot(typed)
+    assert str(caught.value) == (
+        f'no file "{typed}" (looked in {tmp_path}). Give the path of a robot file, or the name of a known robot: shockpc robots'
+    )
+
+
+def test_unknown_name():
+    """A slip in a name shows the nearest names and how to list all."""
+    with pytest.raises(UnknownName) as caught:
+        find_robot("anymal_d")
+    assert str(caught.value) == (
+        'no robot "anymal_d"; nearest: "anymal_c", "anymal_b", "anymal_kinova". To list them: shockpc robots'
+    )
+
+
+def test_lookup_is_quick():
+    """One name costs a few milliseconds at most, since every command begins with it."""
+    find_robot("anymal_b")
+    best = min(_timed() for _ in range(5))
+    assert best < 0.005  # seconds; 1 ms where this was written
+
+
+def _timed() -> float:
+    start = time.perf_counter()
+    find_robot("anymal_b")
+    return time.perf_counter() - start
+
+
+# Robots of the data package without any SRDF that is theirs.
+_WITHOUT_SRDF = {
+    "allegro_left_hand", "allegro_right_hand", "asr_twodof", "double_pendulum", "double_pendulum_continuous",
+    "double_pendulum_simple", "g1", "g1_hands", "hector", "hector_macro", "hector_xacro", "human", "iris", "iris_simple",
+    "laikago", "quadruped_8dof", "so100", "so101", "tiago", "tiago_dual", "tiago_no_hand", "tiago_pro", "ur10",
+    "ur10_limited", "ur3", "ur3_limited", "beam",
+}  # fmt: skip
+# Where the SRDF is not called like the robot file.
+_OTHER_SRDF = {
+    "alexander": "alexander", "baxter": "baxter_manipulation", "hyq": "hyq", "icub_reduced": "icub", "leg": "leg",
+    "panda_collision": "panda", "quadruped": "quadruped", "romeo_laas_small": "romeo", "solo12": "solo", "talos": "talos",
+    "talos_full": "talos", "talos_full_box": "talos", "talos_left_arm": "talos", "talos_reduced_box": "talos",
+    "talos_reduced_corrected": "talos", "ur3_empty": "ur3_gripper", "ur5": "ur5",
+}  # fmt: skip
+
+
+def test_every_robot_finds_its_srdf():
+    """Each robot finds the SRDF named like its file, or the one that begins its name, and no other's."""
+    for entry in catalogue():
+        found = find_srdf(entry.path, "")
+        if entry.name in _WITHOUT_SRDF:
+            assert found is None, entry.name
+        else:
+            assert found is not None, entry.name
+            assert found.stem == _OTHER_SRDF.get(entry.name, entry.path.stem), entry.name
+            assert entry.path.parent.parent in found.parents or entry.path.parent in found.parents
+
+
+@pytest.mark.parametrize("place", [".", "srdf", "../srdf"])
+def test_srdf_beside_the_robot(place: str, tmp_path: Path):
+    """An SRDF is looked for beside the robot file, in ./srdf and in ../srdf; the longest beginning of the name wins."""
+    robot = tmp_path / "urdf" / "dog_heavy.urdf.xacro"
+    folder = Path(os.path.normpath(robot.parent / place))
+    for folder_needed in (robot.parent, folder):
+        folder_needed.mkdir(parents=True, exist_ok=True)
+    for stem in ("d", "dog", "cat", "dog_heavy_duty"):
+        (folder / f"{stem}.srdf").write_text("<robot/>")
+    assert find_srdf(robot, "") == folder / "dog.srdf"
+    (folder / "dog_heavy.srdf").write_text("<robot/>")
+    assert find_srdf(robot, "") == folder / "dog_heavy.srdf"
+
+
+def test_srdf_by_the_robots_own_name(tmp_path: Path):
+    """Where the file's name fits no SRDF, the robot's own name may."""
+    (tmp_path / "dog.srdf").write_text("<robot/>")
+    assert find_srdf(tmp_path / "model.urdf", "dog") == tmp_path / "dog.srdf"
+    assert find_srdf(tmp_path / "model.urdf", "cat") is None

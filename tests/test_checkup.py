@@ -1,0 +1,213 @@
+"""The check-up: each oddity of a robot file is found by name and told with its consequence, and a sound file has none."""
+
+from pathlib import Path
+
+import pytest
+from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, mjcf, urdf
+
+from shockpc.model.checkup import Finding, check_robot
+from shockpc.model.source import read_source
+
+FREE = Finding(
+    "note",
+    "every joint",
+    "zero armature (URDF has no place for it): joints count as free of their motors, and with geared or locked joints the "
+    "shock is another",
+)
+
+
+def findings(folder: Path, text: str, name: str = "dog.urdf") -> tuple[Finding, ...]:
+    """What the check-up says of a file with this text, but for the armature that no URDF has."""
+    (folder / name).write_text(text)
+    return tuple(finding for finding in check_robot(read_source(str(folder / name))) if finding != FREE)
+
+
+def inertia(xx: str, yy: str, zz: str, xy: str = "0", xz: str = "0", yz: str = "0") -> str:
+    """An inertia of a URDF."""
+    return f'<inertia ixx="{xx}" ixy="{xy}" ixz="{xz}" iyy="{yy}" iyz="{yz}" izz="{zz}"/>'
+
+
+@pytest.mark.parametrize("name", ["beam", "leg", "quadruped", "solo12", "bolt", "g1"])
+def test_sound_robots_have_nothing_but_the_note(name: str):
+    """The project's own models and some real ones: nothing but the zero armature of every URDF."""
+    assert check_robot(read_source(name)) == (FREE,)
+
+
+INERTIAS = {
+    inertia(
+        "0.1", "0.1", "0.3"
+    ): "the principal moments are 0.1, 0.1 and 0.3 kg m², and no body has one above the sum of the other two",
+    inertia("1", "1", "1", xy="2"): "the principal moments are -1, 1 and 3 kg m², and no body has a negative one",
+    inertia(*["1e-6"] * 6): "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a stand-in",
+    inertia("0", "0", "0"): "the inertia is zero, that of a point",
+    inertia("-5e-20", "0", "1e-20"): "the inertia is zero, that of a point",
+}
+
+
+@pytest.mark.parametrize("text", INERTIAS)
+def test_inertias_that_no_body_has(text: str, tmp_path: Path):
+    """A tensor that no distribution of mass has is a warning that names the link."""
+    found = findings(tmp_path, arm(tip=link("tip", inertia=text)))
+    assert found == (Finding("warning", 'link "tip"', f"{INERTIAS[text]}; shock is computed from it all the same"),)
+
+
+@pytest.mark.parametrize(
+    "text", [inertia("0.1", "0.1", "0.2"), inertia("0.1", "0.1", "0"), inertia("0.1", "0.1", "0.2012"), INERTIA]
+)
+def test_inertias_that_a_body_can_have(text: str, tmp_path: Path):
+    """A flat plate, a rod, numbers rounded to two digits: all right."""
+    assert findings(tmp_path, arm(tip=link("tip", inertia=text))) == ()
+
+
+def test_equal_faults_share_a_line(tmp_path: Path):
+    """Many links with the same fault are one finding, the first three by name."""
+    parts = [link("base")]
+    for name in "abcde":
+        parts += [link(name, inertia=inertia("0", "0", "0")), joint(f"to_{name}", "base", name)]
+    assert findings(tmp_path, urdf(*parts)) == (
+        Finding(
+            "warning",
+            'links "a", "b", "c" and 2 more',
+            "the inertia is zero, that of a point; shock is computed from it all the same",
+        ),
+    )
+
+
+def test_massless_bodies(tmp_path: Path):
+    """A moving body without mass beyond it makes the model singular; one that carries mass does not."""
+    chain = urdf(
+        link("base"), '<link name="cross"/>', link("tip"), '<link name="finger"/>', '<link name="nail"/>',
+        joint("j", "base", "cross"), joint("k", "cross", "tip"),
+        joint("l", "base", "finger"), joint("m", "finger", "nail", "fixed"),
+    )  # fmt: skip
+    assert findings(tmp_path, chain) == (
+        Finding(
+            "error",
+            'body "finger"',
+            "moves without mass, and so does all that hangs on it, so the inertia matrix cannot be inverted; give mass, or "
+            "make the joint fixed",
+        ),
+        Finding("note", 'body "cross"', "moves without mass of its own; its shock follows from what hangs on the joints beyond"),
+    )
+
+
+def test_masses_out_of_range(tmp_path: Path):
+    """Grams read as kilograms, and a stand-in next to nothing, stand out."""
+    heavy = arm(base=link("base", mass="2"), tip=link("tip", mass="1500"))
+    assert findings(tmp_path, heavy) == (
+        Finding("warning", 'body "tip"', "1500 kg is 750 times the next heaviest; if it is meant in grams, every shock is wrong"),
+    )
+    light = arm(base=link("base", mass="2"), tip=link("tip", mass="0.01")).replace(
+        "</robot>", f"{link('dust', mass='1e-7')}{joint('k', 'base', 'dust')}</robot>"
+    )
+    assert findings(tmp_path, light) == (
+        Finding(
+            "warning",
+            'body "dust"',
+            "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it stands for nothing real, neither does its shock",
+        ),
+    )
+
+
+def test_shapes_without_mass(tmp_path: Path):
+    """A link that can be seen and weighs nothing is noted; a bare frame is not."""
+    shape = '<link name="shell"><visual><geometry><sphere radius="1"/></geometry></visual></link><link name="frame"/>'
+    text = arm().replace("</robot>", f"{shape}{joint('s', 'tip', 'shell', 'fixed')}{joint('f', 'tip', 'frame', 'fixed')}</robot>")
+    assert findings(tmp_path, text) == (
+        Finding("note", 'link "shell"', "has a shape and no <inertial>; it counts as without mass"),
+    )
+
+
+JOINTS = {
+    joint("elbow", "base", "tip", more='<limit lower="1" upper="-1" effort="1" velocity="1"/>'): (
+        "warning", "its lower limit 1 is above its upper limit -1, so every posture is outside them",
+    ),
+    joint("elbow", "base", "tip", more='<limit effort="1" velocity="1"/>'): (
+        "note", "both its limits are 0, so every other posture is outside them; it is computed all the same",
+    ),
+    joint("elbow", "base", "tip", axis="0 2 0"): ("note", "its axis 0 2 0 is 2 long, not 1; only its direction is used"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("elbow", JOINTS)
+def test_joints(elbow: str, tmp_path: Path):
+    """Limits the wrong way round, limits left at zero, an axis that is not a unit vector."""
+    level, text = JOINTS[elbow]
+    assert findings(tmp_path, arm(elbow=elbow)) == (Finding(level, 'joint "elbow"', text),)  # type: ignore[arg-type]
+
+
+def test_axis_is_read_by_its_direction_alone(tmp_path: Path):
+    """What the note on long axes says is so: twice the axis is the same joint."""
+    import numpy as np
+    import pinocchio as pin
+
+    from shockpc.model.build import build_model
+
+    matrices = []
+    for axis in ("0 1 1", "0 2 2"):
+        (tmp_path / "dog.urdf").write_text(arm(elbow=joint("elbow", "base", "tip", axis=axis)))
+        model = build_model(read_source(str(tmp_path / "dog.urdf")))
+        matrices.append(pin.crba(model, model.createData(), pin.neutral(model)).copy())
+    np.testing.assert_allclose(*matrices, atol=1e-15)
+
+
+def test_mimic_is_listed(tmp_path: Path):
+    """A follower is listed with its rule."""
+    text = arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="lead" multiplier="-2" offset="0.1"/>'))
+    text = text.replace("</robot>", f"{link('third')}{joint('lead', 'base', 'third')}</robot>")
+    assert findings(tmp_path, text) == (
+        Finding("note", 'joint "elbow"', 'mimics "lead" with multiplier -2 and offset 0.1; it adds no freedom of its own'),
+    )
+
+
+def test_meshes_that_do_not_resolve(tmp_path: Path):
+    """Lost meshes are one line: how many of how many, the first three by name, and what to do."""
+    (tmp_path / "here.stl").write_text("solid")
+    names = ("here.stl", "package://dog/a.stl", "../b.stl", "c.stl", "d.stl", "d.stl")
+    meshes = "".join(f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names)
+    assert findings(tmp_path, arm(tip=link("tip", more=meshes))) == (
+        Finding(
+            "warning",
+            "4 of 5 meshes",
+            'missing, or outside the folders that may be read: "a.stl", "b.stl", "c.stl" and 1 more; figures draw boxes of '
+            "equal inertia instead, no number changes. If they lie in a package, say where: --package NAME=DIR",
+        ),
+    )
+
+
+def test_mjcf(tmp_path: Path):
+    """An MJCF is checked alike: inertias, meshes, armature."""
+    text = mjcf(
+        floating(body("b", BODY.replace(".1 .2 .25", ".1 .2 .9"), HINGE)),
+        '<compiler meshdir="meshes"/><asset><mesh name="m" file="a.stl"/></asset>',
+    )
+    fault = Finding(
+        "warning",
+        'body "b"',
+        "the principal moments are 0.1, 0.2 and 0.9 kg m², and no body has one above the sum of the other two; shock is "
+        "computed from it all the same",
+    )
+    lost = Finding(
+        "warning",
+        "1 of 1 meshes",
+        'missing, or outside the folders that may be read: "a.stl"; figures draw boxes of equal inertia instead, no number '
+        "changes. If they lie in a package, say where: --package NAME=DIR",
+    )
+    free = FREE._replace(text=FREE.text.replace("URDF has no place for it", "no joint gives one"))
+    assert findings(tmp_path, text, "dog.xml") == (fault, lost, free)
+    geared = text.replace(HINGE, HINGE.replace("/>", ' armature="0.1"/>'))
+    assert findings(tmp_path, geared, "dog.xml") == (fault, lost)
+
+
+def test_real_faults_of_real_robots():
+    """ANYmal B's base, HyQ's feet and romeo's fingers are found by name."""
+    found = {name: check_robot(read_source(name)) for name in ("anymal_b", "hyq", "romeo")}
+    stand_in = (
+        "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a stand-in; "
+        "shock is computed from it all the same"
+    )
+    assert Finding("warning", 'link "base"', stand_in) in found["anymal_b"]
+    assert any(finding.text == stand_in and "and 2 more" in finding.where for finding in found["hyq"])
+    assert [finding.where for finding in found["romeo"] if finding.level == "error"] == [
+        'bodies "LFinger21Link", "LFinger22Link", "LFinger23Link" and 21 more'
+    ]

@@ -1,0 +1,315 @@
+"""The JSON document: exactly schema `shockpc.profile/1`, and exactly the numbers of the profile."""
+
+import json
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from commands import ROBOTS, STICK, good, python
+from pydantic import TypeAdapter
+
+import shockpc
+from shockpc import Contact, Point, Posture, Scene, Strike, shock_profile
+from shockpc.model.closure import Closure, Place
+from shockpc.model.dynamics import PINOCCHIO
+from shockpc.model.transmission import Joints
+from shockpc.show.document import SCHEMA, document, to_json
+
+DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
+FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
+SCENES = {
+    "dog on one foot": Scene(**DOG, contact=FEET[:1]),
+    "dog on all feet": Scene(**DOG, contact=FEET, strike=Strike(drop_height=0.2), base="planar"),
+    "dog that slides": Scene(
+        **DOG,
+        xacro={"payload": "1.5"},
+        contact=(Contact(frame="lf_foot", at="lowest", directions=("z",), restitution=0.5),),
+        posture=Posture(reference="crouched", base_rpy_deg=(5.0, 15.0, 0.0), joints_deg={"rh_*": -30.0}),
+        point=(Point(frame="trunk", offset=(0.1, 0.0, 0.05)),),
+        strike=Strike(velocity=(0.5, 0.1, -1.0)),
+    ),
+    "beam that translates": Scene(robot="beam", contact=(Contact(frame="center"),)),
+    "anymal on a fixed base": Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), base="fixed"),
+    "dog whose front legs are tied together": Scene(
+        **DOG,
+        posture=Posture(joints_deg={"lf_hip": 20.0}),
+        closure=(Closure(a=Place(frame="lf_foot"), b=Place(frame="rf_foot"), directions=("x", "z")),),
+        contact=FEET[:1],
+        joints=Joints(armature={"*_hip": 0.01}, locked=("lh_hip",)),
+        pulse="half-sine:5ms",
+        range_g=16.0,
+        v_in="com",
+        stance=("rh_foot",),
+    ),
+    "talos": Scene(robot="talos", contact=(Contact(frame="left_sole_link"), Contact(frame="right_sole_link")), plane="yz"),
+}
+
+NUMBER = float
+VECTOR = [NUMBER] * 3
+STRIKE = {"direction": VECTOR, "shock": NUMBER}
+SHAPE = {
+    "schema": str,
+    "shockpc": str,
+    "pinocchio": str,
+    "robot": {"name": str, "file": str, "mass": NUMBER, "n_bodies": int, "nv": int},
+    "scene": dict,
+    "v_in": NUMBER,
+    "bodies": (
+        {
+            "body": str,
+            "links": (str,),
+            "placement": {"position": VECTOR, "rotation": [VECTOR] * 3},
+            "delta_omega": VECTOR,
+            "delta_v": VECTOR,
+            "copc": {None, "VECTOR"},
+            "copc_world": {None, "VECTOR"},
+            "ropc": {None, "NUMBER"},
+            "translates": bool,
+            "pitch": {None, "NUMBER"},
+            "off_plane": NUMBER,
+            "shock_com": NUMBER,
+            "shock_min": {None, "NUMBER"},
+            "shock_max": {None, "NUMBER"},
+            "worst": STRIKE,
+            "kindest": STRIKE,
+        },
+    ),
+    "points": (
+        {
+            "frame": str,
+            "body": str,
+            "delta_v": VECTOR,
+            "shock": NUMBER,
+            "worst": STRIKE,
+            "kindest": STRIKE,
+            "peak_g": {None, "NUMBER"},
+        },
+    ),
+    "contacts": (
+        {
+            "frame": str,
+            "point": VECTOR,
+            "impulse": {None, "VECTOR"},
+            "friction_needed": {None, "NUMBER"},
+            "approach": VECTOR,
+            "mass_sticking": {None, "NUMBER"},
+            "mass_frictionless": {None, "NUMBER"},
+            "mitigation": {None, "NUMBER"},
+        },
+    ),
+    "joint_model": str,
+    "health": {
+        "rank": int,
+        "rows": int,
+        "residual": NUMBER,
+        "error_estimate": NUMBER,
+        "method": str,
+        "warnings": (str,),
+        "body_errors": (NUMBER,),
+    },
+    "energy": {"lost": NUMBER, "share": {None, "NUMBER"}},
+    "joints": ({"joint": str, "force": VECTOR, "moment": VECTOR, "along": {None, "NUMBER"}},),
+    "bracket": ({"place": str, "free": {None, "NUMBER"}, "as_modelled": NUMBER, "locked": {None, "NUMBER"}},),
+    "assembly": {None, "ASSEMBLY"},
+}
+"""Keys in their order. A tuple is a list of any length, a list one of that length, a set what may be null instead."""
+
+
+PARTS = {"VECTOR": VECTOR, "NUMBER": NUMBER, "ASSEMBLY": {"gap": NUMBER, "moved": ({"joint": str, "by": NUMBER},)}}
+
+
+def misfits(shape: object, value: object, place: str = "document") -> list[str]:
+    """Where a value is not of a shape."""
+    if isinstance(shape, set):
+        (name,) = shape - {None}
+        return [] if value is None else misfits(PARTS[name], value, place)
+    if isinstance(shape, dict):
+        if not isinstance(value, dict) or list(value) != list(shape):
+            return [f"{place} has the keys {list(value) if isinstance(value, dict) else value}"]
+        return [fault for key, part in shape.items() for fault in misfits(part, value[key], f"{place}.{key}")]
+    if isinstance(shape, list | tuple):
+        if not isinstance(value, list) or (isinstance(shape, list) and len(value) != len(shape)):
+            return [f"{place} is {value}"]
+        parts = shape if isinstance(shape, list) else shape * len(value)
+        return [fault for k, part in enumerate(value) for fault in misfits(parts[k], part, f"{place}[{k}]")]
+    if type(value) is not shape:
+        return [f"{place} is {value!r}"]
+    return [f"{place} is not finite"] if isinstance(value, float) and not math.isfinite(value) else []
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def profile(request):
+    return shock_profile(SCENES[request.param])
+
+
+def test_document_fits_its_schema(profile):
+    """Every key is there, in its order, with a value of its kind; and no other key."""
+    written = to_json([profile])
+    assert misfits(SHAPE, json.loads(written)) == []
+    assert written.endswith("}\n")
+
+
+def test_document_is_the_profile(profile):
+    """Reading the text gives back every number of the profile, to the last bit; null stands for what is not there."""
+    read = json.loads(to_json([profile]))
+    bodies = read["bodies"]
+
+    def column(key, missing=math.nan, width=()):
+        return np.array([np.full(width, missing) if body[key] is None else body[key] for body in bodies], dtype=float)
+
+    assert (read["schema"], read["shockpc"], read["pinocchio"]) == (SCHEMA, shockpc.__version__, PINOCCHIO)
+    assert read["schema"] == "shockpc.profile/1"
+    robot = profile.robot
+    assert read["robot"] == {
+        "name": robot.name,
+        "file": robot.label,
+        "mass": robot.mass,
+        "n_bodies": len(robot.bodies),
+        "nv": robot.model.nv,
+    }
+    assert read["v_in"] == profile.v_in
+    assert [body["body"] for body in bodies] == list(profile.bodies)
+    assert [tuple(body["links"]) for body in bodies] == [body.links for body in robot.bodies]
+    assert np.array_equal([body["placement"]["position"] for body in bodies], profile.position)
+    assert np.array_equal([body["placement"]["rotation"] for body in bodies], profile.rotation)
+    for key in ("delta_omega", "delta_v"):
+        assert np.array_equal(column(key), getattr(profile, key))
+    for key in ("copc", "copc_world"):
+        assert np.array_equal(column(key, width=3), getattr(profile, key), equal_nan=True)
+    assert np.array_equal(column("ropc", missing=math.inf), profile.ropc)
+    for key in ("pitch", "off_plane", "shock_com", "shock_min", "shock_max"):
+        assert np.array_equal(column(key), getattr(profile, key), equal_nan=True)
+    assert [body["translates"] for body in bodies] == profile.translates.tolist()
+    for row, found in zip(bodies, zip(*profile.directions, strict=True), strict=True):
+        same_strikes(row, found)
+    for row, point in zip(read["points"], profile.points, strict=True):
+        assert (row["frame"], row["body"], row["shock"]) == (point.frame, point.body, point.shock)
+        assert np.array_equal(row["delta_v"], point.delta_v)
+        assert row["peak_g"] == point.peak_g
+        same_strikes(row, point.directions)
+    for row, contact in zip(read["contacts"], profile.contacts, strict=True):
+        assert row["frame"] == contact.frame
+        assert np.array_equal(row["point"], contact.point)
+        assert np.array_equal(row["approach"], contact.approach)
+        assert (row["impulse"] is None) == (contact.impulse is None)
+        assert contact.impulse is None or np.array_equal(row["impulse"], contact.impulse)
+        assert (row["friction_needed"], row["mitigation"]) == (contact.friction_needed, contact.mitigation)
+        for key in ("mass_sticking", "mass_frictionless"):
+            assert (math.inf if row[key] is None else row[key]) == getattr(contact, key)
+    assert read["joint_model"] == profile.joint_model
+    assert set(read["health"]) == {field.name for field in fields(profile.health)}
+    for key, value in read["health"].items():
+        assert (tuple(value) if isinstance(value, list) else value) == getattr(profile.health, key)
+    assert read["energy"] == {"lost": profile.energy_lost, "share": profile.energy_share}
+    for row, load in zip(read["joints"], profile.loads, strict=True):
+        assert (row["joint"], row["along"]) == (load.joint, load.along)
+        assert np.array_equal(row["force"], load.force)
+        assert np.array_equal(row["moment"], load.moment)
+    assert read["bracket"] == [vars(bracket) for bracket in profile.bracket]
+    if profile.assembly is None:
+        assert read["assembly"] is None
+    else:
+        assert read["assembly"]["gap"] == profile.assembly.gap
+        assert [(row["joint"], row["by"]) for row in read["assembly"]["moved"]] == list(profile.assembly.moved)
+
+
+def same_strikes(row, found):
+    """The worst and the kindest strike of a row are those of the profile."""
+    worst, worst_shock, kindest, kindest_shock = found
+    assert np.array_equal(row["worst"]["direction"], worst)
+    assert np.array_equal(row["kindest"]["direction"], kindest)
+    assert (row["worst"]["shock"], row["kindest"]["shock"]) == (worst_shock, kindest_shock)
+
+
+def test_nulls_stand_where_things_do_not_exist():
+    """A body that only translates has no CoPc, RoPc or pitch; contacts that repeat one another have no impulses of their own."""
+    (beam,) = document(shock_profile(SCENES["beam that translates"]))["bodies"]
+    assert beam["translates"] is True
+    assert [beam[key] for key in ("copc", "copc_world", "ropc", "pitch")] == [None] * 4
+    assert (beam["shock_com"], beam["shock_min"], beam["shock_max"]) == (1.0, 1.0, 1.0)
+    read = document(shock_profile(Scene(**DOG, contact=FEET)))
+    assert [contact["impulse"] for contact in read["contacts"]] == [None] * 4
+    assert [contact["friction_needed"] for contact in read["contacts"]] == [None] * 4
+    assert read["health"]["rank"] < read["health"]["rows"] == 12
+
+
+def test_body_without_geometry_has_no_extremes(tmp_path):
+    (tmp_path / "stick.urdf").write_text(STICK)
+    read = document(shock_profile(Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),))))
+    assert [(body["shock_min"], body["shock_max"]) for body in read["bodies"]] == [(None, None)] * 2
+
+
+def test_pulling_contact_needs_no_friction_but_has_an_impulse():
+    """Where the ground would have to pull, friction means nothing, and a warning says so."""
+    slides = [Contact(frame=frame, directions=("z",)) for frame in ("percussion", "tip")]
+    read = document(shock_profile(Scene(robot="beam", contact=tuple(slides))))
+    assert [contact["impulse"][2] for contact in read["contacts"]] == pytest.approx([1.5, -0.5])
+    assert [contact["friction_needed"] for contact in read["contacts"]] == [0.0, None]
+    assert read["health"]["warnings"] == [
+        'contact "tip" would have to be pulled down by 0.5 N s to keep to the ground; a real foot lifts off there, '
+        "so leave that contact out"
+    ]
+
+
+def test_scene_in_the_document_is_the_whole_scene(profile):
+    """Its `scene` alone computes the same bytes again; strike, base and posture are there even if nobody named them."""
+    read = json.loads(to_json([profile]))
+    assert {"robot", "base", "plane", "posture", "strike", "contact"} <= set(read["scene"])
+    assert "reference" in read["scene"]["posture"]
+    again = TypeAdapter(Scene).validate_python(read["scene"])
+    assert to_json([shock_profile(again)]) == to_json([profile])
+
+
+def test_defaults_are_written_out():
+    assert document(shock_profile(SCENES["beam that translates"]))["scene"] == {
+        "robot": "beam",
+        "base": "free",
+        "plane": "xz",
+        "posture": {"reference": "neutral"},
+        "strike": {"speed": 1.0, "strike_angle_deg": 0.0},
+        "contact": [
+            {
+                "frame": "center",
+                "offset": [0.0, 0.0, 0.0],
+                "at": "frame",
+                "directions": ["x", "y", "z"],
+                "kind": "point",
+                "restitution": 0.0,
+            }
+        ],
+        "v_in": "contact",
+    }
+
+
+def test_several_landings_are_a_list(capfd):
+    """A pattern that means several contacts gives a list of documents; one contact gives the document itself."""
+    words = ("analyze", "anymal_b", "--format", "json", "--contact")
+    several = json.loads(good(capfd, *words, "*_foot"))
+    assert [misfits(SHAPE, one) for one in several] == [[]] * 4
+    assert [[contact["frame"] for contact in one["contacts"]] for one in several] == [
+        ["LF_FOOT"],
+        ["LH_FOOT"],
+        ["RF_FOOT"],
+        ["RH_FOOT"],
+    ]
+    assert json.loads(good(capfd, *words, "RF_FOOT")) == several[2]
+
+
+def test_same_bytes_every_time():
+    """Two processes, with other hash seeds and other moods, write the same bytes."""
+    code = "from shockpc.cli.main import main; main()"
+    words = ("analyze", "anymal_b", "--contact", "foot", "--strike-angle", "30", "--format", "json")
+    first, second = (python(code, *words, PYTHONHASHSEED=seed) for seed in ("1", "2"))
+    assert (first.returncode, first.stderr) == (0, "")
+    assert first.stdout == second.stdout
+    assert len(json.loads(first.stdout)) == 4
+
+
+def test_text_of_numbers(profile):
+    """Shortest round trip, no -0.0, no NaN, Unicode as it is."""
+    text = to_json([profile])
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert "-0.0," not in text.replace("\n", ",")
+    assert text == json.dumps(json.loads(text), indent=1, ensure_ascii=False) + "\n"

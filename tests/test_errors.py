@@ -1,0 +1,79 @@
+"""The tree of errors: drawn as it is, and every text complete."""
+
+import inspect
+import pickle
+import re
+
+import pytest
+
+import shockpc
+from shockpc import errors
+from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+
+CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
+EXIT_CODES = {
+    "ShockError": 2,
+    "UnknownName": 2,
+    "RobotError": 2,
+    "SceneError": 2,
+    "SolveError": 3,
+    "OutputError": 2,
+}
+
+
+def test_tree_in_the_docstring_is_the_tree():
+    """Every class stands in the drawing under its parent, and nothing else does."""
+    drawn = re.findall(r"^(├── |└── )?([A-Z]\w+) {2,}\S", str(errors.__doc__), re.MULTILINE)
+    assert [name for branch, name in drawn if not branch] == ["ShockError"]
+    assert sorted(name for branch, name in drawn if branch) == sorted(set(CLASSES) - {"ShockError"})
+    assert all(kind.__bases__ == (ShockError,) for name, kind in CLASSES.items() if name != "ShockError")
+    assert ShockError.__bases__ == (Exception,)
+
+
+def test_exit_codes():
+    """Bad arguments and files end with 2, a model that cannot be solved with 3; 0 and 1 are never an error's."""
+    assert {name: kind.exit_code for name, kind in CLASSES.items()} == EXIT_CODES
+
+
+def test_every_error_is_exported():
+    assert set(CLASSES) <= set(shockpc.__all__)
+    assert all(getattr(shockpc, name) is kind for name, kind in CLASSES.items())
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ShockError("root"),
+        RobotError("dog.urdf: no mass"),
+        SceneError("no contact"),
+        SolveError("no mass"),
+        OutputError("disk full"),
+        UnknownName("frame", "lf_fot", ("lf_foot", "rf_foot"), 'robot "hyq"', "shockpc robots hyq"),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_errors_survive_pickling(error):
+    """An error that crosses from one process to another keeps its kind, its text and what it carries."""
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error)
+    assert str(again) == str(error)
+    assert vars(again) == vars(error)
+
+
+@pytest.mark.parametrize(
+    ("known", "where", "text"),
+    [
+        (
+            ("lf_foot", "rf_foot", "trunk"),
+            'robot "hyq"',
+            'no frame "LF_fot" in robot "hyq"; nearest: "lf_foot", "rf_foot". To list them: shockpc robots hyq',
+        ),
+        (("a", "b"), "", 'no frame "LF_fot"; there are: "a", "b". To list them: shockpc robots hyq'),
+        (tuple("abcdefghijklm"), "", 'no frame "LF_fot"; nothing has a name like it. To list them: shockpc robots hyq'),
+        ((), "", 'no frame "LF_fot"; there are none. To list them: shockpc robots hyq'),
+    ],
+    ids=["near", "few", "many", "none"],
+)
+def test_unknown_names_help_on(known, where, text):
+    """The nearest names; all of them where they are few; and always the command that lists them."""
+    assert str(UnknownName("frame", "LF_fot", known, where, "shockpc robots hyq")) == text

@@ -1,0 +1,203 @@
+"""xacro: expanded without ROS, inside the open folders, and without running what a file would like to run."""
+
+from pathlib import Path
+
+import pytest
+from robot_texts import arm, joint, link, xacro
+
+from shockpc.errors import RobotError
+from shockpc.model.source import RobotSource, read_source
+
+PAYLOAD = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass="$(arg payload)"))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder for the robot, with a secret beside it."""
+    (tmp_path / "secret.xacro").write_text(xacro(link("secret")))
+    (tmp_path / "secret.yaml").write_text("mass: 3\n")
+    (tmp_path / "dog").mkdir()
+    return tmp_path / "dog"
+
+
+def read(folder: Path, text: str, **given: object) -> RobotSource:
+    """Read a xacro file with this text."""
+    (folder / "dog.urdf.xacro").write_text(text)
+    return read_source(str(folder / "dog.urdf.xacro"), **given)  # type: ignore[arg-type]
+
+
+def refusal(folder: Path, text: str, **given: object) -> str:
+    """The text of the error that reading it raises."""
+    with pytest.raises(RobotError) as caught:
+        read(folder, text, **given)
+    return str(caught.value)
+
+
+def test_arguments_and_their_defaults(folder: Path):
+    """An argument given replaces its default."""
+    assert '<mass value="1.5"/>' in read(folder, PAYLOAD).xml
+    assert '<mass value="2.5"/>' in read(folder, PAYLOAD, xacro={"payload": "2.5"}).xml
+    assert read(folder, PAYLOAD).kind == "urdf"
+
+
+def test_xacro_by_content(tmp_path: Path):
+    """A xacro file is one by what is in it, and a URDF that only declares the namespace is none."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(PAYLOAD)
+    assert '<mass value="1.5"/>' in read_source(str(path)).xml
+    path.write_text(xacro(link("base", mass="2")))
+    assert "xmlns:xacro" in read_source(str(path)).xml
+
+
+def test_mesh_paths_stay_as_found(folder: Path):
+    """The URDF names meshes as its author did, though xacrodoc would make the paths absolute."""
+    mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    text = PAYLOAD.replace("</robot>", link("a", more=mesh.format("package://dog/a.stl") + mesh.format("b.stl")) + "</robot>")
+    text = text.replace("</robot>", joint("j", "base", "a") + "</robot>")
+    source = read(folder, text)
+    assert 'filename="package://dog/a.stl"' in source.xml
+    assert 'filename="b.stl"' in source.xml
+
+
+def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Includes and YAML are found beside the file, in its package and in a given one, whatever the current folder."""
+    monkeypatch.chdir(tmp_path)
+    (folder / "package.xml").write_text("<package><name>dog_description</name></package>")
+    (folder / "parts.xacro").write_text(
+        xacro('<xacro:arg name="m" default="2"/>', '<xacro:macro name="part" params="n"><link name="${n}"/></xacro:macro>')
+    )
+    (folder / "numbers.yaml").write_text("mass: 3\n")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "more.xacro").write_text(xacro(joint("j", "base", "hand", "fixed")))
+    text = xacro(
+        '<xacro:include filename="parts.xacro"/>',
+        '<xacro:include filename="$(find other)/more.xacro"/>',
+        '<xacro:property name="numbers" value="${xacro.load_yaml(\'$(find dog_description)/numbers.yaml\')}"/>',
+        link("base", mass="${numbers.mass * $(arg m)}"),
+        '<xacro:part n="hand"/>',
+    )
+    source = read(folder, text, packages={"other": tmp_path / "other"}, xacro={"m": "4"})
+    assert '<mass value="12"/>' in source.xml
+    assert '<link name="hand"/>' in source.xml
+
+
+def test_optional_include_may_be_missing(folder: Path):
+    """What a file calls optional may be missing."""
+    text = PAYLOAD.replace("<link", '<xacro:include filename="none.xacro" optional="true"/><link', 1)
+    assert '<mass value="1.5"/>' in read(folder, text).xml
+
+
+def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
+    """Talk of xacro goes into the warnings, each once, and not to the terminal."""
+    text = PAYLOAD.replace("<link", '<xacro:property name="pi" value="3"/>${xacro.message(\'built for dogs\')}<link', 1)
+    assert read(folder, text).warnings == (
+        "dog.urdf.xacro: xacro: redefining global symbol: pi",
+        "dog.urdf.xacro: xacro: built for dogs",
+    )
+    assert capfd.readouterr() == ("", "")
+
+
+ARGUMENTS = {
+    "payloda": 'dog.urdf.xacro has no xacro argument "payloda"; nearest: "payload". It has "payload"',
+    "legs": 'dog.urdf.xacro has no xacro argument "legs". It has "payload"',
+}
+
+
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_unknown_argument(name: str, folder: Path):
+    """A slip in an argument's name is an error that lists those the file has."""
+    assert refusal(folder, PAYLOAD, xacro={name: "1"}) == ARGUMENTS[name]
+
+
+def test_argument_for_a_file_without_any(folder: Path):
+    """A xacro file may have no arguments at all."""
+    text = xacro('<xacro:property name="m" value="1"/>', link("base", mass="${m}"))
+    assert refusal(folder, text, xacro={"m": "2"}) == (
+        "dog.urdf.xacro has no xacro arguments, so --xacro m=… means nothing to it; leave it out"
+    )
+
+
+REFUSED = {
+    xacro(link("base", mass="$(arg payload)")): (
+        'dog.urdf.xacro: xacro argument "payload" has no value; give it one: --xacro payload=VALUE'
+    ),
+    xacro('<xacro:include filename="none.xacro"/>'): ('dog.urdf.xacro includes "{folder}/none.xacro", which does not exist'),
+    xacro('<xacro:include filename="$(find cat)/a.xacro"/>'): (
+        'dog.urdf.xacro: $(find cat): no package "cat" among those given, in ROS_PACKAGE_PATH or above the file. '
+        "Say where it is: --package cat=DIR"
+    ),
+    xacro('<xacro:dog legs="4"/>'): "dog.urdf.xacro: xacro cannot expand it: unknown macro name: xacro:dog",
+    xacro(link("base", mass="${payload}")): (
+        "dog.urdf.xacro: xacro cannot expand it: name 'payload' is not defined when evaluating expression 'payload'"
+    ),
+    xacro(link("base", mass="${1 +}")): (
+        "dog.urdf.xacro: xacro cannot expand it: invalid syntax (<expression>, line 1) when evaluating expression '1 +'"
+    ),
+    xacro(link("base", mass="${1 / 0}")): (
+        "dog.urdf.xacro: xacro cannot expand it: division by zero when evaluating expression '1 / 0'"
+    ),
+    xacro('<xacro:macro name="dog"><xacro:dog/></xacro:macro><xacro:dog/>'): (
+        "dog.urdf.xacro: xacro does not come to an end; a macro or an include calls itself"
+    ),
+    xacro('<xacro:include filename="dog.urdf.xacro"/>'): (
+        "dog.urdf.xacro: xacro does not come to an end; a macro or an include calls itself"
+    ),
+    xacro("<xacro:if value=\"${xacro.fatal('too many legs')}\"/>"): (
+        "dog.urdf.xacro: xacro cannot expand it: too many legs when evaluating expression 'xacro.fatal('too many legs')'"
+    ),
+    xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): (
+        "dog.urdf.xacro has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them"
+    ),
+    xacro('<xacro:if value="false"><link name="a"/></xacro:if><link name="b"/>'): (
+        "dog.urdf.xacro: no link has mass, so nothing in it can be struck; give at least one link an <inertial>"
+    ),
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_xacro_cannot_expand(text: str, folder: Path, capfd: pytest.CaptureFixture[str]):
+    """Each failure is one line that names the file, and nothing is printed."""
+    assert refusal(folder, text) == REFUSED[text].replace("{folder}", str(folder))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_broken_included_file(folder: Path):
+    """An included file breaks under its own name, and may not define entities either."""
+    text = xacro('<xacro:include filename="part.xacro"/>')
+    (folder / "part.xacro").write_text("<robot>\n<link></robot>")
+    assert refusal(folder, text) == (
+        "part.xacro: line 2, column 9: mismatched tag; the file is not well-formed XML, so nothing of it is used"
+    )
+    (folder / "part.xacro").write_text('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot>&a;</robot>')
+    assert refusal(folder, text) == (
+        "part.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here; "
+        "delete the DOCTYPE and write out what its entities stand for"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "called", "leads"),
+    [
+        (xacro('<xacro:include filename="../secret.xacro"/>'), "{dog}/../secret.xacro", "secret.xacro"),
+        (xacro('<xacro:include filename="{top}/secret.xacro"/>'), "{top}/secret.xacro", "secret.xacro"),
+        (xacro('<xacro:include filename="../sec*.xacro"/>'), "{dog}/../secret.xacro", "secret.xacro"),
+        (xacro('<xacro:include filename="../secret.xacro" optional="true"/>'), "{dog}/../secret.xacro", "secret.xacro"),
+        (xacro('<xacro:include filename="link.xacro"/>'), "{dog}/link.xacro", "secret.xacro"),
+        (xacro("<link name=\"${xacro.load_yaml('../secret.yaml')}\"/>"), "{dog}/../secret.yaml", "secret.yaml"),
+        (xacro("<link name=\"${load_yaml('../secret.yaml')}\"/>"), "{dog}/../secret.yaml", "secret.yaml"),
+        (xacro('<xacro:include filename="../none.xacro"/>'), "{dog}/../none.xacro", "none.xacro"),
+    ],
+)
+def test_nothing_outside_the_folders(text: str, called: str, leads: str, folder: Path, tmp_path: Path):
+    """No include, YAML, glob or symbolic link leads out of the open folders, and whether a file is there is not told."""
+    (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
+    called = called.format(dog=folder, top=tmp_path)
+    assert refusal(folder, text.replace("{top}", str(tmp_path))) == (
+        f'dog.urdf.xacro: "{called}" leads to "{tmp_path / leads}", outside the folders that may be read ("{folder}"). '
+        "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
+    )
+
+
+def test_plain_urdf_called_xacro(folder: Path):
+    """A .xacro file without any xacro in it is a URDF."""
+    assert read(folder, arm()).robot_name == "r"

@@ -1,0 +1,60 @@
+"""Python in xacro files: it computes, and reaches nothing."""
+
+from pathlib import Path
+
+import pytest
+from robot_texts import link, xacro
+
+from shockpc.errors import RobotError
+from shockpc.model.source import read_source
+
+
+def refusal(folder: Path, text: str) -> str:
+    """The text of the error that reading it raises."""
+    (folder / "dog.urdf.xacro").write_text(text)
+    with pytest.raises(RobotError) as caught:
+        read_source(str(folder / "dog.urdf.xacro"))
+    return str(caught.value)
+
+
+ATTACKS = {
+    "${[x.__class__ for x in [1]]}": "__class__",
+    "${(lambda: (1).__class__)()}": "__class__",
+    "${(x for x in [1]).gi_frame}": "gi_frame",
+    "${str.mro()}": "mro",
+    "${'__class__'}": "__class__",
+    "${__import__('os')}": "__import__",
+    "$(eval open)": "open",
+    "$(eval [e for e in [exec]])": "exec",
+    "$(eval str.mro)": "mro",
+}
+
+
+@pytest.mark.parametrize("expression", ATTACKS)
+def test_expressions_reach_nothing(expression: str, tmp_path: Path):
+    """Python in a xacro file may compute; it may not open, import or look into the interpreter."""
+    assert refusal(tmp_path, xacro(f'<link name="{expression}"/>')) == (
+        f'dog.urdf.xacro: the xacro expression {expression} uses "{ATTACKS[expression]}", which could reach files or programs; '
+        "it is not evaluated"
+    )
+
+
+@pytest.mark.parametrize("name", ["type", "vars", "getattr", "open", "eval", "globals"])
+def test_namespace_holds_no_way_in(name: str, tmp_path: Path):
+    """The namespace that xacro offers to its expressions lacks what would lead from a value to the whole process."""
+    assert f"name '{name}' is not defined" in refusal(tmp_path, xacro(f'<link name="${{python.{name}(1)}}"/>'))
+
+
+def test_harmless_expressions_still_compute(tmp_path: Path):
+    """Arithmetic, comprehensions, text and arguments work, in both ways to write them."""
+    numbers = {
+        "$(eval 2 * payload)": "3.0",
+        "${sum([x**2 for x in [1, 2]]) if False else 2 * len('ab')}": "4",
+        "${python.sum([x**2 for x in [1, 2]])}": "5",
+        "${radians(180) / pi}": "1.0",
+        "${int(dict(a=7)['a'])}": "7",
+    }
+    for expression, value in numbers.items():
+        text = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass=expression))
+        (tmp_path / "dog.urdf.xacro").write_text(text)
+        assert f'<mass value="{value}"/>' in read_source(str(tmp_path / "dog.urdf.xacro")).xml

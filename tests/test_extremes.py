@@ -1,0 +1,153 @@
+"""Least and greatest shock over rounded convex hulls, held against dense sampling and a general-purpose minimiser."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from shockpc.core.extremes import shock_extremes
+from shockpc.core.percussion import shock_at
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def least_over_hull(omega, v, points):
+    """Least |v + ω × r| over the hull of the points, by minimising over the weights of a convex combination."""
+    values = v + np.cross(omega, points)
+
+    def squared(weights):
+        at = weights @ values
+        return at @ at, 2.0 * values @ at
+
+    k = len(points)
+    start = np.full(k, 1.0 / k)
+    found = minimize(
+        squared, start, jac=True, bounds=[(0.0, 1.0)] * k, method="SLSQP", options={"ftol": 1e-15, "maxiter": 500},
+        constraints={"type": "eq", "fun": lambda w: w.sum() - 1.0, "jac": lambda w: np.ones(k)},
+    )  # fmt: skip
+    return float(np.sqrt(found.fun))
+
+
+def draw(seed, k, centre=2.0):
+    rng = np.random.default_rng(seed)
+    omega, v = rng.normal(size=(2, 3))
+    return rng, omega, v, rng.normal(0.0, centre, 3) + rng.normal(size=(k, 3))
+
+
+@given(SEEDS, st.integers(1, 12))
+def test_extremes_of_a_hull_match_a_minimiser(seed, k):
+    """The greatest shock is that of a corner, the least that of the nearest convex combination of corners."""
+    _, omega, v, points = draw(seed, k)
+    least, greatest = shock_extremes(omega, v, points, 0.0, 2.0)
+    assert greatest == pytest.approx(shock_at(omega, v, points, 2.0).max(), rel=1e-12)
+    assert least == pytest.approx(least_over_hull(omega, v, points) / 2.0, abs=1e-5)  # the minimiser's own accuracy
+
+
+@given(SEEDS, st.integers(2, 8), st.floats(0.0, 1.0))
+def test_no_point_of_a_rounded_hull_is_outside_the_extremes(seed, k, radius):
+    """Every point of the piece feels no less than the least and no more than the greatest; both are reached to sampling."""
+    rng, omega, v, points = draw(seed, k)
+    least, greatest = shock_extremes(omega, v, points, radius, 1.0)
+    weights = np.concatenate([rng.dirichlet(np.full(k, 0.3), 400), np.eye(k)])
+    inside = rng.normal(size=(len(weights), 3))
+    inside /= np.linalg.norm(inside, axis=1, keepdims=True)
+    sampled = shock_at(omega, v, weights @ points + radius * inside * rng.uniform(0.0, 1.0, (len(weights), 1)), 1.0)
+    assert sampled.min() >= least - 1e-12
+    assert sampled.max() <= greatest + 1e-12
+
+
+@given(SEEDS, st.floats(0.01, 2.0))
+def test_extremes_of_a_sphere_are_those_of_its_screw(seed, radius):
+    """Over a sphere the distance from the screw axis runs from d − R (or 0) to d + R."""
+    _, omega, v, centre = draw(seed, 1)
+    spin = np.linalg.norm(omega)
+    axis = omega / spin
+    along = axis @ v
+    foot = np.cross(omega, v) / spin**2
+    d = np.linalg.norm(np.cross(axis, centre[0] - foot))
+    expected = [np.hypot(along, spin * reach) for reach in (max(0.0, d - radius), d + radius)]
+    np.testing.assert_allclose(shock_extremes(omega, v, centre, radius, 1.0), expected, rtol=1e-10, atol=1e-12)
+
+
+@given(SEEDS, st.floats(0.01, 1.0))
+def test_extremes_of_a_capsule_match_dense_sampling(seed, radius):
+    """A capsule is a segment rounded by its radius: its axis sampled, then moved by the radius towards and away from the screw."""
+    _, omega, v, ends = draw(seed, 2)
+    spin = np.linalg.norm(omega)
+    axis = omega / spin
+    t = np.linspace(0.0, 1.0, 20001)[:, None]
+    segment = (1.0 - t) * ends[0] + t * ends[1]
+    d = np.linalg.norm(np.cross(axis, segment - np.cross(omega, v) / spin**2), axis=1)
+    expected = [np.hypot(axis @ v, spin * reach) for reach in (max(0.0, d.min() - radius), d.max() + radius)]
+    np.testing.assert_allclose(shock_extremes(omega, v, ends, radius, 1.0), expected, atol=1e-3)  # 1e-4 of a length up to ten
+
+
+@given(SEEDS, st.integers(3, 10))
+def test_a_hull_that_holds_the_axis_has_only_the_pitch_for_least_shock(seed, k):
+    """Where the screw axis passes through the body, the least shock is |ω·v| / |ω|; in the plane nothing at all."""
+    rng, omega, v, points = draw(seed, k, centre=0.0)
+    axis = np.cross(omega, v) / (omega @ omega)
+    points = np.concatenate([axis + points, 2.0 * axis - (axis + points)])
+    pitch = abs(omega @ v) / np.linalg.norm(omega)
+    assert shock_extremes(omega, v, points, 0.0, 1.0)[0] == pytest.approx(pitch, abs=1e-7)  # hypot of the root of rounding
+    flat = v - omega * (omega @ v) / (omega @ omega)
+    assert shock_extremes(omega, flat, points, 0.0, 1.0)[0] == pytest.approx(0.0, abs=1e-7)
+    assert rng is not None
+
+
+@given(SEEDS, st.integers(1, 6))
+def test_repeated_and_inner_points_change_nothing(seed, k):
+    """Extremes belong to the hull, not to the list of points that spans it."""
+    rng, omega, v, points = draw(seed, k)
+    more = np.concatenate([points, points[::-1], rng.dirichlet(np.ones(k), 5) @ points])
+    np.testing.assert_allclose(
+        shock_extremes(omega, v, more, 0.1, 1.0), shock_extremes(omega, v, points, 0.1, 1.0), rtol=1e-9, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("points", "least"),
+    [
+        ([[1.0, 0.0, 0.0]], 1.0),
+        ([[0.0, 0.0, 0.0]], 0.0),
+        ([[1.0, 1.0, 0.0], [1.0, -1.0, 5.0]], 1.0),
+        ([[-1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], 0.0),
+        ([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0]], 0.0),
+        ([[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 3.0]], 1.0),
+        ([[1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [3.0, -1.0, 0.0], [2.0, 0.0, 0.0]], 1.0),
+        ([[1.0, 1e-17, 0.0], [-1.0, 1e-17, 0.0], [0.0, 1.0, 0.0]], 0.0),
+    ],
+)
+def test_degenerate_pieces_are_measured_too(points, least):
+    """A point, a segment through the axis or seen end on, a triangle with a corner on the axis; spin 1 about z."""
+    found = shock_extremes(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.array(points), 0.0, 1.0)
+    assert found[0] == pytest.approx(least, abs=1e-15)
+    assert found[1] == pytest.approx(np.linalg.norm(np.array(points)[:, :2], axis=1).max(), rel=1e-15)
+
+
+@pytest.mark.parametrize("spin", [0.0, 1e-300, 1e-17])
+def test_a_translation_is_uniform(spin):
+    """Without rotation, or with one too small to matter, the whole body feels |Δv|."""
+    found = shock_extremes(np.array([0.0, spin, 0.0]), np.array([3.0, 0.0, 4.0]), np.eye(3), 0.5, 2.0)
+    np.testing.assert_allclose(found, (2.5, 2.5), rtol=1e-15)
+
+
+@given(SEEDS, st.floats(1e-6, 1e6))
+def test_extremes_scale_with_the_jump_and_not_with_the_speed(seed, speed):
+    """Jump and strike scaled together leave the normalised shock where it was."""
+    _, omega, v, points = draw(seed, 6)
+    np.testing.assert_allclose(
+        shock_extremes(speed * omega, speed * v, points, 0.2, speed),
+        shock_extremes(omega, v, points, 0.2, 1.0),
+        rtol=1e-9,
+        atol=1e-12,
+    )
+
+
+@pytest.mark.parametrize("flaw", ["omega", "v", "points"])
+def test_a_number_that_is_none_comes_back_as_none(flaw):
+    """NaN in, NaN out, and an end: never a search that does not stop."""
+    given_ = {"omega": np.ones(3), "v": np.ones(3), "points": np.eye(3) + 5.0}
+    given_[flaw] = given_[flaw] * np.nan
+    assert np.isnan(shock_extremes(given_["omega"], given_["v"], given_["points"], 0.0, 1.0)).any()

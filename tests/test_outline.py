@@ -1,0 +1,308 @@
+"""What bodies look like, held against Pinocchio's own reading, closed forms, and shapes whose answer is known."""
+
+import math
+import struct
+import time
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from shockpc.model.catalogue import data_folder
+from shockpc.model.meshes import read_mesh
+from shockpc.model.outline import inertia_box, outline
+from shockpc.model.robot import Body, load_robot
+
+DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
+DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
+
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
+PLACED = '<origin xyz="0.1 -0.2 0.3" rpy="0.4 -0.5 0.6"/>'
+TETRAHEDRON = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]])
+FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+
+
+def robot(folder, *shapes, kind="collision", link="base"):
+    """A robot of one link with these <geometry> contents, each placed at PLACED."""
+    parts = "".join(f"<{kind}>{PLACED}<geometry>{shape}</geometry></{kind}>" for shape in shapes)
+    path = folder / "one.urdf"
+    path.write_text(f'<robot name="one"><link name="{link}">{INERTIAL}{parts}</link></robot>')
+    return load_robot(str(path))
+
+
+def support(shapes, directions):
+    """How far the shapes reach along each direction."""
+    return np.max([(directions @ shape.points.T).max(axis=1) + shape.radius for shape in shapes], axis=0)
+
+
+ROTATION, OFFSET = pin.rpy.rpyToMatrix(0.4, -0.5, 0.6), np.array([0.1, -0.2, 0.3])
+LOCAL = DIRECTIONS @ ROTATION
+ACROSS, ALONG = np.hypot(LOCAL[:, 0], LOCAL[:, 1]), np.abs(LOCAL[:, 2])
+
+SUPPORTS = {
+    '<box size="0.2 0.4 0.6"/>': (np.abs(LOCAL) @ [0.1, 0.2, 0.3], 1e-15),
+    '<sphere radius="0.2"/>': (np.full(200, 0.2), 1e-15),
+    '<capsule radius="0.1" length="0.4"/>': (0.1 + 0.2 * ALONG, 1e-15),
+    # Circles are polygons of 64 corners inside them.
+    '<cylinder radius="0.1" length="0.4"/>': (0.1 * ACROSS + 0.2 * ALONG, 0.1 * (1 - math.cos(math.pi / 64))),
+}
+
+
+@pytest.mark.parametrize("shape", SUPPORTS)
+def test_a_shape_reaches_as_far_as_its_support_function(tmp_path, shape):
+    """h(d) of box, sphere, capsule and cylinder in closed form, placed and turned in the link."""
+    (shapes,) = outline(robot(tmp_path, shape), "collision").shapes
+    expected, short = SUPPORTS[shape]
+    reach = support(shapes, DIRECTIONS) - DIRECTIONS @ OFFSET
+    assert np.all(reach <= expected + 1e-15)
+    assert np.all(reach >= expected - short - 1e-15)
+
+
+@pytest.mark.parametrize("name", ["anymal_b", "solo12", "talos", "go2"])
+@pytest.mark.parametrize("kind", ["collision", "visual"])
+def test_real_robots_reach_as_far_as_pinocchio_says(name, kind):
+    """Every body of a real robot reaches as far along the axes of its joint as the geometry that Pinocchio reads."""
+    model = load_robot(name)
+    which = pin.GeometryType.COLLISION if kind == "collision" else pin.GeometryType.VISUAL
+    geometry = pin.GeometryModel()
+    pin.buildGeomFromUrdfString(model.model, model.source.xml, which, geometry, [str(data_folder().parent)])
+    found = outline(model, kind)
+    assert found.warnings == ()
+    for body, shapes in zip(model.bodies, found.shapes, strict=True):
+        boxes = []
+        for item in geometry.geometryObjects:
+            if item.parentJoint == body.joint:
+                points = corners(item.geometry) @ item.placement.rotation.T + item.placement.translation
+                boxes.append((points - body.offset) @ body.rotation)
+        assert bool(boxes) == bool(shapes)
+        if boxes:
+            points = np.concatenate(boxes)
+            axes = np.concatenate([np.eye(3), -np.eye(3)])
+            # Pinocchio's loader keeps meshes in single precision.
+            np.testing.assert_allclose(support(shapes, axes), (points @ axes.T).max(axis=0), atol=2e-6)
+
+
+def corners(geometry):
+    """Points whose extremes along the body's axes are those of a coal geometry that sits straight in its body."""
+    if hasattr(geometry, "vertices"):
+        return geometry.vertices()
+    if hasattr(geometry, "halfSide"):
+        half = geometry.halfSide
+    elif hasattr(geometry, "halfLength"):
+        turn = np.arange(64) * math.pi / 32
+        ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1) * geometry.radius
+        top = np.array([0, 0, geometry.halfLength])
+        return np.concatenate([ring + top, ring - top])
+    else:
+        return fine_ball(geometry.radius)
+    return np.array([[x, y, z] for x in (-half[0], half[0]) for y in (-half[1], half[1]) for z in (-half[2], half[2])])
+
+
+def fine_ball(radius):
+    """A ball so fine that no direction misses its radius by 2e-6 of 2 cm."""
+    height, turn = np.meshgrid(np.linspace(-math.pi / 2, math.pi / 2, 301), np.linspace(0, 2 * math.pi, 600))
+    ball = [np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)]
+    return radius * np.stack(ball, axis=-1).reshape(-1, 3)
+
+
+def test_links_that_are_fixed_to_a_body_are_placed_in_its_frame():
+    """ANYmal's foot hangs on its shank by a fixed joint: the ball is found where the foot's frame is."""
+    anymal = load_robot("anymal_b")
+    foot = anymal.frame("LF_FOOT")
+    (ball,) = [shape for shape in outline(anymal, "collision").shapes[foot.body] if shape.link == "LF_FOOT"]
+    assert ball.radius == pytest.approx(0.031)
+    assert np.linalg.norm(ball.points[0] - foot.offset) < 0.03
+
+
+def test_plain_shapes_cost_milliseconds():
+    """The 41 shapes that ANYmal collides with are read within 5 ms, because no mesh is touched."""
+    anymal = load_robot("anymal_b")
+    times = []
+    for _ in range(5):
+        outline.cache_clear()
+        start = time.perf_counter()
+        outline(anymal, "collision")
+        times.append(time.perf_counter() - start)
+    assert min(times) < 5e-3
+
+
+def stl(path, triangles):
+    """Write a binary STL."""
+    facets = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(t), 0) for t in triangles)
+    path.write_bytes(b"\0" * 80 + struct.pack("<I", len(triangles)) + facets)
+
+
+def collada(*parts, unit="1", steps=""):
+    """A COLLADA text; every part is (vertices, faces) in one geometry, all in one node."""
+    geometry = ""
+    for k, (vertices, faces) in enumerate(parts):
+        numbers, length = " ".join(map(str, np.ravel(vertices))), np.size(vertices)
+        index = " ".join(f"{i} 0" for i in np.ravel(faces))
+        geometry += (
+            f'<geometry id="g{k}"><mesh><source id="s{k}"><float_array id="a{k}" count="{length}">{numbers}</float_array>'
+            f'<technique_common><accessor source="#a{k}" count="{len(vertices)}" stride="3"/></technique_common></source>'
+            f'<vertices id="v{k}"><input semantic="POSITION" source="#s{k}"/></vertices><triangles count="{len(faces)}">'
+            f'<input semantic="VERTEX" source="#v{k}" offset="0"/><input semantic="NORMAL" source="#n" offset="1"/>'
+            f"<p>{index}</p></triangles></mesh></geometry>"
+        )
+    instances = "".join(f'<instance_geometry url="#g{k}"/>' for k in range(len(parts)))
+    return (
+        '<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">'
+        f'<asset><unit meter="{unit}"/><up_axis>Y_UP</up_axis></asset><library_geometries>{geometry}</library_geometries>'
+        f'<library_visual_scenes><visual_scene id="scene"><node>{steps}{instances}</node></visual_scene></library_visual_scenes>'
+        '<scene><instance_visual_scene url="#scene"/></scene></COLLADA>'
+    )
+
+
+def volume(mesh):
+    """Volume inside a closed mesh, by the divergence theorem."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    return float(np.sum(a * np.cross(b, c))) / 6.0
+
+
+WRITERS = {
+    "t.stl": lambda path: stl(path, [TETRAHEDRON[list(face)] for face in FACES]),
+    "t.obj": lambda path: path.write_text(
+        "\n".join([f"v {x} {y} {z}" for x, y, z in TETRAHEDRON] + [f"f {a + 1}/1 {b - 4}//2 {c + 1}" for a, b, c in FACES])
+    ),
+    "t.dae": lambda path: path.write_text(collada((TETRAHEDRON, FACES))),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_mesh_keeps_its_volume(tmp_path, name):
+    """A tetrahedron of edges 1, 2, 3 holds 1 m³ in every format, mirrored and stretched by 2 it holds 2 m³."""
+    WRITERS[name](tmp_path / name)
+    assert volume(read_mesh(tmp_path / name)) == pytest.approx(1.0, rel=1e-6)
+    (shapes,) = outline(robot(tmp_path, f'<mesh filename="{name}" scale="2 -1 1"/>'), "collision").shapes
+    assert abs(volume(shapes[0].mesh)) == pytest.approx(2.0, rel=1e-6)
+    assert len(shapes[0].points) == 4
+
+
+def test_parts_of_a_file_keep_their_own_vertices(tmp_path):
+    """Two tetrahedra in one node hold 2 m³; coal 3.0 gives the second the vertices of the first."""
+    (tmp_path / "two.dae").write_text(collada((TETRAHEDRON, FACES), (TETRAHEDRON + 5.0, FACES)))
+    mesh = read_mesh(tmp_path / "two.dae")
+    assert volume(mesh) == pytest.approx(2.0)
+    assert mesh.vertices.max() == 8.0
+
+
+def test_a_collada_scene_is_placed_and_scaled(tmp_path):
+    """Steps apply from the last to the first, and millimetres become metres."""
+    steps = "<translate>0 0 1000</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale>"
+    (tmp_path / "mm.dae").write_text(collada((1000.0 * TETRAHEDRON, FACES), unit="0.001", steps=steps))
+    expected = [[0, 0, 1], [0, 2, 1], [-2, 0, 1], [0, 0, 4]]
+    np.testing.assert_allclose(read_mesh(tmp_path / "mm.dae").vertices, expected, atol=1e-12)
+
+
+def test_polygons_are_cut_into_triangles(tmp_path):
+    """A unit cube of six quadrilaterals holds 1 m³, as a Wavefront file and as a COLLADA polylist."""
+    cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    lines = [f"v {x} {y} {z}" for x, y, z in cube] + ["usemtl red", *("f " + " ".join(str(i + 1) for i in face) for face in faces)]
+    (tmp_path / "cube.obj").write_text("\n".join(lines))
+    text = collada((cube, faces)).replace('<triangles count="6">', '<polylist count="6">').replace("</triangles>", "</polylist>")
+    (tmp_path / "cube.dae").write_text(text.replace("<p>", "<vcount>4 4 4 4 4 4</vcount><p>"))
+    assert abs(volume(read_mesh(tmp_path / "cube.obj"))) == pytest.approx(1.0)
+    assert abs(volume(read_mesh(tmp_path / "cube.dae"))) == pytest.approx(1.0)
+
+
+def test_a_flat_mesh_keeps_its_vertices(tmp_path):
+    """A hull without volume ends the process inside coal, so a plate is never given to it."""
+    (tmp_path / "plate.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv .5 .5 0\nf 1 2 3\nf 2 4 3\n")
+    (shapes,) = outline(robot(tmp_path, '<mesh filename="plate.obj"/>'), "collision").shapes
+    assert len(shapes[0].points) == 5
+
+
+BROKEN = {
+    "empty.stl": b"",
+    "cut.stl": b"\0" * 80 + struct.pack("<I", 7),
+    "words.obj": b"v one two three\nf 1 2 3",
+    "beyond.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9",
+    "nan.obj": b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3",
+    "empty.dae": b"",
+    "cut.dae": b"<COLLADA><asset>",
+    "other.dae": b"<svg/>",
+    "bomb.dae": b'<!DOCTYPE a [<!ENTITY b "cc">]><COLLADA>&b;</COLLADA>',
+    "nothing.dae": b"<COLLADA/>",
+    "words.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "here be dragons").encode(),
+    "beyond.dae": collada((TETRAHEDRON, (*FACES, (0, 1, 7)))).encode(),
+    "gap.dae": collada((TETRAHEDRON, FACES)).replace("#s0", "#nowhere").encode(),
+    "what.xyz": b"0 0 0",
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
+    """The other shapes are there, one line tells, and no library speaks for itself."""
+    (tmp_path / name).write_bytes(BROKEN[name])
+    found = outline(robot(tmp_path, f'<mesh filename="{name}"/>', '<sphere radius="0.1"/>'), "collision")
+    assert [shape.radius for shape in found.shapes[0]] == [0.1]
+    (warning,) = found.warnings
+    assert warning.startswith(f'a collision shape could not be read ("{name}": ')
+    assert warning.endswith("); every body keeps others")
+    assert "\n" not in warning
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_could_not_be_read_is_folded_into_one_line(tmp_path):
+    """A missing file and one outside the robot's folders: one line that names the first and what is lost."""
+    shapes = ['<mesh filename="gone.stl"/>', '<mesh filename="../../../../etc/passwd"/>']
+    found = outline(robot(tmp_path, *shapes, link="torso"), "collision")
+    assert found.shapes == ((),)
+    (warning,) = found.warnings
+    assert warning.startswith("2 of 2 collision shapes could not be read (first: ")
+    assert '"gone.stl"' in warning
+    assert warning.endswith('); no collision geometry is left for "torso"')
+
+
+def test_mjcf_geometry_is_read_with_its_meshes(tmp_path):
+    """Geoms of an MJCF are found on their bodies; one whose mesh is missing is told."""
+    stl(tmp_path / "t.stl", [TETRAHEDRON[list(face)] for face in FACES])
+    weight = '<inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>'
+    (tmp_path / "r.xml").write_text(
+        '<mujoco model="r"><asset><mesh name="t" file="t.stl" scale="2 1 1"/><mesh name="gone" file="gone.stl"/></asset>'
+        f'<worldbody><geom type="plane" size="1 1 1"/><body name="a"><freejoint/>{weight}<geom type="mesh" mesh="t"/>'
+        f'<geom type="mesh" mesh="gone"/><body name="b"><joint name="j"/>{weight}'
+        '<geom type="capsule" size="0.1" fromto="0 0 0 1 0 0"/><geom type="ellipsoid" size="0.1 0.2 0.3"/>'
+        "</body></body></worldbody></mujoco>"
+    )
+    mjcf = load_robot(str(tmp_path / "r.xml"))
+    found = outline(mjcf, "collision")
+    a, b = found.shapes
+    assert abs(volume(a[0].mesh)) == pytest.approx(2.0, rel=1e-6)
+    np.testing.assert_allclose(np.sort(b[0].points[:, 0]), [0.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(np.ptp(b[1].points, axis=0), [0.2, 0.4, 0.6], rtol=2.5e-3)
+    assert found.warnings[0].startswith("a collision shape could not be read (")
+    assert "gone.stl" in found.warnings[0]
+
+
+def body(mass, inertia, com=(0.0, 0.0, 0.0)):
+    """A body in its joint's frame."""
+    return Body("b", 1, ("b",), np.eye(3), np.zeros(3), mass, np.array(com), np.array(inertia, dtype=float))
+
+
+def test_the_inertia_box_has_the_inertia_of_the_body():
+    """A uniform box of the found size, place and axes has the body's mass moments again."""
+    turn = pin.rpy.rpyToMatrix(0.3, 0.7, -0.2)
+    inertia = turn @ np.diag([0.02, 0.03, 0.04]) @ turn.T
+    box = inertia_box(body(2.0, inertia, (0.1, 0.2, 0.3)))
+    arms = box.points - [0.1, 0.2, 0.3]
+    # Of a box with half sides h the eight corners average h², its volume h² / 3.
+    second = 2.0 * (arms.T @ arms) / 8.0 / 3.0
+    np.testing.assert_allclose(np.trace(second) * np.eye(3) - second, inertia, atol=1e-15)
+
+
+def test_a_rod_is_a_box_without_width():
+    """Rounding below zero is no reason to refuse a slender body."""
+    assert np.ptp(inertia_box(body(3.0, np.diag([0.25, 0.25, 0.0]))).points, axis=0) == pytest.approx([0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("mass", "inertia"),
+    [(0.0, np.zeros((3, 3))), (1.0, np.zeros((3, 3))), (1.0, np.full((3, 3), 1e-6)), (1.0, np.diag([1.0, 1.0, 3.0]))],
+    ids=["massless", "a point", "all entries alike", "against the triangle inequality"],
+)
+def test_no_box_for_what_no_body_can_be(mass, inertia):
+    """Inertias that no body has give no box."""
+    assert inertia_box(body(mass, inertia)) is None

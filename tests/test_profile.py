@@ -1,0 +1,484 @@
+"""A profile whole: redundant and contradicting contacts, strikes and planes, and what it says about itself."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from robot_texts import joint, link, urdf
+from trees import known_robot, robot_from
+
+from shockpc.errors import SceneError, ShockError, SolveError
+from shockpc.model.contact import Contact
+from shockpc.model.posture import Posture
+from shockpc.model.transmission import Joints
+from shockpc.profile import shock_profile
+from shockpc.scene import GRAVITY, Point, Scene, Strike
+
+CORNERS = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)]
+ANYMAL_FEET = ("LF_FOOT", "LH_FOOT", "RF_FOOT", "RH_FOOT")
+
+
+def box():
+    """A body of 2 kg, its origin in the middle, with no joints."""
+    return robot_from(urdf(link("box", mass="2"), name="box"))
+
+
+def land(robot, contacts, velocity=(0.0, 0.0, -1.0), **changes):
+    return shock_profile(Scene(robot=robot.label, contact=tuple(contacts), strike=Strike(velocity=velocity), **changes), robot)
+
+
+def refusal(robot, contacts, kind=SceneError, **changes):
+    with pytest.raises(kind) as raised:
+        land(robot, contacts, **changes)
+    return str(raised.value)
+
+
+# Contacts that repeat each other
+
+
+@given(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-2.0, -0.1)))
+def test_a_box_on_its_corners_stops_dead(velocity):
+    """Four sticking corners, twelve rows of which six count: no motion is left, and the impulses add up to the momentum."""
+    profile = land(box(), [Contact(frame="box", offset=corner) for corner in CORNERS], velocity)
+    assert (profile.health.rank, profile.health.rows) == (6, 12)
+    np.testing.assert_allclose(profile.delta_qd, [*np.negative(velocity), 0.0, 0.0, 0.0], atol=1e-13)
+    assert [contact.impulse for contact in profile.contacts] == [None] * 4
+    assert [contact.friction_needed for contact in profile.contacts] == [None] * 4
+    assert profile.translates.tolist() == [True]
+
+
+def test_a_box_on_frictionless_corners_needs_three():
+    """Four normals, rank three: the box stops falling and keeps sliding."""
+    contacts = [Contact(frame="box", offset=corner, directions=("z",)) for corner in CORNERS]
+    profile = land(box(), contacts, (0.4, 0.0, -1.0))
+    assert (profile.health.rank, profile.health.rows) == (3, 4)
+    np.testing.assert_allclose(profile.delta_qd, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0], atol=1e-13)
+
+
+def test_two_corners_are_an_axis():
+    """Two sticking points leave a turn about the line through them: five of six rows, the one along the line shared."""
+    profile = land(box(), [Contact(frame="box", offset=(0.3, y, -0.1)) for y in (-0.2, 0.2)])
+    assert (profile.health.rank, profile.health.rows) == (5, 6)
+    assert [contact.impulse is None for contact in profile.contacts] == [True, True]
+    omega = profile.delta_omega[0]
+    np.testing.assert_allclose(omega[[0, 2]], 0.0, atol=1e-13)
+    # About the line: I_o ω = m v · arm, with I_o = 0.1 + 2 (0.3² + 0.1²).
+    assert omega[1] == pytest.approx(-2.0 * 0.3 / (0.1 + 2.0 * (0.3**2 + 0.1**2)), rel=1e-12)
+
+
+def test_a_locked_robot_on_four_feet_is_a_box():
+    """All joints locked, four feet at once: six of twelve rows, everything stops, and no impulse of a single foot is told."""
+    robot = known_robot("anymal_b")
+    profile = land(robot, [Contact(frame=foot) for foot in ANYMAL_FEET], (0.2, 0.1, -1.0), joints=Joints(model="locked"))
+    assert (profile.health.rank, profile.health.rows) == (6, 12)
+    assert [contact.impulse for contact in profile.contacts] == [None] * 4
+    jump = (profile.rotation @ profile.delta_v[..., None])[..., 0]
+    np.testing.assert_allclose(jump, np.tile([-0.2, -0.1, 1.0], (13, 1)), atol=1e-12)
+    np.testing.assert_allclose(profile.delta_omega, 0.0, atol=1e-12)
+    assert profile.translates.all()
+    assert np.isinf(profile.ropc).all()
+
+
+@pytest.mark.parametrize("base", ["free", "planar", "fixed"])
+def test_four_feet_at_once_stop_all_four(base):
+    """On every base each foot's velocity is undone; legs of three joints give every foot its own three rows."""
+    robot = known_robot("anymal_b")
+    profile = land(robot, [Contact(frame=foot) for foot in ANYMAL_FEET], (0.2, 0.1, -1.0), base=base)
+    assert (profile.health.rank, profile.health.rows) == (12, 12)
+    for contact in profile.contacts:
+        frame = robot.frames[contact.frame]
+        i = frame.body
+        jump = profile.rotation[i] @ (profile.delta_v[i] + np.cross(profile.delta_omega[i], frame.offset))
+        np.testing.assert_allclose(jump, [-0.2, -0.1, 1.0], atol=1e-11)  # legs nearly straight
+        assert contact.impulse is not None
+    assert not [warning for warning in profile.health.warnings if "solutions" in warning]
+
+
+def test_bodies_that_do_not_move_raise_no_alarm():
+    """Two feet of a robot on a fixed base: the other legs and the base stay still, and their rounding is no error."""
+    profile = land(known_robot("anymal_b"), [Contact(frame="LF_FOOT"), Contact(frame="RH_FOOT")], base="fixed")
+    assert profile.health.error_estimate < 1e-10
+    assert not [warning for warning in profile.health.warnings if "solutions" in warning]
+    still = [i for i, name in enumerate(profile.bodies) if name[:2] in ("LH", "RF", "ba")]
+    assert len(still) == 7
+    assert not profile.moved[still].any()
+    assert profile.translates[still].all()
+
+
+def test_nearly_repeated_contacts_do_not_contradict():
+    """Two contacts a hair apart on one body strike alike: an axis, or one contact, but never a contradiction."""
+    robot = box()
+    for apart in (1e-3, 1e-6, 3e-9):
+        profile = land(robot, [Contact(frame="box", offset=(0.3, y, -0.1)) for y in (0.0, apart)])
+        assert profile.health.rank == 5
+        np.testing.assert_allclose(profile.delta_omega[0], [0.0, -2.0, 0.0], atol=1e-14 / apart)  # rounding of where they are
+
+
+def test_one_point_twice_is_refused():
+    """The same point of the same body is one contact, whatever the frames are called."""
+    contacts = [Contact(frame="box", offset=(0.3, 0.0, -0.1))] * 2
+    assert refusal(box(), contacts) == (
+        'contacts "box" and "box" are at one point of one body, so they are one contact; '
+        "leave one of them out, or move it by an offset"
+    )
+
+
+# Contacts that cannot be met
+
+
+def test_a_contact_that_the_mechanism_cannot_follow_is_refused():
+    """Legs that swing in x–z, bolted down: a foot struck from the side has nothing to give."""
+    robot = known_robot("quadruped")
+    assert refusal(robot, [Contact(frame="hind_foot")], base="fixed", velocity=(0.0, 0.3, -1.0)) == (
+        'contact "hind_foot" cannot be stopped: 0.3 m/s are left along (0 1 0), because '
+        "the mechanism cannot move that way here, or another contact asks for the opposite; "
+        "leave that direction out of the contact or of the strike, or free the base"
+    )
+    profile = land(robot, [Contact(frame="hind_foot")], base="fixed", velocity=(0.3, 0.0, -1.0))
+    assert (profile.health.rank, profile.health.rows) == (2, 3)
+
+
+def test_contacts_that_ask_for_opposites_are_refused():
+    """Two points of one body, one to bounce along the line through both and one not."""
+    contacts = [Contact(frame="box", offset=(x, 0.0, -0.1), restitution=e) for x, e in ((-0.3, 0.0), (0.3, 1.0))]
+    assert refusal(box(), contacts, velocity=(0.5, 0.0, -1.0)) == (
+        'contact "box" cannot be stopped: 0.25 m/s are left along (1 0 0), because '
+        "the mechanism cannot move that way here, or another contact asks for the opposite; "
+        "leave that direction out of the contact or of the strike, or free the base"
+    )
+    land(box(), contacts)  # straight down nothing contradicts
+
+
+def test_a_straight_leg_on_a_fixed_base_cannot_give_way():
+    """A straight knee cannot shorten: along the leg nothing can be stopped; a hair's bend gives a huge rate, not a wrong one."""
+    robot = known_robot("quadruped")
+    posture = Posture(reference="neutral")
+    message = refusal(robot, [Contact(frame="hind_foot")], base="fixed", posture=posture)
+    assert message.startswith('contact "hind_foot" cannot be stopped: 1 m/s are left along (0 0 1), because ')
+    bend = 1e-6
+    profile = land(
+        robot, [Contact(frame="hind_foot")], base="fixed", posture=Posture(reference="neutral", joints={"hind_knee": bend})
+    )
+    # Two segments l, hip rate α and knee rate β about −y: ẋ = l (α + (α+β) cos b), ż = l (α + β) sin b, to be −0 and +1.
+    beta_alpha = 1.0 / (0.4 * math.sin(bend))
+    alpha = -beta_alpha * math.cos(bend)
+    hip, knee = (robot.model.joints[robot.model.getJointId(name)].idx_v for name in ("hind_hip", "hind_knee"))
+    np.testing.assert_allclose(profile.delta_qd[[hip, knee]], [alpha, beta_alpha - alpha], rtol=1e-8)  # 1e-16 / bend
+
+
+@pytest.mark.parametrize("bend", [1e-4, 1e-7, 1e-9])
+def test_a_huge_rate_in_one_leg_hides_no_contradiction_in_another(bend):
+    """A hind leg all but straight gives way at a rate of one over its bend; the front leg, quite straight, cannot, and that is told."""
+    posture = Posture(reference="neutral", joints={"hind_knee": bend})
+    contacts = [Contact(frame="hind_foot"), Contact(frame="front_foot")]
+    message = refusal(known_robot("quadruped"), contacts, base="fixed", posture=posture)
+    assert message.startswith('contact "front_foot" cannot be stopped: 1 m/s are left along (0 0 1), because ')
+
+
+# A column: pure translation
+
+
+@pytest.mark.parametrize("base", ["free", "planar"])
+@pytest.mark.parametrize("frame", ["heel"])
+def test_a_straight_column_struck_along_its_axis_only_translates(base, frame):
+    """No CoPc, infinite RoPc, uniform shock of 1 in every body, and no pitch."""
+    profile = land(known_robot("leg"), [Contact(frame=frame)], base=base, posture=Posture(reference="straight"))
+    assert profile.translates.all()
+    assert np.isinf(profile.ropc).all()
+    assert np.isnan(profile.copc).all()
+    assert np.isnan(profile.copc_world).all()
+    np.testing.assert_allclose(profile.shock_com, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(profile.shock_min, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(profile.shock_max, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(profile.off_plane, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("knee", [1e-9, 1e-6, 1e-3])
+def test_a_bent_column_turns_however_little_it_is_bent(knee):
+    """A knee bent by a billionth turns the leg, by so much: RoPc goes with one over the bend, and nothing jumps on the way."""
+    posture = Posture(reference="straight", joints={"knee": knee})
+    profile = land(known_robot("leg"), [Contact(frame="heel")], posture=posture)
+    assert not profile.translates.any()
+    reference = land(known_robot("leg"), [Contact(frame="heel")], posture=Posture(reference="straight", joints={"knee": 1e-4}))
+    np.testing.assert_allclose(profile.ropc * knee, reference.ropc * 1e-4, rtol=1e-5)  # the bend's own square, and 1e-16 / 1e-9
+
+
+# NaN where there is nothing, and nowhere else
+
+
+@given(
+    st.sampled_from(["go2", "talos", "quadruped"]),
+    st.sampled_from(["free", "planar"]),
+    st.floats(-80.0, 80.0),
+    st.floats(0.0, 1.0),
+    st.sampled_from(["xz", "yz", "xy", (1.0, 1.0, 0.2)]),
+)
+def test_nothing_is_nan_but_what_does_not_exist(name, base, angle, e, plane):
+    """Every number of a profile is finite, but centre, radius and pitch of a body that only translates or does not turn."""
+    robot = known_robot(name)
+    foot = {"go2": "FL_foot", "talos": "left_sole_link", "quadruped": "hind_foot"}[name]
+    x = math.sin(math.radians(angle))
+    velocity = (x, 0.0, -math.cos(math.radians(angle)))
+    profile = land(robot, [Contact(frame=foot, restitution=e)], velocity, base=base, plane=plane)
+    for part in ("delta_qd", "maps", "position", "rotation", "delta_omega", "delta_v", "off_plane", "shock_com"):
+        assert np.isfinite(getattr(profile, part)).all(), part
+    np.testing.assert_array_equal(np.isnan(profile.copc).any(axis=1), profile.translates)
+    np.testing.assert_array_equal(np.isnan(profile.copc_world).any(axis=1), profile.translates)
+    np.testing.assert_array_equal(np.isinf(profile.ropc), profile.translates)
+    assert np.isfinite(profile.pitch[~profile.translates]).all()
+    assert np.all((profile.off_plane >= 0.0) & (profile.off_plane <= 1.0 + 1e-12))
+    assert math.isfinite(profile.health.error_estimate)
+    assert math.isfinite(profile.health.residual)
+
+
+def test_least_and_greatest_shock_enclose_the_points_of_a_body():
+    """Whatever point of a body's box is asked for lies between its least and its greatest shock."""
+    robot = known_robot("quadruped")
+    profile = land(robot, [Contact(frame="hind_foot")])
+    i = profile.bodies.index("torso")
+    along = np.linspace(-0.4, 0.4, 41)
+    shock = profile.shock_at("torso", np.stack([along, 0 * along, 0 * along], axis=1))
+    assert profile.shock_min[i] <= shock.min()
+    assert shock.max() <= profile.shock_max[i]
+    assert profile.shock_com[i] == pytest.approx(shock[20], rel=1e-12)
+
+
+def test_a_point_feels_what_the_profile_says_of_its_body():
+    """A sensor's jump is v + ω × r in its own axes, and its shock the length of that over the strike's speed."""
+    robot = known_robot("anymal_b")
+    profile = land(robot, [Contact(frame="LF_FOOT")], (0.3, 0.1, -2.0), point=(Point(frame="RH_FOOT", offset=(0.1, 0.2, 0.3)),))
+    found = {point.frame: point for point in profile.points}
+    assert list(found) == ["imu_link", "RH_FOOT:0.1,0.2,0.3"]
+    for name, offset in (("imu_link", (0.0, 0.0, 0.0)), ("RH_FOOT", (0.1, 0.2, 0.3))):
+        frame = robot.frames[name]
+        r = frame.offset + frame.rotation @ offset
+        point = found[name if name == "imu_link" else "RH_FOOT:0.1,0.2,0.3"]
+        jump = profile.delta_v[frame.body] + np.cross(profile.delta_omega[frame.body], r)
+        np.testing.assert_allclose(frame.rotation @ point.delta_v, jump, atol=1e-14)
+        assert point.shock == pytest.approx(np.linalg.norm(jump) / profile.v_in, rel=1e-13)
+        assert point.shock == pytest.approx(profile.shock_at(point.body, r), rel=1e-13)
+        np.testing.assert_allclose(point.position, profile.position[frame.body] + profile.rotation[frame.body] @ r, atol=1e-14)
+
+
+# Strikes
+
+
+@pytest.mark.parametrize(
+    ("strike", "vector"),
+    [
+        (Strike(), (0.0, 0.0, -1.0)),
+        (Strike(speed=2.0), (0.0, 0.0, -2.0)),
+        (Strike(speed=2.0, strike_angle_deg=30.0), (1.0, 0.0, -math.sqrt(3.0))),
+        (Strike(strike_angle_deg=-30.0), (-0.5, 0.0, -math.sqrt(3.0) / 2.0)),
+        (Strike(velocity=(0.1, 0.2, -0.3)), (0.1, 0.2, -0.3)),
+        (Strike(drop_height=0.5), (0.0, 0.0, -math.sqrt(GRAVITY))),
+    ],
+)
+def test_a_strike_is_the_velocity_it_says(strike, vector):
+    """The angle is counted from the vertical, positive moving forward; a fall of h ends at sqrt(2 g h)."""
+    profile = shock_profile(Scene(robot="leg", contact=(Contact(frame="heel"),), strike=strike), known_robot("leg"))
+    np.testing.assert_allclose(profile.strike, vector, atol=1e-15)
+    assert profile.v_in == pytest.approx(np.linalg.norm(vector), rel=1e-15)
+
+
+@pytest.mark.parametrize(("plane", "forward"), [("xz", (1.0, 0.0, 0.0)), ("yz", (0.0, 1.0, 0.0))])
+def test_the_strike_angle_lies_in_the_plane(plane, forward):
+    """Forward is the plane's own first axis."""
+    scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), plane=plane, strike=Strike(strike_angle_deg=90.0 - 1e-3))
+    np.testing.assert_allclose(shock_profile(scene, known_robot("anymal_b")).strike, forward, atol=1e-4)
+
+
+@pytest.mark.parametrize("angle", [90.0, 120.0, -95.0])
+def test_a_strike_that_leaves_the_ground_is_refused(angle):
+    """Without approach there is no impact; the message has the speed and the remedy."""
+    scene = Scene(robot="leg", contact=(Contact(frame="heel"),), strike=Strike(strike_angle_deg=angle))
+    with pytest.raises(SceneError) as raised:
+        shock_profile(scene, known_robot("leg"))
+    how = {
+        90.0: "moves along the ground, approaching it at 6.1e-17 m/s",
+        120.0: "is leaving the ground at 0.5 m/s",
+        -95.0: "is leaving the ground at 0.087 m/s",
+    }[angle]
+    assert str(raised.value) == (
+        f'contact "heel" {how}, so there is no impact; strike angle is {angle:g} deg, try between -90 and 90 deg'
+    )
+
+
+@pytest.mark.parametrize(
+    ("strike", "message"),
+    [
+        (Strike(speed=0.0), "a strike speed of 0 m/s gives no impact; it has to be above zero"),
+        (Strike(speed=-1.0), "a strike speed of -1 m/s gives no impact; it has to be above zero"),
+        (Strike(drop_height=0.0), "a drop height of 0 m gives no impact; it has to be above zero"),
+        (
+            Strike(speed=1.0, drop_height=1.0),
+            "the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height",
+        ),
+        (
+            Strike(strike_angle_deg=10.0, velocity=(0.0, 0.0, -1.0)),
+            "the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height",
+        ),
+        (
+            Strike(velocity=(0.0, 0.0, -1e-170)),
+            "a strike at 1e-170 m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s",
+        ),
+        (Strike(speed=1e200), "a strike at 1e+200 m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s"),
+    ],
+)
+def test_a_strike_without_a_meaning_is_refused(strike, message):
+    """No speed, two speeds, or one beyond all numbers."""
+    with pytest.raises(SceneError) as raised:
+        shock_profile(Scene(robot="leg", contact=(Contact(frame="heel"),), strike=strike), known_robot("leg"))
+    assert str(raised.value) == message
+
+
+NAN, INF = math.nan, math.inf
+
+
+@pytest.mark.parametrize("bad", [NAN, INF, -INF])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda bad: {"contact": (Contact(frame="heel", offset=(bad, 0.0, 0.0)),)},
+        lambda bad: {"contact": (Contact(frame="heel", restitution=bad),)},
+        lambda bad: {"contact": (Contact(frame="heel", directions=((bad, 0.0, 1.0),)),)},
+        lambda bad: {"posture": Posture(joints={"knee": bad})},
+        lambda bad: {"posture": Posture(joints_deg={"knee": bad})},
+        lambda bad: {"posture": Posture(base_rpy_deg=(bad, 0.0, 0.0))},
+        lambda bad: {"posture": Posture(base_position=(bad, 0.0, 0.0))},
+        lambda bad: {"posture": Posture(base_quaternion=(bad, 0.0, 0.0, 1.0))},
+        lambda bad: {"strike": Strike(speed=bad)},
+        lambda bad: {"strike": Strike(strike_angle_deg=bad)},
+        lambda bad: {"strike": Strike(velocity=(bad, 0.0, -1.0))},
+        lambda bad: {"strike": Strike(drop_height=bad)},
+        lambda bad: {"plane": (bad, 0.0, 1.0)},
+        lambda bad: {"point": (Point(frame="heel", offset=(bad, 0.0, 0.0)),)},
+    ],
+)
+def test_a_number_that_is_none_is_refused(change, bad):
+    """NaN and infinity anywhere in a scene end in one clear message, not in a profile, a hang or a traceback."""
+    with pytest.raises(SceneError) as raised:
+        shock_profile(Scene(**({"robot": "leg", "contact": (Contact(frame="heel"),)} | change(bad))), known_robot("leg"))
+    assert str(raised.value).endswith(f"is {bad}, which is not finite; give a finite number")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"plane": "zx"}, 'plane is "zx"; valid are xz, yz, xy'),
+        ({"base": "floating"}, 'base is "floating"; valid are free, planar, fixed'),
+        ({"contact": (Contact(frame="heel", at="bottom"),)}, 'contact[0].at is "bottom"; valid are frame, lowest'),
+        ({"contact": (Contact(frame="heel", directions=("q",)),)}, 'contact[0].directions[0] is "q"; valid are x, y, z'),
+    ],
+)
+def test_a_word_that_is_not_known_is_refused(change, message):
+    """A scene built in Python is checked as a file is: the key, the word, and what would be valid."""
+    with pytest.raises(SceneError) as raised:
+        shock_profile(Scene(**({"robot": "leg", "contact": (Contact(frame="heel"),)} | change)), known_robot("leg"))
+    assert str(raised.value) == message
+
+
+def test_a_scene_without_a_contact_is_refused():
+    """Nothing touches, nothing strikes; the message names a link to try."""
+    assert refusal(known_robot("leg"), []) == 'no contact is given, so nothing strikes; name a link of robot "leg", such as "heel"'
+
+
+# Bodies without inertia
+
+
+def pendulum(mass, inertia, com, carry=""):
+    """A box that carries a bob on a hinge, and a foot on the bob."""
+    moments = f'<inertia ixx="{inertia}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/>'
+    bob = f'<link name="bob"><inertial><origin xyz="{com}"/><mass value="{mass}"/>{moments}</inertial></link>'
+    hinge = joint("hinge", "box", "bob", "continuous", "0.1 1 0.2", more='<origin xyz="0.3 0.1 -0.2" rpy="0.3 0.4 0.5"/>')
+    tip = '<link name="tip"/>' + joint("tip_fixed", "bob", "tip", "fixed", more='<origin xyz="0.2 0.1 -0.3"/>')
+    return robot_from(urdf(link("box"), bob, hinge, tip, carry))
+
+
+TILTED = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"hinge": 0.7})
+
+
+@pytest.mark.parametrize(("mass", "com"), [("0", "0 0 0"), ("1", "0 0 0"), ("1", "0.01 0.1 0.02")])
+def test_a_body_that_nothing_resists_is_named(mass, com):
+    """A bob without mass, or with all of it on its axis, spins at no cost: the body is to blame, not the contact."""
+    message = refusal(pendulum(mass, "0", com), [Contact(frame="tip")], kind=SolveError, posture=TILTED)
+    assert message == (
+        'body "bob" of robot "r" can move but carry no mass or inertia to resist it, so the inertia matrix cannot be inverted; '
+        "give them mass and inertia in the file, or lock their joints with --lock"
+    )
+
+
+@pytest.mark.parametrize("inertia", ["1e-6", "1e-12", "1e-16"])
+def test_a_tiny_inertia_goes_to_its_limit(inertia):
+    """As the bob's inertia vanishes the shock settles, and the profile's estimate stays as good as it says."""
+    light = land(pendulum("1", inertia, "0 0 0"), [Contact(frame="tip")], posture=TILTED)
+    limit = land(pendulum("1", "1e-9", "0 0 0"), [Contact(frame="tip")], posture=TILTED)
+    np.testing.assert_allclose(light.ropc, limit.ropc, rtol=1e3 * max(float(inertia), 1e-9))
+    assert light.health.error_estimate < 1e-8
+
+
+def test_a_massless_link_in_between_is_no_obstacle():
+    """A bracket without mass between two hinges, as files have them, carries the shock like a body of next to no mass."""
+    extra = link("end", mass="0.5") + joint("second", "bob", "end", axis="1 0 0")
+    profiles = [
+        land(pendulum(mass, inertia, "0 0 0", extra), [Contact(frame="end", offset=(0.1, 0.2, -0.1))], posture=TILTED)
+        for mass, inertia in (("0", "0"), ("1e-9", "1e-12"))
+    ]
+    np.testing.assert_allclose(profiles[0].delta_qd, profiles[1].delta_qd, rtol=1e-6)
+    assert profiles[0].health.error_estimate < 1e-9
+    assert not profiles[0].translates.any()
+
+
+def test_every_refusal_is_a_shock_error():
+    """One root catches all that is refused here."""
+    assert issubclass(SceneError, ShockError)
+    assert issubclass(SolveError, ShockError)
+
+
+# What a profile says of itself
+
+
+def test_a_profile_says_all_that_was_computed():
+    """Defaults are filled in: posture, base, speed and angle."""
+    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
+    assert profile.scene.posture.reference == "standing"
+    assert profile.scene.base == "free"
+    assert (profile.scene.strike.speed, profile.scene.strike.strike_angle_deg) == (1.0, 0.0)
+    again = shock_profile(profile.scene, known_robot("anymal_b"))
+    np.testing.assert_array_equal(again.delta_v, profile.delta_v)
+    assert again.scene == profile.scene
+
+
+@pytest.mark.parametrize(("armature", "model"), [({}, "free"), ({"*": 0.01}, "geared"), ({"*_KFE": 0.01}, "mixed")])
+def test_the_joint_model_is_told(armature, model):
+    """No number without what the drives do: free, geared, or some of each."""
+    profile = land(known_robot("anymal_b"), [Contact(frame="LF_FOOT")], joints=Joints(armature=armature))
+    assert profile.joint_model == model
+
+
+def test_reflected_inertia_goes_from_free_to_locked():
+    """As it vanishes the joints are free, as it grows they are locked."""
+    robot = known_robot("anymal_b")
+
+    def jump(**joints):
+        return land(robot, [Contact(frame="LF_FOOT")], joints=Joints(**joints)).delta_v
+
+    free, locked = jump(), jump(model="locked")
+    np.testing.assert_allclose(jump(armature={"*": 1e-12}), free, atol=1e-7)
+    np.testing.assert_allclose(jump(armature={"*": 1e12}), locked, atol=1e-7)
+    assert np.abs(free - locked).max() > 0.1
+
+
+@pytest.mark.parametrize("feet", [("FL_foot", "FR_foot")])
+def test_the_drives_of_a_go2_decide_what_its_trunk_feels(feet):
+    """Two front feet straight down: the base jumps by −0.003 with free joints, 0.07, 0.25 and 0.48 geared, 0.80 locked."""
+    robot = known_robot("go2")
+
+    def jump(**joints):
+        profile = land(robot, [Contact(frame=foot) for foot in feet], joints=Joints(**joints))
+        return (profile.rotation[0] @ profile.delta_v[0])[2]
+
+    found = [jump(), *(jump(armature={"*": a}) for a in (0.01, 0.05, 0.2)), jump(model="locked")]
+    np.testing.assert_allclose(found, [-0.003, 0.07, 0.25, 0.48, 0.80], atol=0.006)  # two digits were written down

@@ -1,0 +1,124 @@
+"""The README: every command in it runs, every block of Python and every scene too, and what it shows is what one gets."""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from commands import ROBOTS, STICK, dog_in, good
+
+README = Path(__file__).parent.parent / "README.md"
+TEXT = README.read_text(encoding="utf-8")
+
+LINK_WITH_IMU = """  <link name="imu_link"/>
+  <joint name="imu_fixed" type="fixed">
+    <origin xyz="0.02 0 0.1"/>
+    <parent link="body"/>
+    <child link="imu_link"/>
+  </joint>
+</robot>"""
+POSTURES = """<robot name="stick">
+  <group name="all"><joint name="root_joint"/><joint name="knee"/></group>
+  <group_state name="standing" group="all">
+    <joint name="root_joint" value="0 0 0.4 0 0 0 1"/>
+    <joint name="knee" value="-0.2"/>
+  </group_state>
+</robot>
+"""
+SCENE = 'robot = "robot.urdf"\n[[contact]]\nframe = "foot"\n'
+
+
+class Block(NamedTuple):
+    """A fenced block: its language and its text."""
+
+    language: str
+    text: str
+
+
+class Typed(NamedTuple):
+    """A command line, and the output shown under it; empty if none is."""
+
+    line: str
+    shown: str
+
+
+BLOCKS = [Block(*found) for found in re.findall(r"^```(\w*)[^\n]*\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)]
+
+
+def commands() -> list[Typed]:
+    """Every `shockpc …` in a fenced block. After a prompt, what follows is its output; `…` on a line stands for any lines."""
+    found = []
+    for block in BLOCKS:
+        if block.language in ("python", "toml", "json", "xml"):
+            continue
+        lines = block.text.replace("\\\n", " ").splitlines()
+        prompted = any(line.startswith("$ ") for line in lines)
+        for k, line in enumerate(lines):
+            if prompted and not line.startswith("$ "):
+                continue
+            words = line.removeprefix("$ ")
+            if words.startswith("shockpc "):
+                end = next((n for n in range(k + 1, len(lines)) if lines[n].startswith("$ ")), len(lines))
+                found.append(Typed(words, "\n".join(lines[k + 1 : end]).strip("\n") if prompted else ""))
+    return found
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with the files that the README speaks of as the reader's own."""
+    folder = tmp_path / "work"
+    shutil.copytree(ROBOTS / "dog", folder)
+    dog_in(tmp_path)
+    monkeypatch.chdir(folder)
+    for name in ("robot", "leg"):
+        (folder / f"{name}.urdf").write_text(STICK.replace("</robot>", LINK_WITH_IMU), encoding="utf-8")
+        (folder / f"{name}.srdf").write_text(POSTURES, encoding="utf-8")
+    scenes = [block.text for block in BLOCKS if block.language == "toml" and re.search(r"^robot = ", block.text, re.MULTILINE)]
+    (folder / "landing.toml").write_text(scenes[0] if scenes else SCENE, encoding="utf-8")
+    return folder
+
+
+def words_of(line: str) -> list[str]:
+    """The words of a command without its comment, and without the commands that its output goes to."""
+    words = shlex.split(line, comments=True)
+    cut = next((k for k, word in enumerate(words) if word in ("|", ">", "&&", ";")), len(words))
+    return words[1:cut]
+
+
+def plain(text: str) -> str:
+    """Text without the sizes of rounding errors, which differ between machines, and blanks at the ends of lines."""
+    text = re.sub(r"residual \S+,|agree to \S+ of", "…", text)
+    return "\n".join(line.rstrip() for line in text.splitlines())
+
+
+def test_commands_run(capfd, here):
+    """In the order of the page, in one folder, so that a later one may use what an earlier one wrote."""
+    found = commands()
+    assert found, "the README shows no command"
+    for typed in found:
+        out = plain(good(capfd, *words_of(typed.line)))
+        for part in re.split(r"^ *(?:…|\.\.\.) *$", plain(typed.shown), flags=re.MULTILINE):
+            assert part.strip("\n") in out, typed.line
+
+
+def test_python_runs(capfd, here):
+    found = [block.text for block in BLOCKS if block.language == "python"]
+    assert found, "the README shows no Python"
+    for text in found:
+        exec(compile(text, "README.md", "exec"), {"__name__": "readme"})
+
+
+def test_scenes_run(capfd, here):
+    """A block of TOML that names a robot is a whole scene."""
+    for block in BLOCKS:
+        if block.language == "toml" and re.search(r"^robot = ", block.text, re.MULTILINE):
+            (here / "scene.toml").write_text(block.text, encoding="utf-8")
+            assert good(capfd, "analyze", "scene.toml")
+
+
+def test_pictures_and_links_are_there():
+    """What the page points to inside the repository exists."""
+    targets = re.findall(r"\]\((?!\w+:|#)([^)#\s]+)", TEXT) + re.findall(r'(?:src|href)="(?!\w+:|#)([^"#]+)"', TEXT)
+    assert [target for target in targets if not (README.parent / target).exists()] == []

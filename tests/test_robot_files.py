@@ -1,0 +1,143 @@
+"""The project's own models: the proportions that the paper prints, and the postures of its figures."""
+
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from shockpc.model.build import build_model
+from shockpc.model.source import RobotSource, read_source
+
+
+def links(source: RobotSource) -> dict[str, pin.Inertia]:
+    """The inertia of each moving body, by its first link."""
+    model = build_model(source)
+    found = {}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and frame.parentJoint and frame.placement.isIdentity():
+            found.setdefault(frame.parentJoint, (frame.name, model.inertias[frame.parentJoint]))
+    return dict(found.values())
+
+
+def posture(source: RobotSource, name: str) -> dict[str, pin.SE3]:
+    """Where every frame is in a posture of the robot's SRDF."""
+    model = build_model(source)
+    assert source.srdf is not None
+    pin.loadReferenceConfigurations(model, str(source.srdf), False)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, model.referenceConfigurations[name])
+    return {frame.name: data.oMf[k].copy() for k, frame in enumerate(model.frames)}
+
+
+def angle(vector: np.ndarray) -> float:
+    """The angle of a direction on the page, counter-clockwise from straight down, x to the right and z up [deg]."""
+    return math.degrees(math.atan2(vector[0], -vector[2]))
+
+
+@pytest.mark.parametrize(("name", "arguments"), [("beam", {}), ("leg", {"torso": "true", "foot": "true"}), ("quadruped", {})])
+def test_beams_are_slender_and_physical(name: str, arguments: dict[str, str]):
+    """Every body: CoM half way, moments across exactly m l²/12, a tensor that a real body has, for any section."""
+    lengths = {
+        "beam": 1.0, "upper_leg": 0.4, "lower_leg": 0.4, "foot": 0.2, "torso": 0.6 if name == "leg" else 0.8,
+        **{f"{which}_{part}_leg": 0.4 for which in ("hind", "front") for part in ("upper", "lower")},
+    }  # fmt: skip
+    for side in (None, "0.1"):
+        bodies = links(read_source(name, xacro=arguments | ({"side": side} if side else {})))
+        assert bodies
+        for body, inertia in bodies.items():
+            length, mass = lengths[body], inertia.mass
+            across = mass * length**2 / 12
+            along = mass * (float(side) if side else {"beam": 0.05}.get(name, 0.02)) ** 2 / 6
+            assert inertia.inertia[1, 1] == pytest.approx(across, rel=1e-15)  # about y, as in the paper
+            moments = np.sort(np.linalg.eigvalsh(inertia.inertia))
+            np.testing.assert_allclose(moments, [along, across, across], rtol=1e-12)
+            assert moments[0] > 0
+            assert moments[0] + moments[1] > moments[2]
+
+
+def test_beam():
+    """Figure 1: c = l/2, p = 2l/3 from the pivot, and its arguments."""
+    source = read_source("beam", xacro={"length": "0.6", "mass": "3"})
+    (beam,) = links(source).values()
+    assert beam.mass == 3.0
+    np.testing.assert_allclose(beam.lever, [0.3, 0, 0], atol=1e-16)
+    model = build_model(source)
+    places = {frame.name: frame.placement.translation[0] for frame in model.frames}
+    assert [places[name] for name in ("pivot", "center", "percussion", "tip")] == pytest.approx([0, 0.3, 0.4, 0.6])
+
+
+@pytest.mark.parametrize("torso", [False, True])
+@pytest.mark.parametrize("foot", [False, True])
+def test_leg_proportions(torso: bool, foot: bool):
+    """Section 4.1: upper leg twice the lower; torso 3/2 long and twice the leg; foot half as long and heavy."""
+    bodies = links(read_source("leg", xacro={"torso": str(torso), "foot": str(foot), "length": "0.5", "mass": "2"}))
+    wanted = {"upper_leg": (4.0, 0.25), "lower_leg": (2.0, 0.25)}
+    if torso:
+        wanted["torso"] = (12.0, 0.375)
+    if foot:
+        wanted["foot"] = (1.0, 0.125)
+    assert {body: (inertia.mass, abs(inertia.lever[2])) for body, inertia in bodies.items()} == {
+        body: pytest.approx(values) for body, values in wanted.items()
+    }
+
+
+def test_leg_postures():
+    """Figure 2: upper leg +15°, torso −5°, and case F with the foot 105° from a vertical shank; the contact is on the ground."""
+    source = read_source("leg", xacro={"torso": "true", "foot": "true"})
+    for name, shank, contact in (("standing", -10.0, "heel"), ("standing_on_ball", 0.0, "ball")):
+        at = {frame: place.translation for frame, place in posture(source, name).items()}
+        assert angle(at["knee"] - at["hip"]) == pytest.approx(15.0)
+        assert angle(at["heel"] - at["knee"]) == pytest.approx(shank, abs=1e-12)
+        assert angle(at["hip"] - at["head"]) == pytest.approx(-5.0)
+        assert angle(at["ball"] - at["heel"]) == pytest.approx(105.0 + shank)
+        assert at[contact][2] == pytest.approx(0.0, abs=1e-15)
+    straight = posture(source, "straight")
+    assert angle(straight["heel"].translation - straight["hip"].translation) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_one_leg_posture_serves_every_variant(capfd: pytest.CaptureFixture[str]):
+    """Joints that a variant lacks are ignored, and the leg stands alike."""
+    whole = posture(read_source("leg", xacro={"torso": "true", "foot": "true"}), "standing")
+    bare = posture(read_source("leg"), "standing")
+    np.testing.assert_allclose(bare["heel"].translation, whole["heel"].translation, atol=1e-16)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_quadruped_proportions():
+    """Section 4.3: upper legs four times the lower, torso twice both legs (2/3 of the robot) and two segments long."""
+    bodies = links(read_source("quadruped"))
+    assert len(bodies) == 5
+    masses = {body: inertia.mass for body, inertia in bodies.items()}
+    for which in ("hind", "front"):
+        assert masses[f"{which}_upper_leg"] == 4 * masses[f"{which}_lower_leg"]
+    legs = sum(mass for body, mass in masses.items() if body != "torso")
+    assert masses["torso"] == 2 * legs
+    assert masses["torso"] == pytest.approx(2 / 3 * sum(masses.values()))
+
+
+@pytest.mark.parametrize(("name", "leg"), [("standing", 30), ("legs_20", 20), ("legs_10", 10), ("legs_0", 0)])
+def test_quadruped_postures(name: str, leg: int):
+    """Figure 5: nose up by 15°, hind knee forward and front knee backward by the leg's angle, hind foot on the ground."""
+    places = posture(read_source("quadruped"), name)
+    at = {frame: place.translation for frame, place in places.items()}
+    assert angle(at["front_hip"] - at["hind_hip"]) == pytest.approx(90 + 15)
+    for which, knee in (("hind", leg), ("front", -leg)):
+        assert angle(at[f"{which}_knee"] - at[f"{which}_hip"]) == pytest.approx(knee, abs=1e-12)
+        assert angle(at[f"{which}_foot"] - at[f"{which}_knee"]) == pytest.approx(-knee, abs=1e-12)
+    assert at["hind_foot"][2] == pytest.approx(0.0, abs=1e-15)
+    assert at["front_foot"][2] > 0.2
+    np.testing.assert_allclose(at["imu_link"], (at["front_hip"] + at["hind_hip"]) / 2, atol=1e-15)
+
+
+def test_joints_turn_as_the_paper_counts():
+    """A positive joint angle is counter-clockwise with x to the right: it brings a hanging segment forward."""
+    for name in ("leg", "quadruped"):
+        model = build_model(read_source(name, xacro={"torso": "true", "foot": "true"} if name == "leg" else {}))
+        data = model.createData()
+        q = pin.neutral(model)
+        for joint in range(2, model.njoints):
+            spin = np.zeros(model.nv)
+            spin[model.joints[joint].idx_v] = 1.0
+            pin.forwardKinematics(model, data, q, spin)
+            np.testing.assert_allclose(data.v[joint].angular - data.v[model.parents[joint]].angular, [0, -1, 0], atol=1e-15)

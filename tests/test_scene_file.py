@@ -1,0 +1,666 @@
+"""Scenes as TOML: every key is read, every slip is named, and what is written comes back the same."""
+
+import dataclasses
+import json
+import os
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+from commands import STICK, Outcome, dog_in, good, run
+from hypothesis import given
+from hypothesis import strategies as st
+
+from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene
+from shockpc.model.closure import Closure, Place
+from shockpc.model.transmission import Joints, Rotor
+from shockpc.scene import scene_table
+from shockpc.scene_file import scene_schema, scene_text
+
+EVERY_KEY = """\
+robot = "dog/dog.urdf.xacro"
+base = "planar"
+plane = [0, -1, 0]
+srdf = "dog/dog.srdf"
+stance = ["rh_foot"]
+assemble = ["*_hip"]
+v_in = "com"
+pulse = "half-sine:5ms"
+range_g = 16
+
+[packages]
+dog_description = "dog"
+
+[xacro]
+payload = "1.5"
+
+[posture]
+reference = "standing"
+base_position = [0, 0, 0.5]
+base_rpy_deg = [0, 15, 0]
+joints = { lf_hip = 0.5 }
+joints_deg = { "rh_*" = -15 }
+
+[strike]
+speed = 1.5
+strike_angle_deg = 30
+angular_velocity = [0, 0.5, 0]
+joint_velocities = { "?f_hip" = 0.2 }
+
+[joints]
+model = "geared"
+armature = { "*" = 0.01 }
+rotor = { lf_hip = { inertia = 1e-4, gear_ratio = 9 } }
+locked = ["lh_hip"]
+
+[[closure]]
+a = { frame = "lf_leg", offset = [0, 0, -0.1] }
+b = { frame = "rf_leg", offset = [0, 0, -0.1] }
+kind = "point"
+directions = ["x", [0, 0, 1]]
+
+[[contact]]
+frame = "lf_foot"
+offset = [0, 0, -0.02]
+at = "frame"
+directions = ["x", [0, 1, 0], "z"]
+kind = "point"
+restitution = 0.25
+
+[[contact]]
+frame = "rf_foot"
+at = "lowest"
+directions = ["z"]
+
+[[point]]
+frame = "trunk_imu"
+offset = [0.01, 0, 0]
+
+[[point]]
+frame = "trunk"
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A working folder with a stick.urdf and the dog's package in it."""
+    folder = tmp_path.resolve()
+    monkeypatch.chdir(folder)
+    (folder / "stick.urdf").write_text(STICK)
+    dog_in(folder)
+    return folder
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "landing.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_key_is_read(here):
+    assert read_scene(write(here, EVERY_KEY)) == Scene(
+        robot=str(here / "dog/dog.urdf.xacro"),
+        base="planar",
+        plane=(0.0, -1.0, 0.0),
+        srdf=str(here / "dog/dog.srdf"),
+        stance=("rh_foot",),
+        assemble=("*_hip",),
+        v_in="com",
+        pulse="half-sine:5ms",
+        range_g=16.0,
+        packages={"dog_description": str(here / "dog")},
+        xacro={"payload": "1.5"},
+        posture=Posture(
+            reference="standing",
+            base_position=(0.0, 0.0, 0.5),
+            base_rpy_deg=(0.0, 15.0, 0.0),
+            joints={"lf_hip": 0.5},
+            joints_deg={"rh_*": -15.0},
+        ),
+        strike=Strike(speed=1.5, strike_angle_deg=30.0, angular_velocity=(0.0, 0.5, 0.0), joint_velocities={"?f_hip": 0.2}),
+        joints=Joints(
+            model="geared", armature={"*": 0.01}, rotor={"lf_hip": Rotor(inertia=1e-4, gear_ratio=9.0)}, locked=("lh_hip",)
+        ),
+        closure=(
+            Closure(
+                a=Place(frame="lf_leg", offset=(0.0, 0.0, -0.1)),
+                b=Place(frame="rf_leg", offset=(0.0, 0.0, -0.1)),
+                directions=("x", (0.0, 0.0, 1.0)),
+            ),
+        ),
+        contact=(
+            Contact(frame="lf_foot", offset=(0, 0, -0.02), directions=("x", (0.0, 1.0, 0.0), "z"), restitution=0.25),
+            Contact(frame="rf_foot", at="lowest", directions=("z",)),
+        ),
+        point=(Point(frame="trunk_imu", offset=(0.01, 0, 0)), Point(frame="trunk")),
+    )
+
+
+def test_other_ways_to_say_it(here):
+    """Keys that exclude those above."""
+    text = 'robot = "anymal_b"\n[posture]\nbase_quaternion = [0, 0, 0, 1]\n[strike]\n'
+    turned = Posture(base_quaternion=(0.0, 0.0, 0.0, 1.0))
+    assert read_scene(write(here, text + "velocity = [0, 0, -1]\n")) == Scene(
+        robot="anymal_b", posture=turned, strike=Strike(velocity=(0.0, 0.0, -1.0))
+    )
+    assert read_scene(write(here, text + "drop_height = 1\n")) == Scene(
+        robot="anymal_b", posture=turned, strike=Strike(drop_height=1.0)
+    )
+
+
+CHANGES = {
+    'base = "planar"': 'base = "free"',
+    "plane = [0, -1, 0]": 'plane = "yz"',
+    'srdf = "dog/dog.srdf"': 'srdf = "other.srdf"',
+    'stance = ["rh_foot"]': "",
+    'assemble = ["*_hip"]': 'assemble = ["rf_hip"]',
+    'v_in = "com"': "",
+    'pulse = "half-sine:5ms"': 'pulse = "half-sine:6ms"',
+    "range_g = 16": "range_g = 0.001",
+    'dog_description = "dog"': 'dog_description = "cat"',
+    'payload = "1.5"': "",
+    'reference = "standing"': 'reference = "crouched"',
+    "base_position = [0, 0, 0.5]": "",
+    "base_rpy_deg = [0, 15, 0]": "",
+    "joints = { lf_hip = 0.5 }": "",
+    'joints_deg = { "rh_*" = -15 }': "",
+    "speed = 1.5": "",
+    "strike_angle_deg = 30": "",
+    "angular_velocity = [0, 0.5, 0]": "",
+    'joint_velocities = { "?f_hip" = 0.2 }': "",
+    'model = "geared"': 'model = "locked"',
+    'armature = { "*" = 0.01 }': "",
+    "rotor = { lf_hip = { inertia = 1e-4, gear_ratio = 9 } }": "",
+    'locked = ["lh_hip"]': "",
+    'a = { frame = "lf_leg", offset = [0, 0, -0.1] }': 'a = { frame = "lf_leg", offset = [0, 0, -0.05] }',
+    'b = { frame = "rf_leg", offset = [0, 0, -0.1] }': 'b = { frame = "rf_leg", offset = [0, 0, -0.15] }',
+    'kind = "point"\ndirections': 'kind = "frame"\ndirections',
+    'directions = ["x", [0, 0, 1]]': 'directions = ["x"]',
+    'frame = "lf_foot"': 'frame = "lf_leg"',
+    "offset = [0, 0, -0.02]": "",
+    'at = "frame"': 'at = "lowest"',
+    'directions = ["x", [0, 1, 0], "z"]': 'directions = ["z"]',
+    'kind = "point"\nrestitution': 'kind = "flat"\nrestitution',
+    "restitution = 0.25": "",
+    'frame = "rf_foot"': 'frame = "rf_leg"',
+    'at = "lowest"': "",
+    'directions = ["z"]': "",
+    'frame = "trunk_imu"': 'frame = "lf_leg"',
+    "offset = [0.01, 0, 0]": "",
+    'frame = "trunk"\n': 'frame = "rf_leg"\n',
+}
+"""A change to every line of EVERY_KEY."""
+
+
+def test_every_line_has_a_change():
+    lines = [line for line in EVERY_KEY.splitlines()[1:] if "=" in line]
+    assert [line for line in lines if not any(line in old for old in CHANGES)] == []
+    assert [old for old in CHANGES if EVERY_KEY.count(old) != 1] == []
+
+
+@pytest.mark.parametrize("old", CHANGES)
+def test_every_key_counts(capfd, here, old):
+    """No key is read and then forgotten: a change to any line of the scene changes the numbers, or is refused."""
+    (here / "other.srdf").write_text((here / "dog/dog.srdf").read_text().replace("0.3", "0.35"))
+    shutil.copytree(here / "dog", here / "cat")
+    (here / "cat/leg.xacro").write_text((here / "cat/leg.xacro").read_text().replace('mass value="0.5"', 'mass value="0.6"'))
+    before = results(capfd, write(here, EVERY_KEY))
+    assert before[0].startswith("robot ")
+    assert results(capfd, write(here, EVERY_KEY.replace(old, CHANGES[old]))) != before
+
+
+def results(capfd: pytest.CaptureFixture[str], path: Path) -> tuple[str, object]:
+    """The tables and the numbers of a scene, without the words of the scene itself; or the refusal, twice."""
+    tables = run(capfd, "analyze", path)
+    document = run(capfd, "analyze", path, "--format", "json")
+    if tables.code:
+        return tables.err, document.err
+    return tables.out, {key: part for key, part in json.loads(document.out).items() if key != "scene"}
+
+
+def write_scene(folder: Path, scene: Scene) -> Path:
+    return write(folder, scene_text(scene, folder))
+
+
+TOP_KEYS = (
+    "robot, base, plane, srdf, packages, xacro, posture, strike, contact, stance, closure, assemble, joints, point, "
+    "v_in, pulse, range_g"
+)
+CONTACT_KEYS = "frame, offset, at, directions, kind, restitution"
+POSTURE_KEYS = "reference, base_position, base_rpy_deg, base_quaternion, joints, joints_deg"
+STRIKE_KEYS = "speed, strike_angle_deg, velocity, drop_height, angular_velocity, joint_velocities"
+PLANE = '"xz", "yz" or "xy" or a list of 3 finite numbers'
+AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "robot is missing; every scene needs it"),
+        ("robot = 3", "robot has to be text in quotes, not 3"),
+        ("robots = 'leg'", f"robot is missing; every scene needs it; robots: no such key; valid here: {TOP_KEYS}"),
+        ("ROBOT\nfoot = 1", f"foot: no such key; valid here: {TOP_KEYS}"),
+        ('ROBOT\nbase = "loose"', 'base has to be "free", "planar" or "fixed", not "loose"'),
+        ('ROBOT\nplane = "zx"', f'plane has to be {PLANE}, not "zx"'),
+        ("ROBOT\nplane = [0, 1]", f"plane has to be {PLANE}, not [0, 1]"),
+        ('ROBOT\nplane = [0, 1, "z"]', f'plane has to be {PLANE}, not [0, 1, "z"]'),
+        ("ROBOT\nplane = [0, 0, 1, 0]", f"plane has to be {PLANE}, not [0, 0, 1, 0]"),
+        ("ROBOT\nsrdf = false", "srdf has to be text in quotes, not false"),
+        ('ROBOT\npackages = "dog"', 'packages has to be a table, each of its values text in quotes, not "dog"'),
+        ('ROBOT\n[packages]\n"a.b" = 1', 'packages."a.b" has to be text in quotes, not 1'),
+        ("ROBOT\n[xacro]\npayload = 1.5", "xacro.payload has to be text in quotes, not 1.5"),
+        ('ROBOT\nposture = "standing"', 'posture has to be a table, not "standing"'),
+        ("ROBOT\n[posture]\nrefrence = 'x'", f"posture.refrence: no such key; valid here: {POSTURE_KEYS}"),
+        ("ROBOT\n[posture]\nreference = 1", "posture.reference has to be text in quotes, not 1"),
+        ("ROBOT\n[posture]\nbase_position = [0, 0]", "posture.base_position has to be a list of 3 finite numbers, not [0, 0]"),
+        ("ROBOT\n[posture]\nbase_rpy_deg = 15", "posture.base_rpy_deg has to be a list of 3 finite numbers, not 15"),
+        (
+            "ROBOT\n[posture]\nbase_quaternion = [0, 0, 0]",
+            "posture.base_quaternion has to be a list of 4 finite numbers, not [0, 0, 0]",
+        ),
+        ("ROBOT\n[posture]\njoints = [1]", "posture.joints has to be a table, each of its values a finite number, not [1]"),
+        ("ROBOT\n[posture]\njoints_deg = { knee = '9' }", 'posture.joints_deg.knee has to be a finite number, not "9"'),
+        ("ROBOT\n[posture]\njoints = { knee = 1e999 }", "posture.joints.knee has to be a finite number, not Infinity"),
+        ("ROBOT\nstrike = 1", "strike has to be a table, not 1"),
+        ("ROBOT\n[strike]\nspeed = nan", "strike.speed has to be a finite number, not NaN"),
+        ("ROBOT\n[strike]\nspeed = true", "strike.speed has to be a finite number, not true"),
+        ("ROBOT\n[strike]\nangle = 1", f"strike.angle: no such key; valid here: {STRIKE_KEYS}"),
+        (
+            "ROBOT\n[strike]\nvelocity = [0, 0, -inf]",
+            "strike.velocity has to be a list of 3 finite numbers, not [0, 0, -Infinity]",
+        ),
+        ('ROBOT\ncontact = "foot"', 'contact has to be a list of tables, each begun with [[contact]], not "foot"'),
+        (
+            'ROBOT\n[contact]\nframe = "foot"',
+            'contact has to be a list of tables, each begun with [[contact]], not {"frame": "foot"}',
+        ),
+        ("ROBOT\n[[contact]]", "contact[0].frame is missing; every contact needs it"),
+        (
+            "ROBOT\n[[contact]]\nframe = 'foot'\n[[contact]]\nframe = 1",
+            "contact[1].frame has to be text in quotes, not 1",
+        ),
+        ("ROBOT\n[[contact]]\nframe = 'f'\nmu = 1", f"contact[0].mu: no such key; valid here: {CONTACT_KEYS}"),
+        ("ROBOT\n[[contact]]\nframe = 'f'\nat = 'top'", 'contact[0].at has to be "frame" or "lowest", not "top"'),
+        (
+            "ROBOT\n[[contact]]\nframe = 'f'\ndirections = 'z'",
+            f'contact[0].directions has to be a list, each of its entries {AXIS}, not "z"',
+        ),
+        (
+            "ROBOT\n[[contact]]\nframe = 'f'\ndirections = ['x', 'w']",
+            f'contact[0].directions[1] has to be {AXIS}, not "w"',
+        ),
+        (
+            "ROBOT\n[[contact]]\nframe = 'f'\ndirections = [[0, 1]]",
+            f"contact[0].directions[0] has to be {AXIS}, not [0, 1]",
+        ),
+        (
+            "ROBOT\n[[contact]]\nframe = 'f'\noffset = [0, 0, 0, 0]",
+            "contact[0].offset has to be a list of 3 finite numbers, not [0, 0, 0, 0]",
+        ),
+        ("ROBOT\n[[contact]]\nframe = 'f'\nrestitution = 'e'", 'contact[0].restitution has to be a finite number, not "e"'),
+        (
+            "ROBOT\n[[contact]]\nframe = 'f'\nkind = 'round'",
+            'contact[0].kind has to be "point" or "flat", not "round"',
+        ),
+        ("ROBOT\n[[closure]]\na = { frame = 'f' }", "closure[0].b is missing; every closure needs it"),
+        ("ROBOT\n[[closure]]\na = 'f'\nb = { frame = 'g' }", 'closure[0].a has to be a table, not "f"'),
+        (
+            "ROBOT\n[[closure]]\na = { frame = 'f' }\nb = { link = 'g' }",
+            "closure[0].b.frame is missing; every place needs it; closure[0].b.link: no such key; valid here: frame, offset",
+        ),
+        ('ROBOT\n[joints]\nmodel = "stiff"', 'joints.model has to be "free", "geared" or "locked", not "stiff"'),
+        ("ROBOT\n[joints]\narmature = { hip = 'x' }", 'joints.armature.hip has to be a finite number, not "x"'),
+        ("ROBOT\n[joints]\nlocked = 'hip'", 'joints.locked has to be a list, each of its entries text in quotes, not "hip"'),
+        ("ROBOT\n[joints]\nrotor = { hip = 1 }", "joints.rotor.hip has to be a table, not 1"),
+        (
+            "ROBOT\n[joints]\nrotor = 1",
+            "joints.rotor has to be a table, each of its values a table, not 1",
+        ),
+        (
+            "ROBOT\n[joints]\nrotor = { hip = { inertia = 1 } }",
+            "joints.rotor.hip.gear_ratio is missing; every rotor needs it",
+        ),
+        ("ROBOT\nstance = 'foot'", 'stance has to be a list, each of its entries text in quotes, not "foot"'),
+        ("ROBOT\nrange_g = '16'", 'range_g has to be a finite number, not "16"'),
+        ("ROBOT\nv_in = 'base'", 'v_in has to be "contact" or "com", not "base"'),
+        ("ROBOT\n[[point]]\noffset = [0, 0, 0]", "point[0].frame is missing; every point needs it"),
+        ("ROBOT\n[[point]]\nframe = 'imu'\nat = 'x'", "point[0].at: no such key; valid here: frame, offset"),
+        (
+            "ROBOT\nx = 1\n[strike]\nspeed = 'fast'\nsped = 1",
+            f'strike.speed has to be a finite number, not "fast"; strike.sped: no such key; valid here: {STRIKE_KEYS}; '
+            f"x: no such key; valid here: {TOP_KEYS}",
+        ),
+        (
+            f"ROBOT\ncontact = '{'foot' * 30}'",
+            f'contact has to be a list of tables, each begun with [[contact]], not "{("foot" * 30)[:58]}…',
+        ),
+    ],
+)
+def test_slips_are_named(here, text, said):
+    """File, key, what stands there and what would be valid; all slips at once."""
+    path = write(here, text.replace("ROBOT", 'robot = "leg"') + "\n")
+    with pytest.raises(SceneError) as refusal:
+        read_scene(path)
+    assert str(refusal.value) == f"{path}: {said}"
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (
+            b'robot = "leg"\nrobot = "leg"\n',
+            "PATH is not TOML, as a scene has to be: Cannot overwrite a value (at line 2, column 14)",
+        ),
+        (b'robot = "leg\n', "PATH is not TOML, as a scene has to be: Illegal character '\\n' (at line 1, column 13)"),
+        (b"<robot/>\n", "PATH is not TOML, as a scene has to be: Invalid statement (at line 1, column 1)"),
+        (b'robot = "\xff"\n', "PATH is not UTF-8 text; a scene is a TOML file"),
+    ],
+)
+def test_files_that_are_no_toml(here, data, said):
+    path = here / "landing.toml"
+    path.write_bytes(data)
+    with pytest.raises(SceneError) as refusal:
+        read_scene(path)
+    assert str(refusal.value) == said.replace("PATH", str(path))
+
+
+def test_files_that_are_not_there(here):
+    with pytest.raises(SceneError) as refusal:
+        read_scene(Path("away.toml"))
+    assert str(refusal.value) == f'no scene file "away.toml" (looked in {here})'
+    with pytest.raises(SceneError) as refusal:
+        read_scene(here / "dog")
+    assert str(refusal.value) == f'"{here}/dog" is a folder; give the scene file in it'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "[strike]\nvelocity = [0, 0, -1]\nspeed = 1",
+            "the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height",
+        ),
+        (
+            "[posture]\nbase_rpy_deg = [0, 0, 0]\nbase_quaternion = [0, 0, 0, 1]",
+            "the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them",
+        ),
+        (
+            "[posture]\nbase_quaternion = [0, 0, 0, 3]",
+            "base_quaternion has length 3; a rotation (x, y, z, w) has length 1",
+        ),
+        (
+            "[[contact]]\nframe = 'foot'\ndirections = []",
+            'contact "foot" keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors',
+        ),
+        (
+            "[[contact]]\nframe = 'foot'\ndirections = ['x']",
+            'contact "foot" keeps only directions along the ground, so nothing stops its fall; '
+            "add the ground's normal (0, 0, 1) to its directions",
+        ),
+        (
+            "[[contact]]\nframe = 'foot'\ndirections = ['z', [0, 0, 0]]",
+            'contact "foot" has a direction without a length; valid are "x", "y", "z" and vectors',
+        ),
+    ],
+)  # fmt: skip
+def test_scenes_that_contradict_themselves(capfd, here, text, said):
+    """What is well written can still mean nothing."""
+    contact = "" if "[[contact]]" in text else '[[contact]]\nframe = "foot"\n'
+    write(here, f'robot = "stick.urdf"\n{contact}{text}\n')
+    assert run(capfd, "analyze", "landing.toml") == Outcome(2, "", f"shockpc: {said}\n")
+
+
+# Written and read again
+
+
+TEXTS = st.text(st.characters(codec="utf-8"), max_size=12)
+NAMES = st.one_of(
+    TEXTS, st.sampled_from(["a.b", 'say "foot"', "knee=1", "\x7f", "\x00\x1f", "\\", "é", "𝛥ω", "[x]", "#", "'", "a b", "\u2028"])
+)
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+SCENES = st.builds(
+    Scene,
+    robot=NAMES.filter(lambda name: "/" not in name and not Path(name).suffix),
+    base=st.sampled_from([None, "free", "planar", "fixed"]),
+    plane=st.one_of(st.sampled_from(["xz", "yz", "xy"]), VECTORS),
+    xacro=st.dictionaries(NAMES, NAMES, max_size=3),
+    posture=st.builds(
+        Posture,
+        reference=st.none() | NAMES,
+        base_position=st.none() | VECTORS,
+        base_quaternion=st.none() | st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS),
+        joints=st.dictionaries(NAMES, NUMBERS, max_size=3),
+        joints_deg=st.dictionaries(NAMES, NUMBERS, max_size=3),
+    ),
+    strike=st.builds(
+        Strike,
+        speed=st.none() | NUMBERS,
+        velocity=st.none() | VECTORS,
+        joint_velocities=st.dictionaries(NAMES, NUMBERS, max_size=2),
+    ),
+    stance=st.lists(NAMES, max_size=2).map(tuple),
+    assemble=st.lists(NAMES, max_size=2).map(tuple),
+    joints=st.builds(
+        Joints,
+        model=st.sampled_from([None, "free", "geared", "locked"]),
+        armature=st.dictionaries(NAMES, NUMBERS, max_size=2),
+        rotor=st.dictionaries(NAMES, st.builds(Rotor, inertia=NUMBERS, gear_ratio=NUMBERS), max_size=2),
+        locked=st.lists(NAMES, max_size=2).map(tuple),
+    ),
+    closure=st.lists(
+        st.builds(
+            Closure,
+            a=st.builds(Place, frame=NAMES, offset=VECTORS),
+            b=st.builds(Place, frame=NAMES),
+            kind=st.sampled_from(["point", "frame"]),
+            directions=st.lists(st.sampled_from(["x", "y", "z"]) | VECTORS, min_size=1, max_size=3).map(tuple),
+        ),
+        max_size=2,
+    ).map(tuple),
+    v_in=st.sampled_from(["contact", "com"]),
+    pulse=st.none() | NAMES,
+    range_g=st.none() | NUMBERS,
+    contact=st.lists(
+        st.builds(
+            Contact,
+            frame=NAMES,
+            offset=VECTORS,
+            at=st.sampled_from(["frame", "lowest"]),
+            directions=st.lists(st.sampled_from(["x", "y", "z"]) | VECTORS, min_size=1, max_size=3).map(tuple),
+            restitution=NUMBERS,
+        ),
+        max_size=2,
+    ).map(tuple),
+    point=st.lists(st.builds(Point, frame=NAMES, offset=VECTORS), max_size=2).map(tuple),
+)  # fmt: skip
+
+
+@given(SCENES)
+def test_what_is_written_comes_back(tmp_path_factory, scene):
+    """Whatever names a robot has: quotes, dots, control characters. And the order of joints, which counts."""
+    folder = tmp_path_factory.mktemp("scene")
+    again = read_scene(write_scene(folder, scene))
+    assert again == scene
+    assert list(again.posture.joints) == list(scene.posture.joints)
+    assert list(again.posture.joints_deg) == list(scene.posture.joints_deg)
+
+
+def test_text_of_a_scene(here):
+    """In order, only what is set, paths relative to the file."""
+    scene = Scene(
+        robot=str(here / "dog/dog.urdf.xacro"),
+        srdf=str(here / "dog/dog.srdf"),
+        packages={"dog_description": str(here / "dog"), "odd name": str(here)},
+        xacro={"payload": "1.5"},
+        posture=Posture(base_position=(0.0, 0.0, 0.5), joints_deg={"rh_*": -15.0}),
+        strike=Strike(drop_height=0.2, joint_velocities={"lf_hip": 0.5}),
+        contact=(Contact(frame='say "foot"', directions=("x", (0.0, 0.6, 0.8))),),
+        stance=("lf_foot",),
+        joints=Joints(rotor={"*_hip": Rotor(inertia=1e-5, gear_ratio=9.0)}, locked=("lh_hip",)),
+        closure=(Closure(a=Place(frame="a"), b=Place(frame="b")),),
+    )
+    assert scene_text(scene, here / "dog") == (
+        'robot = "dog.urdf.xacro"\n'
+        'plane = "xz"\n'
+        'srdf = "dog.srdf"\n'
+        'stance = ["lf_foot"]\n'
+        'v_in = "contact"\n'
+        "\n"
+        "[packages]\n"
+        'dog_description = "."\n'
+        '"odd name" = ".."\n'
+        "\n"
+        "[xacro]\n"
+        'payload = "1.5"\n'
+        "\n"
+        "[posture]\n"
+        "base_position = [0.0, 0.0, 0.5]\n"
+        "\n"
+        "[posture.joints_deg]\n"
+        '"rh_*" = -15.0\n'
+        "\n"
+        "[strike]\n"
+        "drop_height = 0.2\n"
+        "\n"
+        "[strike.joint_velocities]\n"
+        "lf_hip = 0.5\n"
+        "\n"
+        "[[contact]]\n"
+        'frame = "say \\"foot\\""\n'
+        "offset = [0.0, 0.0, 0.0]\n"
+        'at = "frame"\n'
+        'directions = ["x", [0.0, 0.6, 0.8]]\n'
+        'kind = "point"\n'
+        "restitution = 0.0\n"
+        "\n"
+        "[[closure]]\n"
+        'kind = "point"\n'
+        'directions = ["x", "y", "z"]\n'
+        "\n"
+        "[closure.a]\n"
+        'frame = "a"\n'
+        "offset = [0.0, 0.0, 0.0]\n"
+        "\n"
+        "[closure.b]\n"
+        'frame = "b"\n'
+        "offset = [0.0, 0.0, 0.0]\n"
+        "\n"
+        "[joints]\n"
+        'locked = ["lh_hip"]\n'
+        "\n"
+        "[joints.rotor]\n"
+        "\n"
+        '[joints.rotor."*_hip"]\n'
+        "inertia = 1e-05\n"
+        "gear_ratio = 9.0\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("robot", "read"),
+    [
+        ("stick.urdf", "HERE/stick.urdf"),
+        ("../stick.urdf", "UP/stick.urdf"),
+        ("dog/../stick.urdf", "HERE/stick.urdf"),
+        ("./stick", "HERE/stick"),
+        ("/robots/stick.urdf", "/robots/stick.urdf"),
+        ("~/stick.urdf", "HOME/stick.urdf"),
+        ("stick", "stick"),
+        ("anymal_b", "anymal_b"),
+    ],
+)
+def test_paths_are_relative_to_the_file(here, monkeypatch, robot, read):
+    """A name stays a name; a path is looked for beside the scene, wherever the command runs."""
+    monkeypatch.setenv("HOME", "/home/someone")
+    path = write(here, f'robot = "{robot}"\n')
+    monkeypatch.chdir("/")
+    expected = read.replace("HERE", str(here)).replace("UP", str(here.parent)).replace("HOME", "/home/someone")
+    scene = read_scene(path)
+    assert scene.robot == expected
+    assert read_scene(write_scene(here, scene)) == scene
+
+
+def test_scene_behind_a_link(here):
+    """A link to a scene file means that file: paths count from where it really lies."""
+    (here / "links").mkdir()
+    (here / "links" / "landing.toml").symlink_to(write(here, 'robot = "stick.urdf"\n'))
+    assert read_scene(here / "links" / "landing.toml").robot == str(here / "stick.urdf")
+
+
+def test_saved_path_without_a_suffix_stays_a_path(here):
+    """A file called like a robot is still that file."""
+    os.rename(here / "stick.urdf", here / "anymal_b")
+    scene = Scene(robot=str(here / "anymal_b"))
+    assert scene_text(scene, here).splitlines()[0] == 'robot = "./anymal_b"'
+
+
+# The schema
+
+
+def test_schema_knows_every_key(capfd, here):
+    """The schema for editors lists exactly the keys that the reader takes, and refuses all others."""
+    schema = json.loads(good(capfd, "schema"))
+    assert schema == scene_schema()
+    assert schema["title"] == "shockpc scene"
+    records = {kind.__name__: kind for kind in (Scene, Posture, Strike, Contact, Point, Joints, Rotor, Closure, Place)}
+    for name, record in records.items():
+        part = schema if name == "Scene" else schema["$defs"][name]
+        assert list(part["properties"]) == [field.name for field in dataclasses.fields(record)]
+        assert part["additionalProperties"] is False
+        required = [f.name for f in dataclasses.fields(record) if f.default is f.default_factory is dataclasses.MISSING]
+        assert part.get("required", []) == required
+    table = tomllib.loads(EVERY_KEY)
+    closure = table["closure"][0]
+    used = {"Scene": {*table}, "Posture": {*table["posture"], "base_quaternion"}, "Contact": {*table["contact"][0]}}
+    used |= {"Strike": {*table["strike"], "velocity", "drop_height"}, "Point": {*table["point"][0]}, "Joints": {*table["joints"]}}
+    used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "Place": {*closure["a"]}}
+    assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}
+
+
+def test_schema_takes_good_scenes_and_no_others():
+    """Checked by a reading of the schema's own words, not by the reader that made it."""
+    schema = scene_schema()
+    table = tomllib.loads(EVERY_KEY)
+    assert faults(schema, table, schema) == []
+    assert faults(schema, scene_table(Scene(robot="leg", contact=(Contact(frame="heel"),))), schema) == []
+    assert faults(schema, {**table, "foot": 1}, schema) == ["foot is not a key"]
+    assert faults(schema, {**table, "base": "loose"}, schema) == ["'loose' fits nothing"]
+    assert faults(schema, {**table, "plane": [0, 1]}, schema) == ["[0, 1] fits nothing"]
+    assert faults(schema, {**table, "strike": {"speed": "fast"}}, schema) == ["'fast' fits nothing"]
+    assert faults(schema, {**table, "contact": [{}]}, schema) == ["frame is missing"]
+
+
+KINDS = {"string": str, "number": (int, float), "object": dict, "array": list, "null": type(None)}
+
+
+def faults(schema: dict, value: object, root: dict) -> list[str]:
+    """What a JSON Schema has against a value; the few words of it that are in use here, and no others."""
+    if "$ref" in schema:
+        return faults(root["$defs"][schema["$ref"].rpartition("/")[2]], value, root)
+    if "anyOf" in schema:
+        return [] if any(not faults(option, value, root) for option in schema["anyOf"]) else [f"{value!r} fits nothing"]
+    known = {"type", "enum", "const", "properties", "required", "additionalProperties", "items", "prefixItems"}
+    assert set(schema) <= known | {"minItems", "maxItems", "default", "title", "description", "$defs"}
+    if "enum" in schema and value not in schema["enum"]:
+        return [f"{value!r} fits nothing"]
+    if "type" in schema and not isinstance(value, KINDS[schema["type"]]):
+        return [f"{value!r} is no {schema['type']}"]
+    found = []
+    if isinstance(value, dict):
+        properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
+        found += [f"{key} is missing" for key in schema.get("required", ()) if key not in value]
+        for key, part in value.items():
+            if key in properties:
+                found += faults(properties[key], part, root)
+            elif others is False:
+                found.append(f"{key} is not a key")
+            elif isinstance(others, dict):
+                found += faults(others, part, root)
+    if isinstance(value, list):
+        if not schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)):
+            found.append(f"{len(value)} items")
+        parts = schema.get("prefixItems", [schema.get("items", {})] * len(value))
+        found += [fault for part, item in zip(parts, value, strict=False) for fault in faults(part, item, root)]
+    return found

@@ -1,0 +1,189 @@
+"""Reading a robot file: what is accepted, and the whole text of every refusal."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from robot_texts import arm, link, urdf
+
+from shockpc.errors import RobotError, UnknownName
+from shockpc.model.build import build_model
+from shockpc.model.catalogue import catalogue
+from shockpc.model.source import read_source
+
+NOT_ROBOTS = {"ur3_empty", "hector_macro", "hector_xacro"}  # files of the data package that hold none
+
+
+def refusal(tmp_path: Path, text: str | bytes, name: str = "dog.urdf") -> str:
+    """The text of the error that reading this file raises."""
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", [entry.name for entry in catalogue() if entry.name not in NOT_ROBOTS])
+def test_every_known_robot_reads_and_builds(name: str, capfd: pytest.CaptureFixture[str]):
+    """Every robot known by name is read, builds, has mass, and nothing of the C++ parser's talk reaches the terminal."""
+    source = read_source(name)
+    model = build_model(source)
+    assert source.name == name
+    assert sum(inertia.mass for inertia in model.inertias) > 0
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_is_read(tmp_path: Path):
+    """A plain URDF comes through as it is, with its name, folder and SRDF."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm())
+    (tmp_path / "dog.srdf").write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
+    source = read_source(str(path))
+    assert (source.path, source.name, source.kind, source.xml, source.robot_name) == (path, None, "urdf", arm(), "r")
+    assert (source.srdf, source.packages, source.folders, source.warnings) == (tmp_path / "dog.srdf", {}, (tmp_path,), ())
+
+
+def test_content_decides_not_the_suffix(tmp_path: Path):
+    """A URDF is a URDF whatever its file is called."""
+    path = tmp_path / "dog.xml"
+    path.write_text(arm())
+    assert read_source(str(path)).kind == "urdf"
+
+
+def test_one_free_body_is_a_robot(tmp_path: Path):
+    """A single link with mass and no joint can be struck."""
+    path = tmp_path / "beam.urdf"
+    path.write_text(urdf(link("beam")))
+    assert build_model(read_source(str(path))).nv == 6
+
+
+FILES: dict[str | bytes, str] = {
+    "": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
+    " \n": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
+    b'<robot name="r">\n\xff</robot>': "dog.urdf: line 2: byte 0xff is not UTF-8; save the file as UTF-8 text",
+    '<robot name="r">\n  <link></robot>': (
+        "dog.urdf: line 2, column 11: mismatched tag; the file is not well-formed XML, so nothing of it is used"
+    ),
+    "hello": "dog.urdf: line 1, column 1: syntax error; the file is not well-formed XML, so nothing of it is used",
+    "<robot>&dog;</robot>": (
+        "dog.urdf: line 1, column 8: undefined entity; the file is not well-formed XML, so nothing of it is used"
+    ),
+    '<?xml version="1.0"?>\n<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]>\n<robot>&a;</robot>': (
+        "dog.urdf: line 2: a DOCTYPE can define entities, and those are never expanded here; "
+        "delete the DOCTYPE and write out what its entities stand for"
+    ),
+    "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 800 deep",
+    '<sdf version="1.7"/>': (
+        "dog.urdf begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF. "
+        "Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
+    ),
+    "<html></html>": (
+        "dog.urdf begins with <html>: a web page; download the file itself (on GitHub: the raw file). "
+        "Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
+    ),
+    "<note/>": (
+        "dog.urdf begins with <note>: no kind of robot known here. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
+    ),
+    '<robot name="r"><group_state name="standing" group="all"/></robot>': (
+        "dog.urdf is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with --srdf dog.urdf"
+    ),
+}
+
+
+@pytest.mark.parametrize("text", FILES)
+def test_not_a_robot_file(text: str | bytes, tmp_path: Path):
+    """What is no robot file says what it is, and where it breaks."""
+    assert refusal(tmp_path, text) == FILES[text]
+
+
+def test_folder_instead_of_a_file(tmp_path: Path):
+    """A folder is not a file."""
+    with pytest.raises(RobotError) as caught:
+        read_source(f"{tmp_path}/")
+    assert str(caught.value) == f'"{tmp_path}" is a folder; give the robot file in it'
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_unreadable_file(tmp_path: Path):
+    """A file without permission says so."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm())
+    path.chmod(0)
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path))
+    assert str(caught.value) == f'"{path}" cannot be read: Permission denied; check its permissions'
+
+
+def test_unreadable_file_as_root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The same, where permissions cannot refuse: reading itself does."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm())
+
+    def refuse(_: Path) -> bytes:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path))
+    assert str(caught.value) == f'"{path}" cannot be read: Permission denied; check its permissions'
+
+
+def test_names_and_paths_that_are_not_there(tmp_path: Path):
+    """Unknown names and missing files keep their own errors."""
+    with pytest.raises(UnknownName):
+        read_source("no_such_robot")
+    with pytest.raises(RobotError, match=r"^no file "):
+        read_source(str(tmp_path / "dog.urdf"))
+
+
+def test_xacro_arguments_for_a_plain_urdf(tmp_path: Path):
+    """Arguments that nothing reads are not swallowed."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm())
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path), xacro={"payload": "1"})
+    assert str(caught.value) == "dog.urdf is not a xacro file, so --xacro payload=… means nothing to it; leave it out"
+
+
+def test_given_srdf(tmp_path: Path):
+    """A given SRDF wins over the one beside the robot, and has to be one."""
+    path, postures = tmp_path / "dog.urdf", tmp_path / "poses.xml"
+    path.write_text(arm())
+    postures.write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
+    assert read_source(str(path), srdf=postures).srdf == postures
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path), srdf=path)
+    assert str(caught.value) == ("dog.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path), srdf=tmp_path / "none.srdf")
+    assert str(caught.value) == f'no file "{tmp_path / "none.srdf"}"'
+
+
+SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "yourdfpy", "xacro", "xacrodoc", "importlib.metadata")
+
+
+@pytest.mark.parametrize("module", ["catalogue", "source"])
+def test_import_is_light(module: str):
+    """Reading a file needs the standard library alone."""
+    # The package's own __init__ is not under test here, so the module's own imports are counted from an empty package.
+    code = f"import sys, shockpc.model.{module}; print([m for m in {SLOW!r} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_reading_is_repeatable(tmp_path: Path):
+    """Reading changes nothing that a second reading would notice."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm())
+    assert read_source(str(path)) == read_source(str(path))
+
+
+@pytest.mark.parametrize("given", ["~nobody_by_this_name/dog.urdf", "x" * 5000 + ".urdf", "loop/dog.urdf"])
+def test_paths_that_break_the_file_system(given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """An unknown home, a name beyond the file system's limit, a link to itself: a missing file, not a crash."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    with pytest.raises(RobotError, match=r"^no file "):
+        read_source(given)

@@ -1,0 +1,87 @@
+"""Planes and velocities: orientation, rigid motion, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from shockpc.core.spatial import cross_matrix, plane_from, velocity_at
+from shockpc.errors import SceneError
+from shockpc.scene import PLANES, Scene, plane_of
+
+VECTORS = arrays(float, 3, elements=st.floats(-10.0, 10.0, allow_subnormal=False))
+X, Y, Z = np.eye(3)
+
+
+@pytest.mark.parametrize(("name", "e1", "e2"), [("xz", X, Z), ("yz", Y, Z), ("xy", X, Y)])
+def test_named_planes_have_their_letters_for_axes(name, e1, e2):
+    """Plane "xz" has e1 = x and e2 = z, so its normal x × z is −y; and so for the others."""
+    plane = plane_of(Scene(robot="any", plane=name))
+    np.testing.assert_array_equal(plane.e1, e1)
+    np.testing.assert_array_equal(plane.e2, e2)
+    np.testing.assert_array_equal(plane.normal, np.cross(e1, e2))
+    assert not np.signbit(np.concatenate(plane))[np.concatenate(plane) == 0.0].any()  # "-0" would reach printed files
+
+
+@given(VECTORS.filter(lambda n: np.linalg.norm(n) > 1e-3))
+def test_a_plane_is_a_right_handed_frame_with_e2_up(normal):
+    """Its axes are orthonormal with e1 × e2 = n, n lies along what was asked, and no direction in the plane is higher than e2."""
+    n, e1, e2 = plane = plane_from(normal)
+    np.testing.assert_allclose(
+        np.stack(plane) @ np.stack(plane).T, np.eye(3), atol=1e-7
+    )  # a nearly level plane has little "up" left
+    np.testing.assert_allclose(np.cross(e1, e2), n, atol=1e-7)
+    np.testing.assert_allclose(n * np.linalg.norm(normal), normal, rtol=1e-12, atol=1e-12)
+    if np.hypot(n[0], n[1]) > 1e-6:
+        assert e1[2] == pytest.approx(0.0, abs=1e-9)
+        assert e2[2] > 0.0
+
+
+@given(VECTORS.filter(lambda n: np.hypot(n[0], n[1]) > 0.1), st.floats(1e-12, 1e12))
+def test_the_length_of_a_normal_does_not_matter(normal, factor):
+    """A plane is known by the direction of its normal alone."""
+    for scaled, plain in zip(plane_from(normal * factor), plane_from(normal), strict=True):
+        np.testing.assert_allclose(scaled, plain, atol=1e-14)
+
+
+@pytest.mark.parametrize("normal", [(0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (np.inf, 0.0, 0.0)])
+def test_a_normal_without_a_finite_length_is_refused(normal):
+    """No length, no direction: the message repeats what was given and what would be valid."""
+    message = f"a plane's normal needs a finite length above zero, not {list(normal)}"
+    with pytest.raises(ValueError) as refusal:  # noqa: PT011 - the text is compared whole
+        plane_from(normal)
+    assert str(refusal.value) == message
+    with pytest.raises(SceneError) as refusal:
+        plane_of(Scene(robot="any", plane=normal))
+    assert str(refusal.value) == f"plane: {message}; valid are xz, yz, xy or a normal such as 0,-1,0"
+
+
+def test_the_planes_of_a_scene_are_the_three_named_ones():
+    """Each name means one normal of length one along an axis."""
+    assert {name: np.abs(normal).sum() for name, normal in PLANES.items()} == {"xz": 1.0, "yz": 1.0, "xy": 1.0}
+
+
+@given(VECTORS, VECTORS)
+def test_the_cross_matrix_is_the_cross_product(r, u):
+    """[r]× u = r × u, and [r]× is skew."""
+    np.testing.assert_array_equal(cross_matrix(r), -cross_matrix(r).T)
+    np.testing.assert_allclose(cross_matrix(r) @ u, np.cross(r, u), atol=1e-13)
+
+
+@given(VECTORS, VECTORS, VECTORS, VECTORS)
+def test_points_of_a_rigid_body_keep_their_distances(omega, v, r, s):
+    """Velocities of two points differ only across the line between them (Eq. 10)."""
+    difference = velocity_at(omega, v, r) - velocity_at(omega, v, s)
+    assert difference @ (r - s) == pytest.approx(0.0, abs=1e-11)  # products of three numbers up to 10
+    np.testing.assert_allclose(difference, np.cross(omega, r - s), atol=1e-12)
+
+
+def test_leading_axes_are_carried_through():
+    """A stack of points is every point by itself."""
+    rng = np.random.default_rng(0)
+    omega, v, r = rng.normal(size=(3, 4, 5, 3))
+    stacked = velocity_at(omega, v, r)
+    for i in np.ndindex(4, 5):
+        np.testing.assert_array_equal(stacked[i], velocity_at(omega[i], v[i], r[i]))
+        np.testing.assert_array_equal(cross_matrix(r)[i], cross_matrix(r[i]))

@@ -1,0 +1,195 @@
+"""URDF: what a parser would drop or choke on is put right or refused, by the name of the link or joint at fault."""
+
+from pathlib import Path
+
+import pytest
+from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
+
+from shockpc.errors import RobotError
+from shockpc.model.build import build_model
+from shockpc.model.source import read_source
+
+
+def refusal(tmp_path: Path, text: str) -> str:
+    """The text of the error that reading this file raises."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(text)
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path))
+    return str(caught.value)
+
+
+def test_robot_without_a_name_gets_the_files(tmp_path: Path):
+    """URDF's parser refuses a nameless robot; the file's stem serves."""
+    path = tmp_path / "dog.v2.urdf"
+    path.write_text(arm().replace(' name="r"', ""))
+    source = read_source(str(path))
+    assert source.robot_name == "dog"
+    assert build_model(source).name == "dog"
+
+
+def test_blanks_around_numbers_are_harmless(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    """The parser drops an inertia whose mass is " 2 "; it is read as 2."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm(tip=link("tip", mass=" 2 ")))
+    assert build_model(read_source(str(path))).inertias[2].mass == 2.0
+    assert capfd.readouterr() == ("", "")
+
+
+def test_prefixes_need_no_declaration(tmp_path: Path):
+    """Old files carry prefixed elements without a namespace; the URDF parser does not mind, nor do we."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm().replace("</robot>", "<controller:gazebo_ros/></robot>"))
+    assert read_source(str(path)).robot_name == "r"
+
+
+def test_broken_shapes_are_left_out_with_a_warning(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    """A shape that cannot be read costs that shape, a line, and no number."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm(tip=link("tip", more='<visual><geometry><box size="1 x 1"/></geometry></visual>')))
+    source = read_source(str(path))
+    assert source.warnings == (
+        'dog.urdf: link "tip": a <visual> without a valid shape is left out; '
+        "figures and extremes do without it, the numbers are the same",
+    )
+    assert build_model(source).inertias[2].mass == 1.0
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("leader", "said"), [("nobody", '"nobody", which does not exist'), ("elbow", "itself")])
+def test_mimic_of_nothing_moves_freely(leader: str, said: str, tmp_path: Path):
+    """A follower without a leader is a joint of its own, and that is said."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="{leader}"/>')))
+    source = read_source(str(path))
+    assert source.warnings == (f'dog.urdf: joint "elbow" mimics {said}; it is computed as a joint that moves freely',)
+    assert "<mimic" not in source.xml
+
+
+TREE = {
+    urdf(): "dog.urdf has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them",
+    urdf('<link name="a"/>'): "dog.urdf: no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
+    urdf(link("a", mass="0")): "dog.urdf: no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
+    urdf(link("a"), "<link/>"): "dog.urdf: <link> number 2 has no name; give it one",
+    arm(elbow=joint("", "base", "tip")): "dog.urdf: <joint> number 1 has no name; give it one",
+    urdf(link("a"), link("a")): 'dog.urdf: two links are called "a"; names are how bodies are told apart, so rename one',
+    urdf(link("a"), link("b"), link("c"), joint("j", "a", "b"), joint("j", "a", "c")): (
+        'dog.urdf: two joints are called "j"; names are how bodies are told apart, so rename one'
+    ),
+    urdf(link("universe")): 'dog.urdf: link "universe" has the name that the world goes by; rename it',
+    arm(elbow=joint("root_joint", "base", "tip")): (
+        'dog.urdf: joint "root_joint" has the name that the free base goes by; rename it'
+    ),
+    arm(elbow=joint("elbow", "base", "hand")): (
+        'dog.urdf: joint "elbow": its child is link "hand", which does not exist; every joint has to join two links of the file'
+    ),
+    arm(elbow=joint("elbow", "body", "tip")): (
+        'dog.urdf: joint "elbow": its parent is link "body", which does not exist; every joint has to join two links of the file'
+    ),
+    arm().replace('<parent link="base"/>', ""): (
+        'dog.urdf: joint "elbow": it names no parent link; every joint has to join two links of the file'
+    ),
+    urdf(link("a"), link("b")): ('dog.urdf: 2 links have no parent: "a", "b"; a robot has one root, so join the others to it'),
+    urdf(*(link(name) for name in "abcdefg")): (
+        'dog.urdf: 7 links have no parent: "a", "b", "c", "d", "e", …; a robot has one root, so join the others to it'
+    ),
+    urdf(link("a"), link("b"), joint("j", "a", "b"), joint("k", "b", "a")): (
+        'dog.urdf: joints "j", "k" form a circle that hangs on no root link; a URDF is a tree, so cut it open'
+    ),
+    urdf(link("a"), link("b"), link("c"), joint("j", "b", "c"), joint("k", "c", "b")): (
+        'dog.urdf: joints "j", "k" form a circle that hangs on no root link; a URDF is a tree, so cut it open'
+    ),
+    urdf(link("a"), link("b"), joint("j", "b", "b")): (
+        'dog.urdf: joint "j" forms a circle that hangs on no root link; a URDF is a tree, so cut it open'
+    ),
+    urdf(link("a"), link("b"), link("c"), joint("j", "a", "b"), joint("k", "a", "c"), joint("l", "b", "c")): (
+        'dog.urdf: link "c" is the child of two joints, "k" and "l"; a URDF is a tree, so cut the loop at one of them'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", "ball")): (
+        'dog.urdf: joint "elbow" is of type "ball", which URDF does not have; '
+        'it has "revolute", "continuous", "prismatic", "fixed", "floating", "planar"'
+    ),
+}
+
+
+@pytest.mark.parametrize("text", TREE)
+def test_not_a_tree_of_bodies(text: str, tmp_path: Path):
+    """A URDF that does not hang together is refused by the name of the link or joint at fault."""
+    assert refusal(tmp_path, text) == TREE[text]
+
+
+NUMBERS = {
+    arm(tip=link("tip", mass="nan")): 'link "tip": mass is "nan"; it has to be one finite number, such as 0.5',
+    arm(tip=link("tip", mass="inf")): 'link "tip": mass is "inf"; it has to be one finite number, such as 0.5',
+    arm(tip=link("tip", mass="1e999")): 'link "tip": mass is "1e999"; it has to be one finite number, such as 0.5',
+    arm(tip=link("tip", mass="1,5")): 'link "tip": mass is "1,5"; it has to be one finite number, such as 0.5',
+    arm(tip=link("tip", mass="0x10")): 'link "tip": mass is "0x10"; it has to be one finite number, such as 0.5',
+    arm(tip=link("tip", mass="${m}")): 'link "tip": mass is "${m}"; it has to be one finite number, such as 0.5',
+    arm(tip=link("tip", mass="-1")): 'link "tip": mass -1 kg is negative; no body has that',
+    arm(tip=link("tip").replace('<mass value="1"/>', "<mass/>")): (
+        'link "tip": mass is missing; it has to be one finite number, such as 0.5'
+    ),
+    arm(tip=link("tip").replace('<mass value="1"/>', "")): (
+        'link "tip": its <inertial> has no <mass>; add it, or drop the <inertial> of a link without mass'
+    ),
+    arm(tip=link("tip", inertia="")): (
+        'link "tip": its <inertial> has no <inertia>; add it, or drop the <inertial> of a link without mass'
+    ),
+    arm(tip=link("tip", inertia=INERTIA.replace('ixy="0"', ""))): (
+        'link "tip": ixy is missing; it has to be one finite number, such as 0.5'
+    ),
+    arm(tip=link("tip", inertia=INERTIA.replace('iyy="0.1"', 'iyy="-0.1"'))): (
+        'link "tip": iyy = -0.1 kg m² is negative; no body has that moment of inertia'
+    ),
+    arm(tip=link("tip", inertia='<origin xyz="0 0"/>' + INERTIA)): (
+        'link "tip": <inertial> origin xyz is "0 0"; it has to be 3 finite numbers, such as 0 0 0.5'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", axis="0 0 0")): (
+        'joint "elbow": its axis is 0 0 0, so it has no direction to move in; give it one'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", axis="0 nan 0")): (
+        'joint "elbow": axis is "0 nan 0"; it has to be 3 finite numbers, such as 0 0 0.5'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", more=f'<origin rpy="0 x 0"/>{LIMIT}')): (
+        'joint "elbow": <joint> origin rpy is "0 x 0"; it has to be 3 finite numbers, such as 0 0 0.5'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", more="")): (
+        'joint "elbow" is revolute and has no <limit>, which URDF requires; add one, or make it continuous'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", "prismatic", more="")): (
+        'joint "elbow" is prismatic and has no <limit>, which URDF requires; add one'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", more='<limit lower="-1" upper="1" velocity="1"/>')): (
+        'joint "elbow": <limit> effort is missing; it has to be one finite number, such as 0.5'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<dynamics damping="x"/>')): (
+        'joint "elbow": <dynamics> damping is "x"; it has to be one finite number, such as 0.5'
+    ),
+    arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="other" multiplier="nan"/>')).replace(
+        "</robot>", f"{link('third')}{joint('other', 'base', 'third')}</robot>"
+    ): 'joint "elbow": <mimic> multiplier is "nan"; it has to be one finite number, such as 0.5',
+    arm(elbow=joint("elbow", "base", "tip", "planar", axis="0 1 0", more="")): (
+        'joint "elbow": planar with the normal 0 1 0 (1 0 0 where none is written); Pinocchio moves every planar joint in x and '
+        'y. Turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
+    ),
+}
+
+
+@pytest.mark.parametrize("text", NUMBERS)
+def test_numbers_that_no_body_has(text: str, tmp_path: Path):
+    """One bad number refuses the file by name; the parser alone would go on without that body's mass."""
+    assert refusal(tmp_path, text) == f"dog.urdf: {NUMBERS[text]}"
+
+
+def test_rounding_below_zero_is_no_negative_moment(tmp_path: Path):
+    """Moments of −5e-20, as in iCub's file, are left over by an exporter."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm(tip=link("tip", inertia=INERTIA.replace("0.1", "-5.4e-20"))))
+    assert read_source(str(path)).robot_name == "r"
+
+
+def test_refusals_are_silent(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    """No refusal prints anything: its text is in the error alone."""
+    for text in (*TREE, *NUMBERS):
+        refusal(tmp_path, text)
+    assert capfd.readouterr() == ("", "")
