@@ -8,7 +8,8 @@ from mpmath import mp
 from shockpc.bench.accuracy import body_errors
 from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases import family
-from shockpc.bench.exact import DIGITS, cross, mechanism, widen
+from shockpc.bench.exact import DIGITS, cross, widen
+from shockpc.bench.exact_rows import mechanism
 from shockpc.bench.reference import reference, solve_exactly
 from shockpc.errors import SolveError
 from shockpc.model.contact import Contact

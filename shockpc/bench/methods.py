@@ -1,4 +1,4 @@
-"""The rivals, in one tuple: ways to find what an impact does to every body. What no user needs lives here and not in the product."""
+"""The rivals, in one tuple: ways to find what an impact does to every body. What no user needs lives here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,11 +10,12 @@ import pinocchio as pin
 from shockpc.bench.system import System, Unsuited, assembler, bodies_from, columns_at, rows_at, velocity_at_impact
 from shockpc.core.maximal import solve_maximal
 from shockpc.core.spatial import Array
+from shockpc.health import TRUSTED
 from shockpc.model.dynamics import dynamics, tree
 from shockpc.model.equation import solve
 from shockpc.profile import shock_profile
 
-__all__ = ["DIRECT", "Method", "Prepared"]
+__all__ = ["DIRECT", "Method", "Prepared", "dense_kkt", "partition", "reduced", "schur_cholesky"]
 
 
 class Prepared(NamedTuple):
@@ -187,7 +188,7 @@ def _maximal(system: System) -> Prepared:
         bodies = tree(system.robot, state, system.setting.drives.armature, columns_at(system, state))
         W = rows.W[0].copy()
         W[..., :3] -= np.cross(bodies.com, W[..., 3:])
-        return state, solve_maximal(bodies, W, rows.b[0, :, -1:])[..., 0]
+        return state, solve_maximal(bodies, W, rows.b[0, :, -1:]).twists[..., 0]
 
     def read(raw: Any) -> Array:
         state, twists = raw
@@ -212,16 +213,11 @@ def _batch_of_one(system: System) -> Prepared:
 
 def _analyze(system: System) -> Prepared:
     """All that `shockpc analyze` computes."""
-
-    def per_body(profile: Any) -> Array | None:
-        errors = getattr(profile.health, "body_errors", None)
-        return np.full(len(system.robot.bodies), profile.health.error_estimate) if errors is None else np.asarray(errors)
-
     return Prepared(
         lambda: shock_profile(system.scene, system.robot),
         lambda profile: np.concatenate([profile.delta_omega, profile.delta_v], axis=1),
-        lambda profile: bool(profile.health.warnings),
-        per_body,
+        lambda profile: profile.health.error_estimate > TRUSTED and bool(profile.health.warnings),
+        lambda profile: np.array(profile.health.body_errors),
     )
 
 

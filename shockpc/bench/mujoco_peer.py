@@ -10,7 +10,7 @@ from shockpc.bench.system import System, Unsuited, bodies_from, velocity_at_impa
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
-__all__ = ["MUJOCO", "mujoco_model", "to_pinocchio"]
+__all__ = ["MUJOCO", "mujoco_model", "to_mujoco", "to_pinocchio"]
 
 FRICTION = 100.0
 """So much that a contact sticks."""
@@ -75,9 +75,8 @@ def _body(model: pin.Model, data: pin.Data, joint: int, feet: list[tuple[int, Ar
         if at == joint:
             radius = 0.01
             centre = point + data.oMi[joint].rotation.T @ np.array([0.0, 0.0, radius])
-            parts.append(
-                f'<geom name="foot{k}" type="sphere" size="{radius}" pos="{_numbers(centre)}" mass="0" contype="0" conaffinity="0"/>'
-            )
+            shape = f'type="sphere" size="{radius}" mass="0" contype="0" conaffinity="0"'
+            parts.append(f'<geom name="foot{k}" pos="{_numbers(centre)}" {shape}/>')
     parts += [_body(model, data, child, feet) for child in range(1, model.njoints) if model.parents[child] == joint]
     return "".join([*parts, "</body>"])
 
@@ -101,7 +100,7 @@ def _joint(model: pin.Model, joint: int) -> str:
     return f'<joint type="{"hinge" if turns else "slide"}" axis="{axis}" armature="{armature!r}"/>'
 
 
-def posture(model: pin.Model, q: Array) -> Array:
+def to_mujoco(model: pin.Model, q: Array) -> Array:
     """Pinocchio's q in MuJoCo's layout: quaternions begin with w, and every hinge has one number."""
     out: list[float] = []
     for joint in list(model.joints)[1:]:
@@ -118,7 +117,7 @@ def posture(model: pin.Model, q: Array) -> Array:
 
 
 def to_pinocchio(model: pin.Model, R: Array, qvel: Array) -> Array:
-    """A velocity of MuJoCo's in Pinocchio's: the same, but for the base's linear part, which is in base axes here. R: of the base."""
+    """A velocity of MuJoCo's in Pinocchio's: the same but for the base's linear part, which has base axes there. R: of the base."""
     v = np.array(qvel)
     v[:3] = R.T @ v[:3]
     return v
@@ -151,7 +150,7 @@ def _land_with(system: System, tau: float, step: float) -> Prepared:
     import mujoco
 
     data = mujoco.MjData(peer)
-    start, R = posture(system.model, q), pin.Quaternion(q[3:7]).matrix()
+    start, R = to_mujoco(system.model, q), pin.Quaternion(q[3:7]).matrix()
     v0 = before.copy()
     v0[:3] = R @ before[:3]
     steps = round(20 * tau / step)

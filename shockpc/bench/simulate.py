@@ -1,9 +1,9 @@
 """Landing by simulation, what people do today: a stiff contact, and time in small steps on Pinocchio's articulated-body algorithm.
 
-The feet are glued to the ground by pads of one stiffness and one damping in all directions; gravity is on. The pad is as hard as one
-likes: the harder, the shorter the impact and the less the robot moves meanwhile, and in the limit its change of velocity is that of the
-impulsive equation with e = 0. (Where all contacts share a restitution, that is one factor 1 + e.) But the lightest foot sets the length
-of a step and the whole robot the length of the impact, so the number of steps grows with the quotient of the two.
+The feet are glued to the ground by pads of one stiffness and one damping in all directions; gravity is on. The pad is as hard as
+one likes: the harder, the shorter the impact and the less the robot moves meanwhile, and in the limit its change of velocity is
+that of the impulsive equation with e = 0. (Where all contacts share a restitution, that is one factor 1 + e.) But the lightest foot
+sets the length of a step and the whole robot the length of the impact, so the number of steps grows with the quotient of the two.
 """
 
 from typing import Any, NamedTuple
@@ -93,7 +93,7 @@ def land(system: System, pad: Pad, per_fastest: float = 2.0) -> Landing:
             v = v + h * pin.aba(model, data, q, v, push)
         else:
             bias = pin.nonLinearEffects(model, data, q, v)
-            G = columns(q)
+            G = turned if (turned := columns(q)) is not None else G
             v = v + h * (G @ np.linalg.solve(G.T @ H @ G, G.T @ (push - bias)))
         x = x + h * (J_c @ v + carried)
         if not np.abs(x).max() < 1e3:

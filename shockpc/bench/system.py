@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 
-class Unsuited(SceneError):
+class Unsuited(SceneError):  # noqa: N818 - the name says what it is
     """A method that cannot take a scene; the text says why."""
 
 
