@@ -1,5 +1,7 @@
 """How wrong a result is: the error of every body against the reference, with the subtraction done in long numbers."""
 
+from typing import NamedTuple
+
 import mpmath
 import numpy as np
 from mpmath import mp
@@ -10,15 +12,27 @@ from shockpc.core.spatial import Array
 from shockpc.health import UNMOVED, gyration_radii
 from shockpc.model.robot import Robot
 
-__all__ = ["body_errors"]
+__all__ = ["Errors", "body_errors"]
 
 
-def body_errors(robot: Robot, truth: Reference, jumps: Array) -> Array:
-    """Error (nb,) of every body's jump relative to its own motion: |Δ − Δ*| / |Δ*| with |Δ|² = |v_com|² + (r_g |ω|)².
+class Errors(NamedTuple):
+    """How wrong a result is at every body.
+
+    Attributes:
+        own: (nb,) relative to the body's own motion [1].
+        whole: (nb,) relative to the fastest body's [1]: what a plot of all bodies would show.
+    """
+
+    own: Array
+    whole: Array
+
+
+def body_errors(robot: Robot, truth: Reference, jumps: Array) -> Errors:
+    """Errors of every body's jump: |Δ − Δ*| with |Δ|² = |v_com|² + (r_g |ω|)², relative.
 
     The size of a body's motion is that of its centre of mass and of its turning at the radius of gyration. A body that the product
-    does not tell from one that stands still (slower than `UNMOVED` of the fastest one) is measured against the fastest one. What is
-    not finite is infinitely wrong.
+    does not tell from one that stands still (slower than `UNMOVED` of the fastest one) is measured against the fastest one in both
+    ways. What is not finite is infinitely wrong.
 
     Args:
         robot: the robot.
@@ -28,19 +42,18 @@ def body_errors(robot: Robot, truth: Reference, jumps: Array) -> Array:
     radius = gyration_radii(robot)
     # A body without inertia of its own is measured by the smallest length that the others have, as the product does.
     radius = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
+    own, whole = np.full(len(radius), np.inf), np.full(len(radius), np.inf)
     with mp.workdps(DIGITS):
-        own = [_size(twist[:3], twist[3:], r) for twist, r in zip(truth.twists, radius, strict=True)]
-        fastest = max(own)
-        errors = np.full(len(radius), np.inf)
+        speeds = [_size(twist[:3], twist[3:], r) for twist, r in zip(truth.twists, radius, strict=True)]
+        fastest = max(speeds) or mp.one
         for i, body in enumerate(robot.bodies):
             if not np.all(np.isfinite(jumps[i])):
                 continue
             off = widen(jumps[i]) - truth.jumps[i]
-            v_com = off[3:] + cross(off[:3], widen(body.com))
-            size = own[i] if own[i] > UNMOVED * fastest else fastest
-            error = _size(off[:3], v_com, radius[i])
-            errors[i] = float(error / size) if size > 0 else float(error)
-    return errors
+            error = _size(off[:3], off[3:] + cross(off[:3], widen(body.com)), radius[i])
+            whole[i] = float(error / fastest)
+            own[i] = float(error / speeds[i]) if speeds[i] > UNMOVED * fastest else whole[i]
+    return Errors(own, whole)
 
 
 def _size(omega: Exact, v: Exact, radius: float) -> mpmath.mpf:

@@ -10,7 +10,7 @@ from shockpc.bench.system import System, Unsuited, bodies_from, velocity_at_impa
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
-__all__ = ["MUJOCO", "mujoco_model", "to_mujoco", "to_pinocchio"]
+__all__ = ["MUJOCO", "batch_in_mujoco", "mujoco_model", "to_mujoco", "to_pinocchio"]
 
 FRICTION = 100.0
 """So much that a contact sticks."""
@@ -20,7 +20,8 @@ def mujoco_model(model: pin.Model, feet: list[tuple[int, Array]], q: Array, tau:
     """Write a Pinocchio model as MuJoCo's, with a small ball under each foot and a piece of ground under each ball.
 
     Args:
-        model: joints of one degree of freedom, ball joints, and a free base.
+        model: joints of one degree of freedom, ball joints, and a free base; numbered depth first, as every reader does, so that
+            a body has the same number in both.
         feet: joint and point in its frame of each contact.
         q: posture in which every ball just touches its ground.
         tau: time constant of the contact [s].
@@ -172,6 +173,41 @@ def _land_with(system: System, tau: float, step: float) -> Prepared:
         return bodies_from(system, twists) if np.all(np.isfinite(after)) else np.full((len(robot.bodies), 6), np.nan)
 
     return Prepared(run, read)
+
+
+def batch_in_mujoco(system: System, Q: Array) -> Array:
+    """The impulsive equation with MuJoCo's matrices: M, a point's Jacobian, M⁻¹ by its sparse factor, one posture after another.
+
+    Args:
+        system: one sticking point on a free robot.
+        Q: (N, nq) postures in Pinocchio's layout; turning them into MuJoCo's is done here and costs little.
+
+    Returns: (N, nb, 6) jumps, body axes at the joints' frames.
+    """
+    touch = system.setting.touches[0]
+    peer = mujoco_model(system.model, [], system.setting.q, 1.0, 1.0)
+    import mujoco
+
+    data, v_in, nv = mujoco.MjData(peer), system.setting.before.velocity, peer.nv
+    J, H_J = np.zeros((3, nv)), np.zeros((3, nv))
+    out = np.empty((len(Q), peer.nbody - 1, 6))
+    body = system.robot.bodies[touch.body].joint
+    for k, q in enumerate(Q):
+        data.qpos[:] = to_mujoco(system.model, q)
+        mujoco.mj_kinematics(peer, data)
+        mujoco.mj_comPos(peer, data)
+        mujoco.mj_crb(peer, data)
+        mujoco.mj_factorM(peer, data)
+        R = data.xmat[1:].reshape(-1, 3, 3)
+        mujoco.mj_jac(peer, data, J, None, data.xpos[body] + R[body - 1] @ touch.point, body)
+        mujoco.mj_solveM(peer, data, H_J, J)
+        data.qvel[:] = H_J.T @ np.linalg.solve(J @ H_J.T, -v_in)
+        mujoco.mj_comVel(peer, data)
+        omega, v = data.cvel[1:, :3], data.cvel[1:, 3:]
+        v = v + np.cross(omega, data.xpos[1:] - data.subtree_com[peer.body_rootid[1:]])
+        out[k, :, :3] = np.einsum("bji,bj->bi", R, omega)
+        out[k, :, 3:] = np.einsum("bji,bj->bi", R, v)
+    return out
 
 
 MUJOCO = tuple(_compliant(tau, per_tau) for per_tau in (2, 10) for tau in (1e-2, 1e-3, 1e-4, 1e-5))
