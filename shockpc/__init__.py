@@ -5,26 +5,34 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+    from shockpc.model.closure import Closure, Place
     from shockpc.model.contact import Contact
     from shockpc.model.posture import Posture
     from shockpc.model.robot import Robot, load_robot
+    from shockpc.model.transmission import Joints, Rotor
     from shockpc.profile import shock_profile
-    from shockpc.record import ContactImpulse, Health, PointShock, ShockProfile
+    from shockpc.record import Bracket, ContactImpulse, Health, JointLoad, PointShock, ShockProfile
     from shockpc.scene import Point, Scene, Strike
     from shockpc.scene_file import read_scene
 
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Bracket": "record",
+    "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "record",
     "Health": "record",
+    "JointLoad": "record",
+    "Joints": "model.transmission",
     "OutputError": "errors",
+    "Place": "model.closure",
     "Point": "scene",
     "PointShock": "record",
     "Posture": "model.posture",
     "Robot": "model.robot",
     "RobotError": "errors",
+    "Rotor": "model.transmission",
     "Scene": "scene",
     "SceneError": "errors",
     "ShockError": "errors",
@@ -38,15 +46,21 @@ _HOMES = {
 }
 
 __all__ = [
+    "Bracket",
+    "Closure",
     "Contact",
     "ContactImpulse",
     "Health",
+    "JointLoad",
+    "Joints",
     "OutputError",
+    "Place",
     "Point",
     "PointShock",
     "Posture",
     "Robot",
     "RobotError",
+    "Rotor",
     "Scene",
     "SceneError",
     "ShockError",

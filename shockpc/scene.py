@@ -27,6 +27,9 @@ GRAVITY = 9.80665
 PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """The planes that have a name, by their normals."""
 
+LARGEST = 1e12
+"""Largest number that a scene may hold, in whatever unit: beyond it squares run out of range."""
+
 SLOWEST, FASTEST = 1e-9, 1e9
 """Speeds of a strike that can be computed with [m/s]: beyond them squares run out of range."""
 
@@ -185,8 +188,8 @@ def _check(record: Any, where: str) -> None:
         for name, part in _parts(key, value):
             if is_dataclass(part):
                 _check(part, f"{name}.")
-            elif isinstance(part, float | int) and not math.isfinite(part):
-                raise SceneError(f"{name} is {part}, which is not finite; give a finite number")
+            elif isinstance(part, float | int) and not abs(part) <= LARGEST:
+                raise SceneError(f"{name} is {part:g}, which cannot be computed with; give a number up to {LARGEST:g}")
             elif isinstance(part, str) and words and part not in words and str not in get_args(hints[item.name]):
                 raise SceneError(f'{name} is "{part}"; valid are {", ".join(words)}')
 

@@ -97,12 +97,14 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     q = configuration(robot, scene.posture)
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure))
     assembly = None
+    if scene.assemble and not loops:
+        raise SceneError(f'no loop of robot "{robot.name}" has to be closed, so no joint has to move for it; leave assemble out')
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q = assembly.q
     state = dynamics(robot, q[None])
     touches = tuple(touch(robot, contact, state.rotation[0], up) for contact in scene.contact)
-    _refuse_twice(touches)
+    _refuse_twice(touches, scene.stance)
     before = _motion(robot, scene, velocity, drives)
     rows = stack(
         [
@@ -151,8 +153,11 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
     return Motion(velocity, omega, rates)
 
 
-def _refuse_twice(touches: tuple[Touch, ...]) -> None:
-    """Two contacts at one point are one contact."""
+def _refuse_twice(touches: tuple[Touch, ...], stance: tuple[str, ...]) -> None:
+    """Two contacts at one point are one contact, and a foot strikes or stands."""
+    both = [found.frame for found in touches if found.frame in stance]
+    if both:
+        raise SceneError(f'"{both[0]}" is both a contact and a stance, but a foot strikes or stands; leave it in one of them')
     for k, one in enumerate(touches):
         for other in touches[:k]:
             if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:

@@ -23,9 +23,9 @@ LAYERS = (
     {"scene_file", "setting", "record"},
     {"health", "readings"},
     {"profile"},
-    {"studies"},
+    {"studies", "paper"},
     {"show"},
-    {"bench", "paper"},
+    {"bench"},
     {"cli"},
     {"__main__"},
 )

@@ -163,6 +163,15 @@ def test_robot_files(capfd, here, command, name, text):
             'no joint "root_joint" in robot "stick"; there are: "knee". To list them: shockpc robots HERE/stick.urdf',
         ),
         (
+            ("--contact", "foot", "--lock", "hip"),
+            'no joint "hip" in robot "stick"; there are: "knee". To list them: shockpc robots HERE/stick.urdf',
+        ),
+        (
+            ("--contact", "foot", "--stance", "sole"),
+            'no link or frame "sole" in robot "stick"; there are: "body", "shin", "foot", "root_joint", "knee", "ankle". '
+            "To list them: shockpc robots HERE/stick.urdf",
+        ),
+        (
             ("--contact", "foot", "--bodies", "shnk"),
             'no body "shnk" in robot "stick"; nearest: "shin". To list them: shockpc robots HERE/stick.urdf',
         ),
@@ -261,6 +270,31 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
         ("--set knee=", "--set: \"knee=\" is not JOINT=VALUE, such as '*_knee=-60'"),
         ("--set =30", "--set: \"=30\" is not JOINT=VALUE, such as '*_knee=-60'"),
         ("--set knee=bent", '--set knee: "bent" is not a finite number'),
+        ("--armature knee", "--armature: \"knee\" is not JOINT=INERTIA, such as '*_KFE=0.05'"),
+        ("--armature knee=heavy", '--armature knee: "heavy" is not a finite number'),
+        (
+            "--armature knee=-1",
+            'armature of "knee" is -1; a reflected inertia has to be above zero; for none use model = "free"',
+        ),
+        (
+            "--armature root_joint=1",
+            '"root_joint" is the floating base of robot "stick", which has no drive; name a joint',
+        ),
+        ("--joint-velocity knee", "--joint-velocity: \"knee\" is not JOINT=RATE, such as '*_knee=2.5'"),
+        ("--joint-velocity knee=fast", '--joint-velocity knee: "fast" is not a finite number'),
+        ("--angular-velocity 1", '--angular-velocity: "1" is not three numbers with commas between them, such as 0,3,0'),
+        (
+            "--pulse square:5ms",
+            'pulse: there is no pulse shape "square"; valid are half-sine, saw-tooth, haversine, rectangle, '
+            "with a length such as half-sine:5ms",
+        ),
+        ("--range-g 16", "a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms"),
+        ("--range-g=-1", "a sensor's range of -1 g has to be above zero"),
+        ("--range-g wide", '--range-g: "wide" is not a finite number'),
+        (
+            "--lock knee --base fixed",
+            'nothing of robot "stick" can move: its base is fixed and no joint is free; free one of them',
+        ),
         ("--xacro payload", '--xacro: "payload" is not NAME:=VALUE, such as payload:=1.5'),
         ("--package dog", '--package: "dog" is not NAME=DIR, such as dog_description=../dog'),
         (

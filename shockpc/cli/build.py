@@ -173,7 +173,7 @@ def _joints(scene: Scene, wishes: Wishes) -> Joints:
     given = {}
     for text in wishes.armature:
         name, value = assignment("--armature", text, "JOINT=INERTIA", "'*_KFE=0.05'")
-        given[name] = number("--armature", value)
+        given[name] = number(f"--armature {name}", value)
     before = {name: value for name, value in scene.joints.armature.items() if name not in given}
     return dataclasses.replace(
         scene.joints,
@@ -209,7 +209,7 @@ def _strike(scene: Scene, wishes: Wishes) -> Strike:
     rates = {}
     for text in wishes.joint_velocity:
         name, value = assignment("--joint-velocity", text, "JOINT=RATE", "'*_knee=2.5'")
-        rates[name] = number("--joint-velocity", value)
+        rates[name] = number(f"--joint-velocity {name}", value)
     before = {name: value for name, value in strike.joint_velocities.items() if name not in rates}
     return dataclasses.replace(strike, joint_velocities=before | rates)
 

@@ -23,7 +23,8 @@ class Impact(NamedTuple):
     Attributes:
         delta_qd: (..., nv, k) jump of the joint velocities [rad/s, m/s], one column for each column of b.
         impulse: (..., nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
-        unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is.
+        unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is. A row that
+            nothing can move along takes no impulse.
         rank: (...) how many rows are independent.
         weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
     """
@@ -81,7 +82,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     V = np.swapaxes(Vt, -1, -2)
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
-    unique = ~dead & (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
+    unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
     return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), weakest)
 
 

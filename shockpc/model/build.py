@@ -1,5 +1,6 @@
 """A robot's checked text becomes a Pinocchio model, with a free base for a URDF and the file's own base for an MJCF."""
 
+import math
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import pinocchio as pin
 
 from shockpc.errors import RobotError
+from shockpc.model.markup import parse_markup
 from shockpc.model.source import RobotSource
 
 __all__ = ["FREE_FLYER", "build_model"]
@@ -41,4 +43,16 @@ def build_model(source: RobotSource) -> tuple[pin.Model, list[Any]]:
     if model.njoints > 1 and model.joints[1].shortname() == FREE_FLYER:
         # qpos places a free body in the world; its pos and quat in the file are only where it starts.
         model.jointPlacements[1] = pin.SE3.Identity()
+    _undo_degrees(source, model)
     return model, [*points, *frames]
+
+
+def _undo_degrees(source: RobotSource, model: pin.Model) -> None:
+    """Give sliding joints their limits back: Pinocchio turns them into radians with all the others, but they are lengths."""
+    compiler = parse_markup(source.xml, source.path.name).find("compiler")
+    if compiler is not None and compiler.get("angle") == "radian":
+        return
+    for joint in model.joints[1:]:
+        if joint.nv == 1 and joint.shortname().startswith("JointModelP"):
+            model.lowerPositionLimit[joint.idx_q] *= 180.0 / math.pi
+            model.upperPositionLimit[joint.idx_q] *= 180.0 / math.pi

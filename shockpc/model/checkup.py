@@ -1,7 +1,6 @@
 """The check-up of a robot file: all that is odd in it but does not keep it from being computed, each with its consequence.
 
-What does keep it is refused while it is read. Nothing is corrected here. The validation of yourdfpy was weighed and left out:
-all that it looks for is refused by name already, and its messages name no link.
+What does keep it is refused while it is read. Nothing is corrected here.
 """
 
 from collections.abc import Iterable, Iterator
@@ -54,9 +53,21 @@ def check_robot(source: RobotSource) -> tuple[Finding, ...]:
         *_armature(root, source.kind),
         *_joints(root),
         *_meshes(source, root),
+        *_second_reader(source),
     ]
     order = ("error", "warning", "note")
     return tuple(sorted(found, key=lambda finding: order.index(finding.level)))
+
+
+def _second_reader(source: RobotSource) -> Iterator[Finding]:
+    """Whether another library sees another robot in the file."""
+    if source.kind != "urdf":
+        return
+    from shockpc.model.second_reader import disagreement
+
+    apart = disagreement(source)
+    if apart:
+        yield Finding("warning", "every link", f"{apart}; the numbers are those of Pinocchio's reading")
 
 
 def _bodies_without_mass(source: RobotSource) -> Iterator[Finding]:

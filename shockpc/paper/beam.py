@@ -27,7 +27,6 @@ SLIDES = Reading(
 """Eqs. 1 and 3 are derived for the first; the others are what a robot meets."""
 
 PLACES = Reading("beam B struck at", {"the tip": 1.0, "a third of the length": 1.0 / 3.0})
-SIGN = Reading("Eq. 12", {"as printed": False, "with |Δω_z|": True})
 
 
 def beam_statements() -> tuple[Statement, ...]:
@@ -106,7 +105,7 @@ def beam_statements() -> tuple[Statement, ...]:
             "r_p = |d + r_g²/d|, d the distance of the centre of mass from the line of the strike",
             "greatest deviation for strikes at O, at 1/3, 2/3 and the tip, over the length [1]",
             outcomes((SLIDES,), lambda how: _eq_3(*how), lambda x: x < EXACT),
-            "a contact that sticks stops the beam along itself too, which turns the line of the impulse away from that of the strike "
+            "a contact that sticks stops the beam along itself too, which turns the line of the impulse away from the strike's "
             f"(struck at O at 45°: r_p is {_ropc(0.0, *STICKS_OBLIQUELY):.3f} l, Eq. 3 gives {_eq_3_radius(0.0, 45.0):.3f} l)",
         ),
         Statement(
@@ -126,8 +125,9 @@ def beam_statements() -> tuple[Statement, ...]:
             "Eq. 12",
             "r_p = v_in / Δω_z",
             "least r_p over beams B to D [m]",
-            outcomes((SIGN,), _least_radius, lambda x: x > 0.0),
-            "a radius would come out negative wherever the body turns clockwise",
+            outcomes((), lambda: _least_radius(absolute=False), lambda x: x > 0.0),
+            "a radius comes out negative wherever the body turns clockwise; it lacks the absolute value, with which the least is "
+            f"{_least_radius(absolute=True):.3f} m",
         ),
     )
 

@@ -15,7 +15,7 @@ from shockpc.record import ShockProfile
 from shockpc.scene import Scene
 from shockpc.scene_file import read_scene
 
-__all__ = ["along", "centre_of_mass", "changed", "land", "line_shock", "scene"]
+__all__ = ["along", "changed", "land", "line_shock", "robot_of", "scene"]
 
 
 @functools.cache
@@ -31,7 +31,6 @@ def changed(
     strike: Mapping[str, Any] | None = None,
     xacro: Mapping[str, str] | None = None,
     contact: Mapping[str, Any] | None = None,
-    reference: str | None = None,
 ) -> Scene:
     """A scene with some of it changed; what is not named stays.
 
@@ -42,11 +41,9 @@ def changed(
         strike: fields of the strike; they replace all of it.
         xacro: arguments of the robot's file.
         contact: fields of every contact.
-        reference: posture to start from.
     """
     posture = dataclasses.replace(
         found.posture,
-        reference=reference or found.posture.reference,
         joints_deg={**found.posture.joints_deg, **(joints_deg or {})},
         base_rpy_deg=found.posture.base_rpy_deg if base_pitch_deg is None else (0.0, base_pitch_deg, 0.0),
     )
@@ -62,7 +59,12 @@ def changed(
 def land(found: Scene | str) -> ShockProfile:
     """The shock of a scene, or of the scene of that name."""
     found = scene(found) if isinstance(found, str) else found
-    return shock_profile(found, _robot(found.robot, tuple(sorted(found.xacro.items()))))
+    return shock_profile(found, robot_of(found))
+
+
+def robot_of(found: Scene) -> Robot:
+    """The robot of a scene."""
+    return _robot(found.robot, tuple(sorted(found.xacro.items())))
 
 
 @functools.cache
@@ -79,12 +81,3 @@ def along(profile: ShockProfile, body: str, ends: tuple[Array, Array], count: in
 def line_shock(profile: ShockProfile, body: str, ends: tuple[Array, Array]) -> float:
     """Greatest shock on the middle line of a slender body: at one of its ends, for |Δv| is convex [1]."""
     return float(along(profile, body, ends, 2).max())
-
-
-def centre_of_mass(profile: ShockProfile) -> Array:
-    """Centre of mass (3,) of the robot, world [m]."""
-    bodies = profile.robot.bodies
-    com = np.stack([body.com for body in bodies])
-    mass = np.array([body.mass for body in bodies])
-    places = profile.position + (profile.rotation @ com[..., None])[..., 0]
-    return np.asarray(mass @ places / mass.sum())

@@ -20,19 +20,19 @@ LOWER_LEG = Reading("lower leg's angle", {"0°": 0.0, "−5°": -5.0, "−10°":
 FOOT = Reading(
     "the foot's 75°",
     {
-        "counted from the knee, toes forward": 105.0,
-        "counted from the lower leg's line, toes forward": 75.0,
-        "counted from the knee, toes backward": -105.0,
-        "counted from the lower leg's line, toes backward": -75.0,
+        "counted from the knee (toes forward)": 105.0,
+        "counted from the lower leg's line (toes forward)": 75.0,
+        "counted from the knee (toes backward)": -105.0,
+        "counted from the lower leg's line (toes backward)": -75.0,
     },
 )
 ANGLE_ABC = Reading(
     "strike angles of A, B and C",
     {
-        "15°, 45°, 75°": (15.0, 45.0, 75.0),
-        "15°, 60°, 75°": (15.0, 60.0, 75.0),
-        "0°, 30°, 60°": (0.0, 30.0, 60.0),
-        "30°, 60°, 80°": (30.0, 60.0, 80.0),
+        "15/45/75°": (15.0, 45.0, 75.0),
+        "15/60/75°": (15.0, 60.0, 75.0),
+        "0/30/60°": (0.0, 30.0, 60.0),
+        "30/60/80°": (30.0, 60.0, 80.0),
     },
 )
 ANGLE_EF = Reading("strike angle of E and F", {f"{angle}°": float(angle) for angle in (15, 0, 30, 45, 60, 75)})

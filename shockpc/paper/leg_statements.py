@@ -1,5 +1,6 @@
 """What the paper says of Figures 2 and 4, and of chains in general."""
 
+import itertools
 import math
 
 import numpy as np
@@ -29,7 +30,11 @@ def leg_statements() -> tuple[Statement, ...]:
             "Section 3.4",
             "when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
             "least distance of the CoPc in front of the lower leg's line, cases A to E, over its length [1]",
-            outcomes((LOWER_LEG, ANGLE_ABC, ANGLE_EF), lambda *how: min(lower_leg_centre(p)[0] for p in _cases(*how)[:5]), lambda x: x > 0.0),
+            outcomes(
+                (LOWER_LEG, ANGLE_ABC, ANGLE_EF),
+                lambda *how: min(lower_leg_centre(p)[0] for p in _cases(*how)[:5]),
+                lambda x: x > 0.0,
+            ),
             "a strike flatter than across the lower leg puts it behind",
         ),
         Statement(
@@ -44,7 +49,7 @@ def leg_statements() -> tuple[Statement, ...]:
             2,
             "Section 3.4",
             "shock can be kept from spreading altogether; the CoPc then coincides with the next joint",
-            "greatest shock above the foot; leg upright, foot level, struck from below, the foot's mass partly behind the ankle [1]",
+            "greatest shock above the foot; leg upright, foot level, part of the foot's mass behind the ankle [1]",
             outcomes((HEEL, STRUCK_ACROSS), _spread, lambda x: x < EXACT),
             "it asks for mass beyond the ankle and for one strike direction, as the paper says itself",
         ),
@@ -61,7 +66,9 @@ def leg_statements() -> tuple[Statement, ...]:
             "Section 3.4",
             "for the body at the end of the chain, the CoPc lies at 2/3 of a slender body",
             "greatest deviation along the body, cases A to F, over its length [1]",
-            outcomes((LOWER_LEG, ANGLE_ABC, ANGLE_EF, FOOT), lambda *how: max(map(_end_of_chain, _cases(*how))), lambda x: x < EXACT),
+            outcomes(
+                (LOWER_LEG, ANGLE_ABC, ANGLE_EF, FOOT), lambda *how: max(map(_end_of_chain, _cases(*how))), lambda x: x < EXACT
+            ),
             "it lies elsewhere",
         ),
         Statement(
@@ -77,7 +84,7 @@ def leg_statements() -> tuple[Statement, ...]:
             "Section 4.1, A to C",
             "flattening the impact brings the CoPc of the lower leg closer to the body",
             "greatest ratio of its distance from the body to that in the steeper case before [1]",
-            outcomes((LOWER_LEG, ANGLE_ABC), lambda *how: _approach(_cases(*how, 15.0)), lambda x: x < 1.0),
+            outcomes((LOWER_LEG, ANGLE_ABC), lambda leg, angles: _approach(_cases(leg, angles, 15.0)), lambda x: x < 1.0),
             "once the CoPc is a fifth of the leg away, a still flatter strike moves it off again",
         ),
         Statement(
@@ -123,7 +130,7 @@ def _rise(profile: ShockProfile) -> float:
     """Greatest ratio of a body's shock at its centre of mass to that of the body below."""
     chain = [body for body in ("foot", *BODIES) if body in profile.bodies]
     shock = [float(profile.shock_com[profile.bodies.index(body)]) for body in chain]
-    return max(upper / lower for lower, upper in zip(shock, shock[1:], strict=False))
+    return max(upper / lower for lower, upper in itertools.pairwise(shock))
 
 
 def _end_of_chain(profile: ShockProfile) -> float:
@@ -131,9 +138,9 @@ def _end_of_chain(profile: ShockProfile) -> float:
     last = "torso" if "torso" in profile.bodies else "upper_leg"
     low, high = ends(profile.robot, last)
     centre = float(profile.copc[profile.bodies.index(last), 2])
-    # The upper leg hangs from its knee when nothing is above it, and its frame is at the hip.
-    joint, tip = (low[2], high[2])
-    return abs((centre - joint) / (tip - joint) - 2.0 / 3.0)
+    # From the joint below to the free end: an upper leg without a torso ends at the hip.
+    joint, tip = low[2], high[2]
+    return abs(float((centre - joint) / (tip - joint)) - 2.0 / 3.0)
 
 
 def _upright(foot: bool, strike: float, heel: str = "0") -> ShockProfile:

@@ -1,11 +1,16 @@
 """A statement of the paper, the number that decides it under every reading of the text, and the verdict that follows."""
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 __all__ = ["Outcome", "Reading", "Statement", "outcomes"]
+
+
+MOST_LISTED = 3
+"""Combinations of readings that a verdict lists one by one."""
 
 
 class Reading(NamedTuple):
@@ -61,7 +66,7 @@ class Statement:
 
     @property
     def verdict(self) -> str:
-        """Holds (whatever the reading), holds under …, or fails, because …"""
+        """What follows: holds (whatever the reading), holds under some of them, or fails, because of something."""
         good = [outcome for outcome in self.outcomes if outcome.holds]
         if len(good) == len(self.outcomes):
             return "holds"
@@ -88,42 +93,61 @@ class Statement:
         return tuple(name for name, found in options.items() if len(found) > 1)
 
     def _conditions(self, good: list[Outcome]) -> str:
-        """For which readings it holds: option by option where that says all, else by how many, and which of them alone do harm."""
-        every = {name: tuple(dict.fromkeys(dict(o.reading)[name] for o in self.outcomes)) for name in self.readings}
-        kept = {name: tuple(x for x in every[name] if any(dict(o.reading)[name] == x for o in good)) for name in every}
-        size = 1
-        for options in kept.values():
-            size *= len(options)
-        narrowed = [f"{name}: {_either(kept[name])}" for name in every if len(kept[name]) < len(every[name])]
-        if size == len(good):
-            return "; ".join(narrowed)
+        """For which readings it holds, in as few words as say it all."""
+        every = {name: tuple(dict.fromkeys(dict(o.reading)[name] for o in self.outcomes)) for name in self._deciding()}
+        found = list(dict.fromkeys(tuple(dict(o.reading)[name] for name in every) for o in good))
+        kept = {name: tuple(x for x in every[name] if any(one[k] == x for one in found)) for k, name in enumerate(every)}
+        if math.prod(map(len, kept.values())) == len(found):
+            return "; ".join(f"{name}: {_some(kept[name], every[name])}" for name in every if len(kept[name]) < len(every[name]))
+        if len(found) <= MOST_LISTED:
+            return ", or ".join("; ".join(f"{name}: {x}" for name, x in zip(every, one, strict=True)) for one in found)
         share = f"{len(good)} of {len(self.outcomes)} readings"
-        if not self.outcomes[0].holds:
-            return "; ".join([share, *narrowed])
         alone = {name: tuple(dict(o.reading)[name] for o in self.along(name) if o.holds) for name in every if self.matters(name)}
         if not alone:
-            return f"{share}, whichever one is changed alone"
-        return "; ".join([f"{share}, of those changed alone", *(f"{name}: {_either(options)}" for name, options in alone.items())])
+            return share
+        return "; ".join([f"{share}, of those changed alone", *(f"{name}: {_some(x, every[name])}" for name, x in alone.items())])
+
+    def _deciding(self) -> tuple[str, ...]:
+        """The readings on which the verdict hangs, whatever the others are."""
+        names = []
+        for name in self.readings:
+            seen: dict[tuple[tuple[str, str], ...], bool] = {}
+            for o in self.outcomes:
+                others = tuple(pair for pair in o.reading if pair[0] != name)
+                if seen.setdefault(others, o.holds) != o.holds:
+                    names.append(name)
+                    break
+        return tuple(names)
 
 
-def outcomes(readings: tuple[Reading, ...], number: Callable[..., float], holds: Callable[[float], bool]) -> tuple[Outcome, ...]:
-    """The outcome under every combination of readings, the one taken first.
+def outcomes(
+    readings: tuple[Reading, ...], number: Callable[..., float], holds: Callable[[float], bool], together: bool = True
+) -> tuple[Outcome, ...]:
+    """The outcomes under several readings, the one taken first.
 
     Args:
         readings: what is open.
         number: of the meanings of all readings, in order.
         holds: of that number.
+        together: every combination; else one reading changed at a time.
     """
-    return tuple(_every(readings, number, holds))
+    options = [tuple(reading.options.items()) for reading in readings]
+    chosen = list(itertools.product(*options))
+    if not together:
+        chosen = [one for one in chosen if sum(pick != first[0] for pick, first in zip(one, options, strict=True)) <= 1]
+    found = []
+    for one in chosen:
+        value = float(number(*(meaning for _, meaning in one)))
+        reading = tuple((r.name, option) for r, (option, _) in zip(readings, one, strict=True))
+        found.append(Outcome(reading, value, bool(holds(value))))
+    return tuple(found)
 
 
-def _every(readings: tuple[Reading, ...], number: Callable[..., float], holds: Callable[[float], bool]) -> Iterator[Outcome]:
-    for chosen in itertools.product(*(reading.options.items() for reading in readings)):
-        found = number(*(meaning for _, meaning in chosen))
-        reading = tuple((r.name, option) for r, (option, _) in zip(readings, chosen, strict=True))
-        yield Outcome(reading, float(found), bool(holds(found)))
+def _some(options: tuple[str, ...], every: tuple[str, ...]) -> str:
+    """Options as a reader says them; what is left out, if that is shorter."""
+    others = tuple(option for option in every if option not in options)
+    return f"any but {_listed(others, 'and')}" if len(others) < len(options) else _listed(options, "or")
 
 
-def _either(options: tuple[str, ...]) -> str:
-    """Options as a reader says them."""
-    return options[0] if len(options) == 1 else ", ".join(options[:-1]) + " or " + options[-1]
+def _listed(options: tuple[str, ...], last: str) -> str:
+    return options[0] if len(options) == 1 else f"{', '.join(options[:-1])} {last} {options[-1]}"

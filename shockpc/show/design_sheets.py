@@ -59,7 +59,7 @@ def loads_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
     ]
     rows, notes = _largest(rows, most, "joints")
     if profile.health.rank < profile.health.rows:
-        notes += ("contacts or closures repeat one another: of all loads that fit, these are the ones of least impulse",)
+        notes += ("some contact or closure rows repeat others or cannot move: of all loads that fit, these are the least",)
     header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]")
     return Sheet("impulse through the joints", header, rows, notes)
 

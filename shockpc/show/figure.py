@@ -5,11 +5,9 @@ leaves its global state alone.
 """
 
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
@@ -18,10 +16,10 @@ from shockpc.show.figure_bodies import draw_bodies
 from shockpc.show.figure_marks import draw_marks
 from shockpc.show.figure_page import colour_bar, scale_bar, title
 from shockpc.show.figure_panel import PANEL, panel, panel_height
+from shockpc.show.figure_style import STYLE, blank, save_drawing
 from shockpc.show.figure_view import View, view_of
 from shockpc.show.figure_window import ARROW, Window, strike_in_plane
-from shockpc.show.files import write_whole
-from shockpc.show.palette import INK, PAPER
+from shockpc.show.palette import PAPER
 from shockpc.show.silhouette import to_plane
 
 __all__ = ["draw", "save_figure"]
@@ -35,20 +33,8 @@ MARGIN, HEAD, FOOT, GAP, PAD = 0.2, 0.86, 0.88, 0.3, 0.32
 FEW = 6
 """Most bodies of a robot that are all numbered."""
 
-DPI = 160
-"""Of the PNG."""
-
 NEAR = 0.15
 """How far beyond the robot, as a share of its size, a centre of percussion may lie and still be in the picture."""
-
-_STYLE: dict[Any, Any] = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans", "Arial", "Helvetica"],
-    "svg.fonttype": "none",
-    "svg.hashsalt": "shockpc",
-    "path.simplify": False,
-    "text.color": INK,
-}
 
 
 def draw(profile: ShockProfile) -> Figure:
@@ -61,7 +47,7 @@ def draw(profile: ShockProfile) -> Figure:
     Args:
         profile: the shock of a landing.
     """
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         view = view_of(profile)
         numbers = {i: n for n, i in enumerate(_numbered(profile, view), start=1)}
         tall = panel_height(profile, numbers)
@@ -70,10 +56,10 @@ def draw(profile: ShockProfile) -> Figure:
         page_height = HEAD + max(height + FOOT, tall) + MARGIN / 2.0
         figure = Figure(figsize=(page_width, page_height), facecolor=PAPER)
         page = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        _blank(page, (0.0, page_width), (0.0, page_height))
+        blank(page, (0.0, page_width), (0.0, page_height))
         top = page_height - HEAD
         picture = figure.add_axes((MARGIN / page_width, (top - height) / page_height, width / page_width, height / page_height))
-        _blank(picture, (window.low[0], window.high[0]), (window.low[1], window.high[1]))
+        blank(picture, (window.low[0], window.high[0]), (window.low[1], window.high[1]))
         draw_bodies(picture, view)
         signs = draw_marks(picture, profile, view, window, numbers)
         title(page, profile, MARGIN, page_height - 0.14, page_width - 2.0 * MARGIN)
@@ -95,12 +81,7 @@ def save_figure(profile: ShockProfile, folder: Path) -> tuple[Path, Path]:
     Raises:
         OutputError: the folder cannot be written.
     """
-    svg, png = folder / "shock.svg", folder / "shock.png"
-    figure = draw(profile)
-    with matplotlib.rc_context(_STYLE):
-        write_whole(svg, lambda part: figure.savefig(part, format="svg", metadata={"Date": None, "Creator": "shockpc"}))
-        write_whole(png, lambda part: figure.savefig(part, format="png", dpi=DPI, metadata={"Software": "shockpc"}))
-    return svg, png
+    return save_drawing(lambda: draw(profile), folder, "shock")
 
 
 def _numbered(profile: ShockProfile, view: View) -> list[int]:
@@ -137,9 +118,3 @@ def _window(profile: ShockProfile, contents: Array, least: float) -> tuple[Windo
     paper = np.maximum((high - low) / inch + 2.0 * PAD, (NARROWEST, least))
     middle = (low + high) / 2.0
     return Window(middle - paper * inch / 2.0, middle + paper * inch / 2.0, inch), float(paper[0]), float(paper[1])
-
-
-def _blank(axes: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
-    axes.set_axis_off()
-    axes.set_xlim(*x)
-    axes.set_ylim(*y)

@@ -20,7 +20,9 @@ DASHED = (0, (5, 3))
 SENSOR = "#ffd24d"
 
 
-def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, numbers: dict[int, int]) -> frozenset[str]:
+def draw_marks(
+    axes: Axes, profile: ShockProfile, view: View, window: Window, numbers: dict[int, int], whole: float = 0.45
+) -> frozenset[str]:
     """Draw all marks.
 
     Args:
@@ -29,6 +31,7 @@ def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, nu
         view: the bodies in the plane.
         window: what the picture shows.
         numbers: by index of the body, the number that it and its centre of percussion carry.
+        whole: share of a RoPc's circle for which the picture has to have room.
 
     Returns: which signs occur, of "centre", "other centre", "radius", "pointer" and "joint".
     """
@@ -53,7 +56,7 @@ def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, nu
     for i in numbered:
         percussion_mark(axes, *centres[i])
         signs.add("centre")
-        if _radius(axes, centres[i], float(profile.ropc[i]), window):
+        if _radius(axes, centres[i], float(profile.ropc[i]), window, whole):
             signs.add("radius")
     for group in _together(numbered, centres, 0.07 * window.inch):
         labels.place(centres[group[0]], ", ".join(str(numbers[i]) for i in group))
@@ -88,11 +91,11 @@ def _small_centre(axes: Axes, place: Array) -> None:
     axes.plot(*place, "+", markersize=4.2, color=INK, markeredgewidth=0.7, zorder=6)
 
 
-def _radius(axes: Axes, centre: Array, radius: float, window: Window) -> bool:
-    """The circle on which shock equals the strike, if the picture has room for the better part of it."""
+def _radius(axes: Axes, centre: Array, radius: float, window: Window, whole: float) -> bool:
+    """The circle on which shock equals the strike, if the picture has room for that share of it."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     circle = centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    fits = bool(np.mean([window.holds(point) for point in circle]) > 0.45)
+    fits = bool(np.mean([window.holds(point) for point in circle]) > whole)
     if fits:
         axes.plot(*circle.T, color=INK, linewidth=0.55, linestyle=DASHED, zorder=0.5)
     return fits

@@ -10,7 +10,7 @@ from shockpc.record import ShockProfile
 from shockpc.show.figure_window import Window, strike_in_plane
 from shockpc.show.palette import BANDS, EDGES, INK
 
-__all__ = ["colour_bar", "scale_bar", "title"]
+__all__ = ["JOINT_MODELS", "colour_bar", "scale_bar", "title"]
 
 JOINT_MODELS = {
     "free": "free (zero reflected inertia)",

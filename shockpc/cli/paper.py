@@ -1,0 +1,33 @@
+"""`shockpc paper`: the method's own paper, computed again."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["paper"]
+
+
+def paper(
+    figures: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[FIGURE]...", help="Numbers of figures: 1, 2, 3, 5; all by default.", show_default=False),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write figures, tables and the scenes of all panels into this folder.")
+    ] = None,
+) -> None:
+    """Recompute the figures of the paper behind the method, and judge its statements."""
+    from shockpc.paper.results import figure_result
+    from shockpc.paper.scenes import paper_figures
+    from shockpc.show.files import check_folder
+    from shockpc.show.paper_text import paper_text, write_paper
+
+    chosen = paper_figures(figures or ())
+    if out is not None:
+        check_folder(out, "--out")
+    results = [figure_result(figure) for figure in chosen]
+    if out is not None:
+        write_paper(results, out)
+    sys.stdout.write(paper_text(results))
