@@ -16,7 +16,7 @@ from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows
 from shockpc.record import Health
 
-__all__ = ["Verdict", "gyration_radii", "judge"]
+__all__ = ["TRUSTED", "UNMOVED", "Verdict", "gyration_radii", "judge"]
 
 TRUSTED = 1e-9
 """Two solutions that differ by more than this at any body call for the better one, and a warning."""

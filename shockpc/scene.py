@@ -86,6 +86,8 @@ class Strike:
         if not speed > 0.0:
             raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
         _check_speed(speed)
+        if self.strike_angle_deg is not None and not abs(self.strike_angle_deg) <= 180.0:
+            raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
         theta = math.radians(self.strike_angle_deg or 0.0)
         return np.asarray(speed * (math.sin(theta) * plane.e1 - math.cos(theta) * plane.e2))
 

@@ -90,7 +90,7 @@ def test_the_independent_rows_say_all(seed, n):
     order = rng.permutation(6)
     J, b = J[order], b[order]
     found = solve_impact(H, J, b)
-    chosen = independent_rows(H, J, int(found.rank))
+    chosen = independent_rows(H, J, int(found.rank), found.dead)
     assert found.rank == len(chosen) == len(set(chosen.tolist())) == np.linalg.matrix_rank(J[chosen]) == 2
     again = solve_impact(H, J[chosen], b[chosen])
     worse = TIGHT * np.linalg.cond(J[chosen])

@@ -1,5 +1,7 @@
 """How wrong a result is: the error of every body against the reference, with the subtraction done in long numbers."""
 
+from typing import NamedTuple
+
 import mpmath
 import numpy as np
 from mpmath import mp
@@ -7,40 +9,51 @@ from mpmath import mp
 from shockpc.bench.exact import DIGITS, Exact, cross, widen
 from shockpc.bench.reference import Reference
 from shockpc.core.spatial import Array
-from shockpc.health import gyration_radii
+from shockpc.health import UNMOVED, gyration_radii
 from shockpc.model.robot import Robot
 
-__all__ = ["STILL", "body_errors"]
-
-STILL = 1e-9
-"""A body slower than this share of the fastest one is measured against that: below it there is nothing to be wrong about."""
+__all__ = ["Errors", "body_errors"]
 
 
-def body_errors(robot: Robot, truth: Reference, jumps: Array) -> Array:
-    """Relative error (nb,) of every body's jump: |Δ − Δ*| / |Δ*| with |Δ|² = |v_com|² + (r_g |ω|)².
+class Errors(NamedTuple):
+    """How wrong a result is at every body.
 
-    The size of a body's motion is that of its centre of mass and of its turning at the radius of gyration, and at least `STILL`
-    of the fastest body's. What is not finite is infinitely wrong.
+    Attributes:
+        own: (nb,) relative to the body's own motion [1].
+        whole: (nb,) relative to the fastest body's [1]: what a plot of all bodies would show.
+    """
+
+    own: Array
+    whole: Array
+
+
+def body_errors(robot: Robot, truth: Reference, jumps: Array) -> Errors:
+    """Errors of every body's jump: |Δ − Δ*| with |Δ|² = |v_com|² + (r_g |ω|)², relative.
+
+    The size of a body's motion is that of its centre of mass and of its turning at the radius of gyration. A body that the product
+    does not tell from one that stands still (slower than `UNMOVED` of the fastest one) is measured against the fastest one in both
+    ways. What is not finite is infinitely wrong.
 
     Args:
         robot: the robot.
         truth: the reference.
         jumps: (nb, 6) body coordinates at the body frames' origins.
     """
-    radius = np.maximum(gyration_radii(robot), 1e-6)
+    radius = gyration_radii(robot)
+    # A body without inertia of its own is measured by the smallest length that the others have, as the product does.
+    radius = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
+    own, whole = np.full(len(radius), np.inf), np.full(len(radius), np.inf)
     with mp.workdps(DIGITS):
-        own = [_size(twist[:3], twist[3:], r) for twist, r in zip(truth.twists, radius, strict=True)]
-        floor = mpmath.mpf(STILL) * max(own)
-        errors = np.full(len(radius), np.inf)
+        speeds = [_size(twist[:3], twist[3:], r) for twist, r in zip(truth.twists, radius, strict=True)]
+        fastest = max(speeds) or mp.one
         for i, body in enumerate(robot.bodies):
             if not np.all(np.isfinite(jumps[i])):
                 continue
             off = widen(jumps[i]) - truth.jumps[i]
-            v_com = off[3:] + cross(off[:3], widen(body.com))
-            size = max(own[i], floor)
-            error = _size(off[:3], v_com, radius[i])
-            errors[i] = float(error / size) if size > 0 else float(error)
-    return errors
+            error = _size(off[:3], off[3:] + cross(off[:3], widen(body.com)), radius[i])
+            whole[i] = float(error / fastest)
+            own[i] = float(error / speeds[i]) if speeds[i] > UNMOVED * fastest else whole[i]
+    return Errors(own, whole)
 
 
 def _size(omega: Exact, v: Exact, radius: float) -> mpmath.mpf:

@@ -18,7 +18,9 @@ import mpmath
 import numpy as np
 from mpmath import mp
 
-from shockpc.bench.exact import DIGITS, Exact, Mechanism, Row, cross, mechanism, widen
+from shockpc.bench.exact import DIGITS, Exact, cross, widen
+from shockpc.bench.exact_bodies import Mechanism, Row
+from shockpc.bench.exact_rows import mechanism
 from shockpc.errors import SolveError
 from shockpc.model.robot import Robot
 from shockpc.scene import Scene

@@ -63,7 +63,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
         L = np.linalg.cholesky(H * d[..., :, None] * d[..., None, :])
     except np.linalg.LinAlgError:
         raise SolveError("the joint-space inertia is not positive definite, so it cannot be inverted") from None
-    X = np.linalg.solve(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
+    X = _substitute(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
 
     n = max(H.shape[-1], J_c.shape[-2])
     tolerance = 8 * n * eps / np.diagonal(L, axis1=-2, axis2=-1).min(axis=-1, initial=1.0)
@@ -80,12 +80,27 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
 
     along = s_inv[..., None] * (Vt @ (c[..., None] * b))
     y = -(U @ along)
-    delta_qd = d[..., None] * np.linalg.solve(np.swapaxes(L, -1, -2), y)
+    delta_qd = d[..., None] * _substitute_back(L, y)
     V = np.swapaxes(Vt, -1, -2)
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
     return Impact(delta_qd, impulse, unique, dead, kept.sum(axis=-1), weakest)
+
+
+def _substitute(L: Array, B: Array) -> Array:
+    """The X (..., n, k) with L X = B for a lower triangular L: row by row, for all postures at once."""
+    X = np.empty(np.broadcast_shapes(L.shape[:-2], B.shape[:-2]) + B.shape[-2:])
+    for i in range(B.shape[-2]):
+        known = L[..., i : i + 1, :i] @ X[..., :i, :]
+        X[..., i, :] = (B[..., i, :] - known[..., 0, :]) / L[..., i, i, None]
+    return X
+
+
+def _substitute_back(L: Array, B: Array) -> Array:
+    """The X (..., n, k) with Lᵀ X = B."""
+    upside_down = np.swapaxes(L, -1, -2)[..., ::-1, ::-1]
+    return _substitute(upside_down, B[..., ::-1, :])[..., ::-1, :]
 
 
 def independent_rows(H: Array, J_c: Array, rank: int, dead: np.ndarray) -> np.ndarray:

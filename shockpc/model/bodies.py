@@ -5,7 +5,7 @@ The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i, written out: a body's twi
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross_matrix
 from shockpc.model.dynamics import Dynamics
 
 __all__ = ["body_jumps"]
@@ -20,8 +20,10 @@ def body_jumps(state: Dynamics, delta_qd: Array) -> Array:
 
     Returns: (N, nb, 6, k), angular part first [rad/s, m/s].
     """
-    twist = np.einsum("nav,bv,nvk->nbak", state.J, state.moves.astype(float), delta_qd, optimize=True)
+    n, nv, k = delta_qd.shape
+    of_each_rate = np.swapaxes(state.J, -1, -2)[..., None] * delta_qd[:, :, None, :]
+    twist = (state.moves.astype(float) @ of_each_rate.reshape(n, nv, 6 * k)).reshape(n, -1, 6, k)
     omega, v_origin = twist[:, :, :3], twist[:, :, 3:]
-    v = v_origin + np.cross(omega, state.position[..., None], axis=2)
+    v = v_origin - cross_matrix(state.position) @ omega
     to_body = np.swapaxes(state.rotation, -1, -2)
     return np.concatenate([to_body @ omega, to_body @ v], axis=2)

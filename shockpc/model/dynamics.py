@@ -58,31 +58,47 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
     data = model.createData() if model.njoints < LONG else None
     n, nb, nv = len(Q), len(robot.bodies), model.nv
     H, J = np.empty((n, nv, nv)), np.empty((n, 6, nv))
-    placed = np.empty((n, model.njoints, 4, 4))
+    placed_rotation, placed_position = np.empty((n, model.njoints, 3, 3)), np.empty((n, model.njoints, 3))
     Q = np.array(Q, dtype=float)
     origin = np.zeros((n, 3))
     if robot.free_base:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
+    views = None if data is None else _placements(data, model.njoints)
     for k, q in enumerate(Q):
-        if data is None:
-            H[k], J[k], placed[k] = evaluate(model, q)
+        if data is None or views is None:
+            H[k], J[k], placed = evaluate(model, q)
+            placed_rotation[k], placed_position[k] = placed[:, :3, :3], placed[:, :3, 3]
             continue
         H[k] = pin.crba(model, data, q, pin.Convention.WORLD)
-        J[k] = data.J.reshape(6, nv)  # one column alone comes back as a vector
-        placed[k] = [placement.homogeneous for placement in data.oMi.tolist()]
+        J[k].T[:] = data.J.T  # one column alone comes back as a vector
+        placed_rotation[k], placed_position[k] = views
     # crba fills the upper triangle; some versions leave the lower one empty.
-    upper = np.triu(H)
-    H = upper + np.swapaxes(np.triu(H, 1), -1, -2)
+    row, column = np.tril_indices(nv, -1)
+    H[:, row, column] = H[:, column, row]
     J = np.concatenate([J[:, 3:], J[:, :3]], axis=1)
 
     joints = [body.joint for body in robot.bodies]
-    placed = placed[:, joints]
-    joint_rotation, joint_position = placed[..., :3, :3], placed[..., :3, 3]
+    joint_rotation, joint_position = placed_rotation[:, joints], placed_position[:, joints]
     rotation = joint_rotation @ np.stack([body.rotation for body in robot.bodies])
     offset = np.stack([body.offset for body in robot.bodies])
     position = joint_position + (joint_rotation @ offset[..., None])[..., 0]
     return Dynamics(H, J, rotation, position, joint_position, origin, _moves(robot).reshape(nb, nv))
+
+
+def _placements(data: pin.Data, njoints: int) -> tuple[Array, Array]:
+    """Rotations (njoints, 3, 3) and positions (njoints, 3) of all joint frames, in Pinocchio's own memory.
+
+    Read one by one the placements cost more than the algorithms. They lie side by side, at equal steps, so one view shows them all;
+    it is good for as long as the data are.
+    """
+    parts = []
+    for part in ("rotation", "translation"):
+        first, last = (getattr(data.oMi[i], part) for i in (0, njoints - 1))
+        step = (last.ctypes.data - first.ctypes.data) // (njoints - 1)
+        parts.append(np.lib.stride_tricks.as_strided(first, (njoints, *first.shape), (step, *first.strides), writeable=False))
+    rotation, position = parts
+    return rotation, position
 
 
 def _moves(robot: Robot) -> np.ndarray:

@@ -27,7 +27,7 @@ class Motion(NamedTuple):
 def twists_before(state: Dynamics, before: Motion) -> Array:
     """Twist (N, nb, 6) of every body before the impact: (ω, v of the point at the common origin), world axes."""
     rates = np.where(state.moves, before.joint_rates, 0.0)
-    twist = np.einsum("nkv,bv->nbk", state.J, rates)
+    twist = rates @ np.swapaxes(state.J, -1, -2)
     twist[..., :3] += before.omega
     twist[..., 3:] += before.velocity
     return np.asarray(twist)

@@ -87,5 +87,7 @@ def stack(blocks: list[Block]) -> Rows:
 
 def row_jacobian(state: Dynamics, W: Array) -> Array:
     """Velocity (N, nc, nv) of each row for unit joint velocities: the power of its wrench."""
-    on_joint = np.einsum("ncbk,bv->ncvk", W, state.moves.astype(float))
-    return np.asarray(np.einsum("ncvk,nkv->ncv", on_joint, state.J))
+    J_c = np.zeros((*W.shape[:2], state.J.shape[-1]))
+    for body in np.flatnonzero(W.any(axis=(0, 1, 3))):
+        J_c += (W[:, :, body] @ state.J) * state.moves[body]
+    return J_c

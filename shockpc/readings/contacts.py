@@ -36,7 +36,7 @@ def contact_impulses(
         # With every joint locked only the base's six velocities are left.
         mitigation = impact_mitigation(A, delassus(state.H[0, :6, :6], J[0, :, :6], np.zeros((0, 6)))) if floating else None
         forces = slice(own.start, own.start + len(touch.directions))
-        if not (solution.impact.unique[0, forces] | _idle(solution, forces)).all():
+        if not solution.impact.unique[0, forces].all():
             contacts.append(ContactImpulse(touch.frame, point, None, None, velocity, stuck, free, mitigation))
             continue
         impulse = solution.impact.impulse[0, forces, -1] @ touch.directions
@@ -51,14 +51,6 @@ def contact_impulses(
             )
         contacts.append(ContactImpulse(touch.frame, point, impulse, friction, velocity, stuck, free, mitigation))
     return tuple(contacts), tuple(warnings)
-
-
-def _idle(solution: Solution, forces: slice) -> np.ndarray:
-    """Rows along which nothing can move and nothing moved: no impulse is needed there, as across the plane of a planar base."""
-    length = np.linalg.norm(solution.equation.J_c[0], axis=1)
-    still = length[forces] <= 1e-13 * length.max(initial=0.0)
-    b = np.abs(solution.equation.b[0, :, -1])
-    return np.asarray(still & (b[forces] <= 1e-13 * b.max(initial=0.0)))
 
 
 def _gives_way(J: Array, rows: Rows, solution: Solution, n_touches: int) -> Array:

@@ -14,7 +14,7 @@ from shockpc.model.posture import Posture
 from shockpc.model.robot import Robot
 from shockpc.scene import Scene, Strike
 
-__all__ = ["KNEE", "LINKS", "MASS_RATIO", "chain", "chain_end"]
+__all__ = ["KNEE", "LINKS", "MASS_RATIO", "OBLIQUE", "bent", "chain", "chain_end"]
 
 Y = np.array([0.0, 1.0, 0.0])
 BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)

@@ -10,7 +10,7 @@ from shockpc.model.robot import Robot, load_robot
 from shockpc.model.transmission import Joints
 from shockpc.scene import Scene, Strike
 
-__all__ = ["FAR", "FOOTED", "ROBOTS"]
+__all__ = ["FAR", "FOOTED", "ROBOTS", "feet_of"]
 
 FOOTED = (
     "a1", "alexander", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "bolt", "g1", "go1", "go2", "human", "hyq", "icub",
