@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,8 +10,6 @@ from robot_texts import BODY, HINGE, body, floating, mjcf
 
 from shockpc.model.build import build_model
 from shockpc.model.source import RobotSource, read_source
-
-mujoco = pytest.importorskip("mujoco")
 
 
 @pytest.fixture(autouse=True)
