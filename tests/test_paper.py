@@ -11,7 +11,7 @@ from mpmath import mpf
 from planar import STICKS, at, beam, difference, falling, pointing, solve
 
 from shockpc.core.impulse import solve_impact
-from shockpc.model.catalogue import own_robots_folder
+from shockpc.files.catalogue import own_robots_folder
 from shockpc.model.dynamics import dynamics
 from shockpc.model.robot import load_robot
 from shockpc.paper.beam import beam_statements

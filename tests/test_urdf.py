@@ -6,8 +6,8 @@ import pytest
 from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
 
 from shockpc.errors import RobotError
+from shockpc.files.source import read_source
 from shockpc.model.build import build_model
-from shockpc.model.source import read_source
 
 
 def refusal(tmp_path: Path, text: str) -> str:

@@ -60,7 +60,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
         raise SolveError("the joint-space inertia has a zero or negative diagonal, so it cannot be inverted")
     d = 1.0 / np.sqrt(diagonal)
     try:
-        L: Array = np.linalg.cholesky(H * d[..., :, None] * d[..., None, :])
+        L = np.asarray(np.linalg.cholesky(H * d[..., :, None] * d[..., None, :]), dtype=np.float64)
     except np.linalg.LinAlgError:
         raise SolveError("the joint-space inertia is not positive definite, so it cannot be inverted") from None
     X = _substitute(L, np.swapaxes(J_c * d[..., None, :], -1, -2))

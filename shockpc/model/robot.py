@@ -10,9 +10,9 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
+from shockpc.files.source import RobotSource, read_source
 from shockpc.model.build import FREE_FLYER, build_model
 from shockpc.model.couplings import Loop, Mimic, loops_of, mimics_of
-from shockpc.model.source import RobotSource, read_source
 from shockpc.model.srdf import postures_of
 
 __all__ = ["Body", "Frame", "Robot", "load_robot"]

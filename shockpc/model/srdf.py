@@ -12,8 +12,8 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
-from shockpc.model.markup import read_markup
-from shockpc.model.source import RobotSource
+from shockpc.files.markup import read_markup
+from shockpc.files.source import RobotSource
 
 __all__ = ["postures_of", "srdf_postures"]
 
