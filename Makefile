@@ -2,7 +2,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
-.PHONY: demo paper test check install clean
+.PHONY: demo paper gallery test check install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -15,6 +15,12 @@ paper: .venv/.run
 	@"$(BIN)/shockpc" paper --out out/paper
 	@echo
 	@echo "Figures, tables and scenes: out/paper"
+
+# The pictures of the README.
+gallery: paper
+	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --out out/anymal_b > /dev/null
+	@cp out/anymal_b/shock.svg robots/gallery/anymal_b.svg
+	@cp out/paper/figure*.svg robots/gallery/
 
 test: .venv/.dev
 	@"$(BIN)/python" -m pytest
