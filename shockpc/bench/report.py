@@ -110,13 +110,16 @@ def _figure(family: Family) -> str:
 def _family_figure(family: Family, cases: list[CaseResult], path: Path) -> None:
     """Error and estimate over the parameter, a colour for each variant."""
     curves = []
+    seen = sorted({case.value for case in cases})
+    joined = not family.labels
     for k, variant in enumerate(family.variants):
         own = [case for case in cases if case.variant == variant]
-        x = tuple(case.value + 1.0 if family.labels else case.value for case in own)
-        curves.append(Curve(variant, x, tuple(case.results[0].error for case in own), k))
-        curves.append(Curve(f"{variant}: estimate", x, tuple(case.results[0].estimate for case in own), k, dashed=True))
-    label = f"{family.parameter}, by number" if family.labels else family.parameter
-    save_curves(path, family.title, label, "error of the worst body [-]", curves)
+        x = tuple(float(seen.index(case.value)) if family.labels else case.value for case in own)
+        curves.append(Curve(variant, x, tuple(case.results[0].error for case in own), k, joined=joined))
+        estimates = tuple(case.results[0].estimate for case in own)
+        curves.append(Curve(f"{variant}: estimate", x, estimates, k, dashed=True, joined=joined))
+    names = tuple(family.labels[int(value)] for value in seen) if family.labels else ()
+    save_curves(path, family.title, "" if names else family.parameter, "error of the worst body [-]", curves, names)
 
 
 def _work_figure(cases: list[CaseResult], path: Path) -> None:

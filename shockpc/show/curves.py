@@ -17,6 +17,9 @@ from shockpc.show.palette import INK, PAPER
 __all__ = ["Curve", "save_curves"]
 
 COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
+FLOOR = 1e-17
+"""The least ordinate; what lies below is drawn on it."""
+
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
@@ -40,8 +43,8 @@ class Curve(NamedTuple):
     joined: bool = True
 
 
-def save_curves(path: Path, title: str, x_label: str, y_label: str, curves: list[Curve], floor: float = 1e-17) -> None:
-    """Draw curves on two logarithmic axes, as SVG.
+def save_curves(path: Path, title: str, x_label: str, y_label: str, curves: list[Curve], names: tuple[str, ...] = ()) -> None:
+    """Draw curves on two logarithmic axes, as SVG; over names, if the abscissae are their numbers.
 
     Args:
         path: of the file.
@@ -49,7 +52,7 @@ def save_curves(path: Path, title: str, x_label: str, y_label: str, curves: list
         x_label: with its unit.
         y_label: with its unit.
         curves: what to draw.
-        floor: the least ordinate; what lies below is drawn on it.
+        names: what the abscissae 0, 1, 2 … stand for; their axis is then linear.
 
     Raises:
         OutputError: the file cannot be written.
@@ -58,23 +61,28 @@ def save_curves(path: Path, title: str, x_label: str, y_label: str, curves: list
     zero = min(above, default=1.0) / 10.0
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "shockpc", "font.size": 8.5, "text.color": INK}):
         figure = Figure(figsize=(7.2, 4.2), facecolor=PAPER)
-        axes = figure.add_axes((0.1, 0.13, 0.55, 0.76))
+        below = 0.27 if names else 0.13
+        axes = figure.add_axes((0.1, below, 0.55, 0.89 - below))
         for curve in curves:
-            points = [
-                (x or zero, max(y, floor)) for x, y in zip(curve.x, curve.y, strict=True) if y is not None and math.isfinite(y)
-            ]
+            known = [(x, y) for x, y in zip(curve.x, curve.y, strict=True) if y is not None and math.isfinite(y)]
+            points = [(x if names else x or zero, max(y, FLOOR)) for x, y in known]
             axes.plot(
                 [x for x, _ in points],
                 [y for _, y in points],
                 linestyle=(":" if curve.dashed else "-") if curve.joined else "none",
-                marker=None if curve.dashed else MARKS[curve.style % len(MARKS)],
+                marker=None if curve.dashed and curve.joined else MARKS[(curve.style + curve.style // len(COLOURS)) % len(MARKS)],
+                fillstyle="none" if curve.dashed else "full",
                 markersize=4,
                 linewidth=1.1,
                 color=COLOURS[curve.style % len(COLOURS)],
                 label=curve.label or "_",
             )
-        axes.set_xscale("log")
         axes.set_yscale("log")
+        axes.set_ylim(FLOOR / 2.0, max(axes.get_ylim()[1], 1e-8))
+        if names:
+            axes.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=6.5)
+        else:
+            axes.set_xscale("log")
         axes.grid(True, which="major", linewidth=0.4, color="#d0d0d0")
         axes.set_xlabel(x_label)
         axes.set_ylabel(y_label)
