@@ -8,11 +8,11 @@ from mpmath import mp
 
 from shockpc.bench.exact import DIGITS, Exact, cross, widen
 from shockpc.bench.reference import Reference
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, velocity_at
 from shockpc.health import UNMOVED, gyration_radii
 from shockpc.model.robot import Robot
 
-__all__ = ["Errors", "body_errors"]
+__all__ = ["Errors", "apart", "body_errors"]
 
 
 class Errors(NamedTuple):
@@ -54,6 +54,23 @@ def body_errors(robot: Robot, truth: Reference, jumps: Array) -> Errors:
             whole[i] = float(error / fastest)
             own[i] = float(error / speeds[i]) if speeds[i] > UNMOVED * fastest else whole[i]
     return Errors(own, whole)
+
+
+def apart(robot: Robot, found: Array, expected: Array) -> Array:
+    """Difference (nb,) of two results relative to the fastest body's motion, in doubles: for more than rounding.
+
+    Args:
+        robot: the robot.
+        found: (nb, 6) jumps in body coordinates.
+        expected: (nb, 6) the same.
+    """
+    radius = gyration_radii(robot)[:, None]
+    com = np.stack([body.com for body in robot.bodies])
+
+    def speed(jumps: Array) -> Array:
+        return np.asarray(np.linalg.norm(np.hstack([radius * jumps[:, :3], velocity_at(jumps[:, :3], jumps[:, 3:], com)]), axis=1))
+
+    return np.asarray(speed(found - expected) / speed(expected).max())
 
 
 def _size(omega: Exact, v: Exact, radius: float) -> mpmath.mpf:

@@ -1,4 +1,7 @@
-"""Long numbers: arrays of mpmath numbers, and rotations made of them."""
+"""Long numbers: arrays of mpmath numbers, and rotations made of them.
+
+In products the array stands first: mpmath, asked to multiply by an array, looks long for what it might be.
+"""
 
 from typing import Any, TypeAlias
 
@@ -47,7 +50,7 @@ def rotation_nearest(values: Array) -> Exact:
     R = widen(values)
     if np.array_equal(values, np.eye(3)):
         return R
-    for _ in range(4):
+    for _ in range(3):
         R = np.asarray(R @ (3 * widen(np.eye(3)) - R.T @ R) / 2)
     return R
 
@@ -55,11 +58,11 @@ def rotation_nearest(values: Array) -> Exact:
 def turn(axis: Exact, cosine: Any, sine: Any) -> Exact:
     """Rotation about a unit axis (Rodrigues)."""
     K = cross_matrix(axis)
-    return np.asarray(widen(np.eye(3)) + sine * K + (1 - cosine) * (K @ K))
+    return np.asarray(widen(np.eye(3)) + K * sine + (K @ K) * (1 - cosine))
 
 
 def quaternion(values: Exact) -> Exact:
     """Rotation of a quaternion (x, y, z, w), normalised first."""
     x, y, z, w = unit(values)
     K = cross_matrix(np.array([x, y, z], dtype=object))
-    return np.asarray(widen(np.eye(3)) + 2 * w * K + 2 * (K @ K))
+    return np.asarray(widen(np.eye(3)) + K * (2 * w) + (K @ K) * 2)

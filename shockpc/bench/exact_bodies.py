@@ -162,6 +162,6 @@ def _free_columns(robot: Robot, scene: Scene, setting: Setting, i: int, columns:
 
 def _about_origin(m: Any, c: Exact, I_c: Exact) -> Exact:
     """Spatial inertia (6, 6) about the world's origin of a mass m at c with I_c about c."""
-    K = m * cross_matrix(c)
-    shift = m * ((c @ c) * widen(np.eye(3)) - np.outer(c, c))
-    return np.block([[I_c + shift, K], [-K, m * widen(np.eye(3))]])
+    K = cross_matrix(c) * m
+    shift = (widen(np.eye(3)) * (c @ c) - np.outer(c, c)) * m
+    return np.block([[I_c + shift, K], [-K, widen(np.eye(3)) * m]])

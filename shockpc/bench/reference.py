@@ -84,9 +84,9 @@ def solve_exactly(m: Mechanism) -> Reference:
     b = np.array([row.b for row in m.rows], dtype=object)
     impulse, rank, clear = _least_impulse(A, -b)
     nb = len(m.parent)
-    V = [sum((x * response[0][i] for x, response in zip(impulse, responses, strict=True)), widen(np.zeros(6))) for i in range(nb)]
+    V = [sum((response[0][i] * x for x, response in zip(impulse, responses, strict=True)), widen(np.zeros(6))) for i in range(nb)]
     rates = tuple(
-        sum((x * response[1][i] for x, response in zip(impulse, responses, strict=True)), widen(np.zeros(m.S[i].shape[1])))
+        sum((response[1][i] * x for x, response in zip(impulse, responses, strict=True)), widen(np.zeros(m.S[i].shape[1])))
         for i in range(nb)
     )
     twists = np.stack([np.concatenate([v[:3], v[3:] + cross(v[:3], c)]) for v, c in zip(V, m.com, strict=True)])
@@ -225,7 +225,7 @@ def _violation(m: Mechanism, V: list[Exact], rates: tuple[Exact, ...], impulse: 
     size = max((abs(value) for force in through for value in force), default=mp.zero) or mp.one
     for x, row in zip(impulse, m.rows, strict=True):
         for i, wrench in row.wrench.items():
-            through[i] = through[i] - x * wrench
+            through[i] = through[i] - wrench * x
         for (i, k), value in row.torque.items():
             torque[i][k] = torque[i][k] + x * value
     worst = mp.zero

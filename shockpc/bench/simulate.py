@@ -2,8 +2,9 @@
 
 The feet are glued to the ground by pads of one stiffness and one damping in all directions; gravity is on. The pad is as hard as
 one likes: the harder, the shorter the impact and the less the robot moves meanwhile, and in the limit its change of velocity is
-that of the impulsive equation with e = 0. (Where all contacts share a restitution, that is one factor 1 + e.) But the lightest foot
-sets the length of a step and the whole robot the length of the impact, so the number of steps grows with the quotient of the two.
+that of the impulsive equation with e = 0. (Where all contacts share a restitution, that is one factor 1 + e.) But the direction
+with the least mass behind it sets the length of a step, and the one with the most sets the length of the impact, so the number of
+steps grows with the quotient of the two.
 """
 
 from typing import Any, NamedTuple
@@ -15,7 +16,7 @@ from shockpc.bench.methods import Method, Prepared
 from shockpc.bench.system import System, Unsuited, assembler, bodies_from, columns_along, velocity_at_impact
 from shockpc.core.spatial import Array
 
-__all__ = ["MOST_STEPS", "SIMULATED", "Landing", "Pad", "land", "spring", "viscous"]
+__all__ = ["MOST_STEPS", "SIMULATED", "Landing", "Pad", "heaviest_mass", "land", "spring", "viscous"]
 
 MOST_STEPS = 60_000
 """A simulation that needs more is not begun."""
@@ -52,13 +53,25 @@ class Landing(NamedTuple):
 
 
 def viscous(mass: float, tau: float) -> Pad:
-    """A pad without a spring, on which the whole robot comes to rest as e^(−t/τ)."""
+    """A pad without a spring, on which a mass comes to rest as e^(−t/τ)."""
     return Pad(0.0, mass / tau, 15.0 * tau)
 
 
 def spring(mass: float, stiffness: float) -> Pad:
-    """A spring with a damper that is critical for the whole robot; lighter parts are damped more. Duration: 20 √(m/k)."""
-    return Pad(stiffness, 2.0 * float(np.sqrt(stiffness * mass)), 20.0 * float(np.sqrt(mass / stiffness)))
+    """A spring with a damper that is critical for a mass; lighter directions are damped more. Duration: 12 √(m/k)."""
+    return Pad(stiffness, 2.0 * float(np.sqrt(stiffness * mass)), 12.0 * float(np.sqrt(mass / stiffness)))
+
+
+def heaviest_mass(system: System) -> float:
+    """The largest effective mass of any combination of the rows, 1 / λ_min(J H⁻¹ Jᵀ) over what can move at all [kg]."""
+    data = system.model.createData()
+    H, J_c = assembler(system, data)(system.setting.q)
+    if system.G is not None:
+        H, J_c = system.G.T @ H @ system.G, J_c @ system.G
+    arm = _by_row(system, Pad(0.0, 1.0, 0.0))[0]
+    root = np.sqrt(arm)[:, None] * J_c
+    gives = np.linalg.eigvalsh(root @ np.linalg.solve(H, root.T))
+    return float(1.0 / gives[gives > 1e-10 * gives[-1]][0])
 
 
 def land(system: System, pad: Pad, per_fastest: float = 2.0) -> Landing:
@@ -133,7 +146,7 @@ def _on_viscous_pad(tau: float) -> Method:
     """The landing on a viscous pad of one time constant."""
 
     def prepare(system: System) -> Prepared:
-        factor, pad = 1.0 + _restitution(system), viscous(system.robot.mass, tau)
+        factor, pad = 1.0 + _restitution(system), viscous(heaviest_mass(system), tau)
         model, data = system.model, system.model.createData()
 
         def run() -> Any:

@@ -31,17 +31,17 @@ class Timing(NamedTuple):
 def timed(run: Callable[[], Any], budget: float, most: int = 1000) -> tuple[Any, Timing]:
     """Run until the budget is spent, three times at least unless one run is long, and give the last result.
 
-    The first run loads and fills caches; it counts only if it is too long to be repeated.
+    The first run loads and fills caches; it counts only if it is not repeated.
 
     Args:
         run: the work.
-        budget: time to spend [s].
+        budget: time to spend [s]; without any, once is enough.
         most: runs.
     """
     start = time.perf_counter()
     result = run()
     first = time.perf_counter() - start
-    if first > max(LONG, budget):
+    if first > max(LONG, budget) or budget <= 0.0:
         return result, Timing(first, first, first, 1)
     seconds: list[float] = []
     while len(seconds) < most and (len(seconds) < 3 or sum(seconds) < budget):

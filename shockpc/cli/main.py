@@ -10,6 +10,7 @@ from typing import TextIO
 import typer
 
 from shockpc.cli.analyze import analyze
+from shockpc.cli.bench import bench
 from shockpc.cli.paper import paper
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
@@ -27,7 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "paper": paper, "robots": robots, "schema": schema}
+COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
 for command in COMMANDS.values():
     app.command()(command)
 

@@ -59,6 +59,8 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     if not np.all(diagonal > 1e-26 * diagonal.max(axis=-1, keepdims=True, initial=0.0)):
         raise SolveError("the joint-space inertia has a zero or negative diagonal, so it cannot be inverted")
     d = 1.0 / np.sqrt(diagonal)
+    scaled = H * d[..., :, None]
+    scaled *= d[..., None, :]
     try:
         L = np.asarray(np.linalg.cholesky(H * d[..., :, None] * d[..., None, :]), dtype=np.float64)
     except np.linalg.LinAlgError:

@@ -1,0 +1,99 @@
+"""`shockpc bench`: how far to trust a number, measured."""
+
+import enum
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["bench"]
+
+
+class Suite(enum.StrEnum):
+    """How much is measured."""
+
+    QUICK = "quick"
+    FULL = "full"
+
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def bench(
+    scene: Annotated[Path | None, typer.Argument(help="A scene (TOML) to simulate with --compliant.")] = None,
+    suite: Annotated[Suite, typer.Option(help="Quick takes about two minutes, full half an hour.")] = Suite.QUICK,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of the report; an interrupted bench goes on from there. [out/bench]")
+    ] = None,
+    compliant: Annotated[
+        bool, typer.Option("--compliant", help="Land the scene on softer and harder ground, and compare.")
+    ] = False,
+    soak: Annotated[int | None, typer.Option(metavar="N", min=1, help="Try the error estimate on N random trees instead.")] = None,
+    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Number of the first random tree.")] = 0,
+    workers: Annotated[int, typer.Option(metavar="N", min=1, help="Processes for the random trees.")] = os.cpu_count() or 1,
+) -> None:
+    """Measure error and run time on hard cases, against exact answers and against other ways to get them."""
+    # Set before numpy is loaded: a clock that counts other threads' work measures nothing.
+    for name in THREADS:
+        os.environ[name] = "1"
+    from shockpc.errors import SceneError
+
+    if compliant != (scene is not None):
+        raise SceneError(
+            "--compliant needs a scene file, and a scene file needs --compliant: shockpc bench landing.toml --compliant"
+        )
+    if scene is not None:
+        _compliant(scene, out)
+    elif soak is not None:
+        _soak(seed, soak, workers)
+    else:
+        _suite(suite.value, out or Path("out/bench"))
+
+
+def _suite(suite: str, out: Path) -> None:
+    """Measure, write the report, and say what came out."""
+    from shockpc.bench.run import run_bench
+    from shockpc.bench.tables import outcomes, promise, throughput
+    from shockpc.show.text import as_text
+
+    found = run_bench(suite, out, f"shockpc bench --suite {suite}")
+    for sheet in (promise(found.cases), outcomes(found.cases), throughput(found.peers)):
+        sys.stdout.write(as_text(sheet) + "\n")
+    sys.stdout.write(f"the report: {out / 'report.md'}\n")
+
+
+def _compliant(path: Path, out: Path | None) -> None:
+    """Land one's own scene on grounds from soft to hard."""
+    from shockpc.bench.compliant import compliant, compliant_sheet
+    from shockpc.model.robot import load_robot
+    from shockpc.scene_file import read_scene
+    from shockpc.show.files import make_folder, write_text
+    from shockpc.show.text import as_csv, as_markdown, as_text
+
+    scene = read_scene(path)
+    robot = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    sheet = compliant_sheet(compliant(scene, robot))
+    if out is not None:
+        make_folder(out)
+        write_text(out / "compliant.csv", as_csv(sheet))
+        write_text(out / "compliant.md", as_markdown(sheet))
+    sys.stdout.write(as_text(sheet))
+
+
+def _soak(first: int, count: int, workers: int) -> None:
+    """Random trees; ends with 1 if a promise was broken."""
+    from shockpc.bench.soak import Tally, soak, tally_text
+
+    tally = Tally()
+    for one in soak(first, count, workers):
+        tally.add(one)
+        if sys.stderr.isatty() and tally.trees % 10 == 0:
+            sys.stderr.write(f"\r\x1b[K{tally.trees} of {count} trees, {tally.violations} violations")
+            sys.stderr.flush()
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")
+    sys.stdout.write(tally_text(tally))
+    if tally.violations:
+        raise typer.Exit(1)
