@@ -62,7 +62,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     scaled = H * d[..., :, None]
     scaled *= d[..., None, :]
     try:
-        L = np.asarray(np.linalg.cholesky(H * d[..., :, None] * d[..., None, :]), dtype=np.float64)
+        L = np.asarray(np.linalg.cholesky(scaled), dtype=np.float64)
     except np.linalg.LinAlgError:
         raise SolveError("the joint-space inertia is not positive definite, so it cannot be inverted") from None
     X = _substitute(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
