@@ -60,7 +60,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     scaled = H * d[..., :, None]
     scaled *= d[..., None, :]
     try:
-        L = np.linalg.cholesky(scaled)
+        L: Array = np.asarray(np.linalg.cholesky(scaled), dtype=float)
     except np.linalg.LinAlgError:
         raise SolveError("the joint-space inertia is not positive definite, so it cannot be inverted") from None
     X = _substitute(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
@@ -90,7 +90,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
 
 def _substitute(L: Array, B: Array) -> Array:
     """The X (..., n, k) with L X = B for a lower triangular L: row by row, for all postures at once."""
-    X = np.empty(np.broadcast_shapes(L.shape[:-2], B.shape[:-2]) + B.shape[-2:])
+    X: Array = np.empty(np.broadcast_shapes(L.shape[:-2], B.shape[:-2]) + B.shape[-2:])
     for i in range(B.shape[-2]):
         known = L[..., i : i + 1, :i] @ X[..., :i, :]
         X[..., i, :] = (B[..., i, :] - known[..., 0, :]) / L[..., i, i, None]
