@@ -2,7 +2,11 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
+<<<<<<< HEAD
 .PHONY: demo test check bench soak install clean
+=======
+.PHONY: demo paper gallery test check install clean
+>>>>>>> main
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -10,6 +14,17 @@ demo: .venv/.run
 	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --out out/anymal_b
 	@echo
 	@echo "The figures: out/quadruped/shock.png and out/anymal_b/shock.png (shock.svg beside each)"
+
+paper: .venv/.run
+	@"$(BIN)/shockpc" paper --out out/paper
+	@echo
+	@echo "Figures, tables and scenes: out/paper"
+
+# The pictures of the README.
+gallery: paper
+	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --out out/anymal_b > /dev/null
+	@cp out/anymal_b/shock.svg robots/gallery/anymal_b.svg
+	@cp out/paper/figure*.svg robots/gallery/
 
 test: .venv/.dev
 	@"$(BIN)/python" -m pytest

@@ -6,14 +6,14 @@ import numpy as np
 
 from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
-from shockpc.core.rounding import UNITS, shaken_inertia, shaken_jacobian, shaken_rows
+from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.core.tree import Tree
 from shockpc.errors import SceneError, SolveError
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.equation import Solution, solve
 from shockpc.model.robot import Robot
-from shockpc.model.rows import Rows
+from shockpc.model.rows import Rows, row_jacobian
 from shockpc.record import Health
 
 __all__ = ["TRUSTED", "UNMOVED", "Verdict", "gyration_radii", "judge"]
@@ -23,6 +23,9 @@ TRUSTED = 1e-9
 
 SUSPECT = 1e-12
 """From here on the second solution is refined first, for it may be the one that is off."""
+
+SAMPLE_OF_ONE = 5.0
+"""The difference of two solutions is one draw of what their errors may be; this many times it covers them."""
 
 UNMOVED = 1e-13
 """A body that moves by less than this share of the fastest one is not told from one that does not move."""
@@ -64,7 +67,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     if contact.max() > 1e-6:
         raise SceneError(_contradiction(rows, int(np.argmax(contact)), (equation.J_c[0] @ delta + b)[:, 0]))
 
-    chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]))
+    chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]), impact.dead[0])
     W = rows.W[0].copy()
     W[..., :3] -= np.cross(bodies.com, W[..., 3:])
     held = _held(state, equation.G)
@@ -79,9 +82,12 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     if other is not None and np.any(apart[moving] > SUSPECT):
         other, spread = refine(bodies, W[chosen_rows], other, SAMPLES)
         apart, moving = _compare(robot, motion, other, held)
-    # Both solutions read the same rounded placements, so no difference between them tells what those do to nearly repeated rows.
-    shared = np.where(held, 0.0, UNITS / float(impact.weakest[0]))
-    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", apart + shared
+    # Both solutions read the same rounded placements, so no difference between them tells what those do to rows that are small
+    # differences of large terms, or that nearly repeat one another.
+    shared = np.where(
+        held, 0.0, np.finfo(float).eps * (4.0 + _cancellation(state, rows, impact.dead[0])) / float(impact.weakest[0])
+    )
+    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", SAMPLE_OF_ONE * apart + shared
     warnings: list[str] = []
     if np.any(errors[moving] > TRUSTED):
         sampled = _sampled_rounding(robot, state, bodies, rows, equation.G)
@@ -135,6 +141,14 @@ def _held(state: Dynamics, G: Array | None) -> np.ndarray:
     """Which bodies (nb,) no free velocity moves, so that they are still exactly, not by rounding."""
     free = np.ones(state.H.shape[-1], dtype=bool) if G is None else G[0].any(axis=1)
     return np.asarray(~(state.moves & free).any(axis=1))
+
+
+def _cancellation(state: Dynamics, rows: Rows, dead: np.ndarray) -> float:
+    """How much larger the terms of a row of J_c are than the row itself, at worst: rounding in them counts that many times."""
+    J = np.where(state.moves[:, None, :], np.abs(state.J[0]), 0.0)
+    terms = np.einsum("cbk,bkv->cv", np.abs(rows.W[0]), J)
+    size = np.linalg.norm(row_jacobian(state, rows.W)[0], axis=1)
+    return float(np.max(np.linalg.norm(terms, axis=1)[~dead] / size[~dead], initial=1.0))
 
 
 def _compare(robot: Robot, motion: Array, other: MaximalSolution | None, held: np.ndarray) -> tuple[Array, np.ndarray]:

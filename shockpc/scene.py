@@ -86,6 +86,8 @@ class Strike:
         if not speed > 0.0:
             raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
         _check_speed(speed)
+        if self.strike_angle_deg is not None and not abs(self.strike_angle_deg) <= 180.0:
+            raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
         theta = math.radians(self.strike_angle_deg or 0.0)
         return np.asarray(speed * (math.sin(theta) * plane.e1 - math.cos(theta) * plane.e2))
 
@@ -188,7 +190,9 @@ def _check(record: Any, where: str) -> None:
         for name, part in _parts(key, value):
             if is_dataclass(part):
                 _check(part, f"{name}.")
-            elif isinstance(part, float | int) and not abs(part) <= LARGEST:
+            elif isinstance(part, float | int) and not math.isfinite(part):
+                raise SceneError(f"{name} is {part}, which is not finite; give a finite number")
+            elif isinstance(part, float | int) and abs(part) > LARGEST and not isinstance(record, Strike):
                 raise SceneError(f"{name} is {part:g}, which cannot be computed with; give a number up to {LARGEST:g}")
             elif isinstance(part, str) and words and part not in words and str not in get_args(hints[item.name]):
                 raise SceneError(f'{name} is "{part}"; valid are {", ".join(words)}')

@@ -97,8 +97,6 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     q = configuration(robot, scene.posture)
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure))
     assembly = None
-    if scene.assemble and not loops:
-        raise SceneError(f'no loop of robot "{robot.name}" has to be closed, so no joint has to move for it; leave assemble out')
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q = assembly.q
@@ -142,8 +140,9 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
                     raise SceneError(f'joint "{name}" follows joint "{followers[name]}"; give the rate of that one')
                 continue
             if drives.locked[joint.idx_v] and rate != 0.0:
+                unit = "m/s" if joint.shortname().startswith("JointModelP") else "rad/s"
                 raise SceneError(
-                    f'joint "{name}" is locked, so it cannot turn at {rate:g} before the impact; free it or leave it out'
+                    f'joint "{name}" is locked, so it cannot move at {rate:g} {unit} before the impact; free it or leave it out'
                 )
             rates[joint.idx_v] = rate
     for mimic in robot.mimics:

@@ -18,6 +18,7 @@ TOP = PACKAGE.parent
 LAYERS = (
     {"errors", "ledger"},
     {"core"},
+    {"files"},
     {"model"},
     {"scene"},
     {"scene_file", "setting", "record"},
@@ -35,8 +36,8 @@ OWNERS = {
     "scipy": "shockpc.core",
     "pinocchio": ("shockpc.model", "shockpc.bench"),  # in the bench it is a rival
     "coal": "shockpc.model",
-    "xacro": "shockpc.model",
-    "xacrodoc": "shockpc.model",
+    "xacro": "shockpc.files",
+    "xacrodoc": "shockpc.files",
     "yourdfpy": "shockpc.model",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",

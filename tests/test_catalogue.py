@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from shockpc.errors import RobotError, UnknownName
-from shockpc.model.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
+from shockpc.files.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
 
 
 def test_every_robot_file_has_one_name():
@@ -107,7 +107,7 @@ _WITHOUT_SRDF = {
     "allegro_left_hand", "allegro_right_hand", "asr_twodof", "double_pendulum", "double_pendulum_continuous",
     "double_pendulum_simple", "g1", "g1_hands", "hector", "hector_macro", "hector_xacro", "human", "iris", "iris_simple",
     "laikago", "quadruped_8dof", "so100", "so101", "tiago", "tiago_dual", "tiago_no_hand", "tiago_pro", "ur10",
-    "ur10_limited", "ur3", "ur3_limited", "beam",
+    "ur10_limited", "ur3", "ur3_limited", "beam", "five_bar", "skippy",
 }  # fmt: skip
 # Where the SRDF is not called like the robot file.
 _OTHER_SRDF = {

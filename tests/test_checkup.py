@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, mjcf, urdf
 
+from shockpc.files.source import read_source
 from shockpc.model.checkup import Finding, check_robot
-from shockpc.model.source import read_source
 
 FREE = Finding(
     "note",

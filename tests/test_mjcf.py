@@ -2,15 +2,14 @@
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, mjcf
 
+from shockpc.files.source import RobotSource, read_source
 from shockpc.model.build import build_model
-from shockpc.model.source import RobotSource, read_source
-
-mujoco = pytest.importorskip("mujoco")
 
 
 @pytest.fixture(autouse=True)
@@ -105,7 +104,7 @@ def read(folder: Path, text: str) -> RobotSource:
 @pytest.mark.parametrize("name", READ)
 def test_inertia_equals_mujocos(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     """Joint-space inertia and every body's place are MuJoCo's, in MuJoCo's own reference posture."""
-    model = build_model(read(tmp_path, READ[name]))
+    model = build_model(read(tmp_path, READ[name]))[0]
     assert capfd.readouterr() == ("", "")
     theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
     state = mujoco.MjData(theirs)
@@ -146,7 +145,7 @@ def test_keyframes(tmp_path: Path):
     keys = '<keyframe><key name="home" qpos="1 2 3 1 0 0 0 .3"/><key name="old" qpos="1 2 3"/></keyframe>'
     source = read(tmp_path, mjcf(floating(body("b")), after=keys))
     assert source.warnings == ('dog.xml: keyframe "old" does not hold 8 finite numbers; the posture is left out',)
-    postures = {entry.key(): entry.data() for entry in build_model(source).referenceConfigurations}
+    postures = {entry.key(): entry.data() for entry in build_model(source)[0].referenceConfigurations}
     np.testing.assert_array_equal(postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert "old" not in postures
 
@@ -161,7 +160,7 @@ def test_includes_and_mesh_folder(tmp_path: Path):
     source = read(tmp_path, mjcf(floating('<include file="parts/limb.xml"/>'), '<include file="parts/all.xml"/>'))
     assert "<include" not in source.xml
     assert f'meshdir="{tmp_path}/meshes"' in source.xml
-    assert [name for name in build_model(source).names] == ["universe", "root", "j"]
+    assert [name for name in build_model(source)[0].names] == ["universe", "root", "j"]
 
 
 def test_weightless_meshes_are_left_out(tmp_path: Path):

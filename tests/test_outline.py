@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from shockpc.model.catalogue import data_folder
+from shockpc.files.catalogue import data_folder
 from shockpc.model.meshes import read_mesh
 from shockpc.model.outline import inertia_box, outline
 from shockpc.model.robot import Body, load_robot

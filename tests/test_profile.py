@@ -170,7 +170,7 @@ def test_a_straight_leg_on_a_fixed_base_cannot_give_way():
 
 @pytest.mark.parametrize("bend", [1e-4, 1e-7, 1e-9])
 def test_a_huge_rate_in_one_leg_hides_no_contradiction_in_another(bend):
-    """A hind leg all but straight gives way at a rate of one over its bend; the front leg, quite straight, cannot, and that is told."""
+    """A hind leg all but straight gives way at a rate of one over its bend; the front leg, quite straight, cannot."""
     posture = Posture(reference="neutral", joints={"hind_knee": bend})
     contacts = [Contact(frame="hind_foot"), Contact(frame="front_foot")]
     message = refusal(known_robot("quadruped"), contacts, base="fixed", posture=posture)
@@ -324,7 +324,7 @@ def test_a_strike_that_leaves_the_ground_is_refused(angle):
             Strike(velocity=(0.0, 0.0, -1e-170)),
             "a strike at 1e-170 m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s",
         ),
-        (Strike(speed=1e200), "a strike at 1e+200 m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s"),
+        (Strike(speed=1e10), "a strike at 1e+10 m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s"),
     ],
 )
 def test_a_strike_without_a_meaning_is_refused(strike, message):
@@ -337,31 +337,44 @@ def test_a_strike_without_a_meaning_is_refused(strike, message):
 NAN, INF = math.nan, math.inf
 
 
+STRIKES = [
+    lambda bad: {"strike": Strike(speed=bad)},
+    lambda bad: {"strike": Strike(strike_angle_deg=bad)},
+    lambda bad: {"strike": Strike(velocity=(bad, 0.0, -1.0))},
+    lambda bad: {"strike": Strike(drop_height=bad)},
+]
+PLACES = [
+    lambda bad: {"contact": (Contact(frame="heel", offset=(bad, 0.0, 0.0)),)},
+    lambda bad: {"contact": (Contact(frame="heel", restitution=bad),)},
+    lambda bad: {"contact": (Contact(frame="heel", directions=((bad, 0.0, 1.0),)),)},
+    lambda bad: {"posture": Posture(joints={"knee": bad})},
+    lambda bad: {"posture": Posture(joints_deg={"knee": bad})},
+    lambda bad: {"posture": Posture(base_rpy_deg=(bad, 0.0, 0.0))},
+    lambda bad: {"posture": Posture(base_position=(bad, 0.0, 0.0))},
+    lambda bad: {"posture": Posture(base_quaternion=(bad, 0.0, 0.0, 1.0))},
+    lambda bad: {"plane": (bad, 0.0, 1.0)},
+    lambda bad: {"point": (Point(frame="heel", offset=(bad, 0.0, 0.0)),)},
+]
+
+
+def refused(change):
+    with pytest.raises(SceneError) as raised:
+        shock_profile(Scene(**({"robot": "leg", "contact": (Contact(frame="heel"),)} | change)), known_robot("leg"))
+    return str(raised.value)
+
+
 @pytest.mark.parametrize("bad", [NAN, INF, -INF])
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda bad: {"contact": (Contact(frame="heel", offset=(bad, 0.0, 0.0)),)},
-        lambda bad: {"contact": (Contact(frame="heel", restitution=bad),)},
-        lambda bad: {"contact": (Contact(frame="heel", directions=((bad, 0.0, 1.0),)),)},
-        lambda bad: {"posture": Posture(joints={"knee": bad})},
-        lambda bad: {"posture": Posture(joints_deg={"knee": bad})},
-        lambda bad: {"posture": Posture(base_rpy_deg=(bad, 0.0, 0.0))},
-        lambda bad: {"posture": Posture(base_position=(bad, 0.0, 0.0))},
-        lambda bad: {"posture": Posture(base_quaternion=(bad, 0.0, 0.0, 1.0))},
-        lambda bad: {"strike": Strike(speed=bad)},
-        lambda bad: {"strike": Strike(strike_angle_deg=bad)},
-        lambda bad: {"strike": Strike(velocity=(bad, 0.0, -1.0))},
-        lambda bad: {"strike": Strike(drop_height=bad)},
-        lambda bad: {"plane": (bad, 0.0, 1.0)},
-        lambda bad: {"point": (Point(frame="heel", offset=(bad, 0.0, 0.0)),)},
-    ],
-)
+@pytest.mark.parametrize("change", [*STRIKES, *PLACES])
 def test_a_number_that_is_none_is_refused(change, bad):
     """NaN and infinity anywhere in a scene end in one clear message, not in a profile, a hang or a traceback."""
-    with pytest.raises(SceneError) as raised:
-        shock_profile(Scene(**({"robot": "leg", "contact": (Contact(frame="heel"),)} | change(bad))), known_robot("leg"))
-    assert str(raised.value).endswith(f"is {bad}, which is not finite; give a finite number")
+    assert refused(change(bad)).endswith(f" is {bad}, which is not finite; give a finite number")
+
+
+@pytest.mark.parametrize("bad", [1e200, -1e200])
+@pytest.mark.parametrize("change", PLACES)
+def test_a_number_beyond_all_places_is_refused(change, bad):
+    """So do numbers whose squares run out of range."""
+    assert refused(change(bad)).endswith(f" is {bad:g}, which cannot be computed with; give a number up to 1e+12")
 
 
 @pytest.mark.parametrize(
@@ -412,11 +425,11 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
 
 @pytest.mark.parametrize("inertia", ["1e-6", "1e-12", "1e-16"])
 def test_a_tiny_inertia_goes_to_its_limit(inertia):
-    """As the bob's inertia vanishes the shock settles, and the profile's estimate stays as good as it says."""
+    """As the bob's inertia vanishes the shock settles; rounding in its place on the axis then counts, and is told."""
     light = land(pendulum("1", inertia, "0 0 0"), [Contact(frame="tip")], posture=TILTED)
     limit = land(pendulum("1", "1e-9", "0 0 0"), [Contact(frame="tip")], posture=TILTED)
     np.testing.assert_allclose(light.ropc, limit.ropc, rtol=1e3 * max(float(inertia), 1e-9))
-    assert light.health.error_estimate < 1e-8
+    assert light.health.error_estimate < 1e-6
 
 
 def test_a_massless_link_in_between_is_no_obstacle():

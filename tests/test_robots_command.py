@@ -6,8 +6,8 @@ import re
 import pytest
 from commands import ROBOTS, STICK, Outcome, good, run
 
-import shockpc.model.catalogue
-from shockpc.model.catalogue import catalogue
+import shockpc.files.catalogue
+from shockpc.files.catalogue import catalogue
 from shockpc.model.dynamics import PINOCCHIO
 
 DOG = (ROBOTS / "dog" / "dog.urdf.xacro", "--package", f"dog_description={ROBOTS / 'dog'}")
@@ -151,7 +151,7 @@ def test_list_of_all(capfd):
 
 def test_list_without_any_robot(capfd, monkeypatch):
     """The list is there even if there is nothing to list."""
-    monkeypatch.setattr(shockpc.model.catalogue, "catalogue", lambda: ())
+    monkeypatch.setattr(shockpc.files.catalogue, "catalogue", lambda: ())
     assert table(good(capfd, "robots"), "robots known by name") == []
 
 

@@ -6,8 +6,8 @@ import pytest
 from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
 
 from shockpc.errors import RobotError
+from shockpc.files.source import read_source
 from shockpc.model.build import build_model
-from shockpc.model.source import read_source
 
 
 def refusal(tmp_path: Path, text: str) -> str:
@@ -25,14 +25,14 @@ def test_robot_without_a_name_gets_the_files(tmp_path: Path):
     path.write_text(arm().replace(' name="r"', ""))
     source = read_source(str(path))
     assert source.robot_name == "dog"
-    assert build_model(source).name == "dog"
+    assert build_model(source)[0].name == "dog"
 
 
 def test_blanks_around_numbers_are_harmless(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     """The parser drops an inertia whose mass is " 2 "; it is read as 2."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm(tip=link("tip", mass=" 2 ")))
-    assert build_model(read_source(str(path))).inertias[2].mass == 2.0
+    assert build_model(read_source(str(path)))[0].inertias[2].mass == 2.0
     assert capfd.readouterr() == ("", "")
 
 
@@ -52,7 +52,7 @@ def test_broken_shapes_are_left_out_with_a_warning(tmp_path: Path, capfd: pytest
         'dog.urdf: link "tip": a <visual> without a valid shape is left out; '
         "figures and extremes do without it, the numbers are the same",
     )
-    assert build_model(source).inertias[2].mass == 1.0
+    assert build_model(source)[0].inertias[2].mass == 1.0
     assert capfd.readouterr() == ("", "")
 
 

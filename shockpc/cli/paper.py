@@ -18,7 +18,7 @@ def paper(
         Path | None, typer.Option(metavar="DIR", help="Write figures, tables and the scenes of all panels into this folder.")
     ] = None,
 ) -> None:
-    """Recompute the figures of the paper behind the method, and judge its statements."""
+    """Recompute the figures of the paper and judge its claims."""
     from shockpc.paper.results import figure_result
     from shockpc.paper.scenes import paper_figures
     from shockpc.show.files import check_folder

@@ -23,7 +23,7 @@ def robots(
 def _all() -> str:
     """The list. A robot that cannot be loaded is a row with the reason."""
     from shockpc.errors import ShockError
-    from shockpc.model.catalogue import catalogue
+    from shockpc.files.catalogue import catalogue
     from shockpc.model.robot import load_robot
     from shockpc.show.robot_sheets import catalogue_row, catalogue_sheet
     from shockpc.show.text import as_text

@@ -25,6 +25,7 @@ class Impact(NamedTuple):
         impulse: (..., nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
         unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is. A row that
             nothing can move along takes no impulse.
+        dead: (..., nc) rows that nothing can move along.
         rank: (...) how many rows are independent.
         weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
     """
@@ -32,6 +33,7 @@ class Impact(NamedTuple):
     delta_qd: Array
     impulse: Array
     unique: np.ndarray
+    dead: np.ndarray
     rank: np.ndarray
     weakest: Array
 
@@ -60,7 +62,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     scaled = H * d[..., :, None]
     scaled *= d[..., None, :]
     try:
-        L: Array = np.asarray(np.linalg.cholesky(scaled), dtype=float)
+        L = np.asarray(np.linalg.cholesky(scaled), dtype=np.float64)
     except np.linalg.LinAlgError:
         raise SolveError("the joint-space inertia is not positive definite, so it cannot be inverted") from None
     X = _substitute(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
@@ -85,12 +87,12 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, kept.sum(axis=-1), weakest)
+    return Impact(delta_qd, impulse, unique, dead, kept.sum(axis=-1), weakest)
 
 
 def _substitute(L: Array, B: Array) -> Array:
     """The X (..., n, k) with L X = B for a lower triangular L: row by row, for all postures at once."""
-    X: Array = np.empty(np.broadcast_shapes(L.shape[:-2], B.shape[:-2]) + B.shape[-2:])
+    X = np.empty(np.broadcast_shapes(L.shape[:-2], B.shape[:-2]) + B.shape[-2:])
     for i in range(B.shape[-2]):
         known = L[..., i : i + 1, :i] @ X[..., :i, :]
         X[..., i, :] = (B[..., i, :] - known[..., 0, :]) / L[..., i, i, None]
@@ -103,7 +105,7 @@ def _substitute_back(L: Array, B: Array) -> Array:
     return _substitute(upside_down, B[..., ::-1, :])[..., ::-1, :]
 
 
-def independent_rows(H: Array, J_c: Array, rank: int) -> np.ndarray:
+def independent_rows(H: Array, J_c: Array, rank: int, dead: np.ndarray) -> np.ndarray:
     """Indices of `rank` rows that all others follow from, the farthest from one another first found.
 
     Rows and not mixtures of them: mixing a row that hardly gives way with one that gives way easily would cost digits.
@@ -112,12 +114,13 @@ def independent_rows(H: Array, J_c: Array, rank: int) -> np.ndarray:
         H: (nv, nv) joint-space inertia.
         J_c: (nc, nv) rows.
         rank: how many are independent, as `solve_impact` found.
+        dead: (nc,) rows that nothing can move along, as `solve_impact` found.
     """
     if rank == len(J_c):
         return np.arange(rank)
     X = np.linalg.solve(np.linalg.cholesky(H), J_c.T)
     length = np.linalg.norm(X, axis=0)
-    X = X / np.where(length > 1e-14 * length.max(initial=0.0), length, np.inf)
+    X = X / np.where(dead, np.inf, length)
     chosen: list[int] = []
     for _ in range(rank):
         chosen.append(int(np.argmax(np.linalg.norm(X, axis=0))))

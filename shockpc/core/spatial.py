@@ -46,10 +46,10 @@ def plane_from(normal: ArrayLike) -> Plane:
     n = n / length
     level = np.hypot(n[0], n[1]) < 1e-9
     up = np.array([0.0, 1.0, 0.0]) if level else np.array([0.0, 0.0, 1.0])
-    e2 = up - n * (n @ up)
-    e2 /= np.linalg.norm(e2)
+    e1 = np.cross(up, n)
+    e1 /= np.linalg.norm(e1)
     # Adding zero turns -0.0 into 0.0, which would otherwise reach printed files.
-    return Plane(n + 0.0, np.cross(e2, n) + 0.0, e2 + 0.0)
+    return Plane(n + 0.0, e1 + 0.0, np.cross(n, e1) + 0.0)
 
 
 def cross_matrix(r: Array) -> Array:

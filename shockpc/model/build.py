@@ -8,8 +8,8 @@ from typing import Any
 import pinocchio as pin
 
 from shockpc.errors import RobotError
-from shockpc.model.markup import parse_markup
-from shockpc.model.source import RobotSource
+from shockpc.files.markup import parse_markup
+from shockpc.files.source import RobotSource
 
 __all__ = ["FREE_FLYER", "build_model"]
 

@@ -8,10 +8,10 @@ from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
+from shockpc.files.markup import parse_markup
+from shockpc.files.source import RobotSource, resolve_asset
+from shockpc.files.urdf_numbers import vector
 from shockpc.model.inertias import inertia_fault, written_inertias
-from shockpc.model.markup import parse_markup
-from shockpc.model.source import RobotSource, resolve_asset
-from shockpc.model.urdf_numbers import vector
 
 __all__ = ["Finding", "check_robot"]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.model.markup import parse_markup
+from shockpc.files.markup import parse_markup
 
 __all__ = ["Triangles", "read_collada", "read_wavefront"]
 

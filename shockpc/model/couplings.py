@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
-from shockpc.model.markup import parse_markup
-from shockpc.model.source import RobotSource
+from shockpc.files.markup import parse_markup
+from shockpc.files.source import RobotSource
 
 __all__ = ["Loop", "Mimic", "loops_of", "mimics_of"]
 

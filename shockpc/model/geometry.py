@@ -15,9 +15,9 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
+from shockpc.files.source import RobotSource, resolve_asset
 from shockpc.model.meshes import Mesh, Meshes, last_words, mesh_of
 from shockpc.model.robot import Robot
-from shockpc.model.source import RobotSource, resolve_asset
 
 __all__ = ["Geometries", "Kind", "Piece", "Unread", "read_geometries"]
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
-from shockpc.model.urdf_numbers import INERTIA, ROUNDING, vector
+from shockpc.files.urdf_numbers import INERTIA, ROUNDING, vector
 
 __all__ = ["Written", "inertia_fault", "written_inertias"]
 

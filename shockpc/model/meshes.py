@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.model.source import RobotSource, resolve_asset
+from shockpc.files.source import RobotSource, resolve_asset
 
 __all__ = ["Mesh", "Meshes", "last_words", "mesh_of", "read_mesh"]
 

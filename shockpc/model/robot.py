@@ -10,10 +10,10 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
+from shockpc.files.source import RobotSource, read_source
 from shockpc.model.build import FREE_FLYER, build_model
 from shockpc.model.couplings import Loop, Mimic, loops_of, mimics_of
-from shockpc.model.source import RobotSource, read_source
-from shockpc.model.srdf import postures_of
+from shockpc.model.srdf import postures_of, rotor_armature
 
 __all__ = ["Body", "Frame", "Robot", "load_robot"]
 
@@ -155,6 +155,7 @@ def load_robot(
     model, constraints = build_model(source)
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
+    model.armature = rotor_armature(source, model)
     free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
     frames = _frames(model, bodies)

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pinocchio as pin
 
+from shockpc.files.source import RobotSource
 from shockpc.model.build import build_model
 from shockpc.model.couplings import mimics_of
-from shockpc.model.source import RobotSource
 
 __all__ = ["disagreement"]
 

@@ -12,10 +12,10 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
-from shockpc.model.markup import read_markup
-from shockpc.model.source import RobotSource
+from shockpc.files.markup import read_markup
+from shockpc.files.source import RobotSource
 
-__all__ = ["postures_of", "srdf_postures"]
+__all__ = ["postures_of", "rotor_armature", "srdf_postures"]
 
 
 def postures_of(source: RobotSource, model: pin.Model) -> dict[str, Array]:
@@ -23,6 +23,32 @@ def postures_of(source: RobotSource, model: pin.Model) -> dict[str, Array]:
     if source.kind == "mjcf":
         return {entry.key(): read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"}
     return {} if source.srdf is None else srdf_postures(source.srdf, model)
+
+
+def rotor_armature(source: RobotSource, model: pin.Model) -> Array:
+    """Reflected inertia (nv,) that an SRDF's <rotor_params> give, gear_ratio² times the rotor's inertia, over the model's own.
+
+    The attribute that holds the rotor's inertia is called mass there [kg m²].
+
+    Raises:
+        RobotError: a number is missing, or is none that a rotor can have.
+    """
+    armature = np.array(model.armature)
+    if source.kind == "mjcf" or source.srdf is None:
+        return armature
+    for entry in read_markup(source.srdf).root.iterfind("rotor_params/joint"):
+        name = entry.get("name", "")
+        if not model.existJointName(name):
+            continue
+        inertia, ratio = _numbers(entry.get("mass", "")), _numbers(entry.get("gear_ratio", ""))
+        if len(inertia) != 1 or len(ratio) != 1 or inertia[0] < 0.0:
+            raise RobotError(
+                f'{source.srdf.name}: the rotor of joint "{name}" has mass "{entry.get("mass")}" and gear_ratio '
+                f'"{entry.get("gear_ratio")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero'
+            )
+        joint = model.joints[model.getJointId(name)]
+        armature[joint.idx_v : joint.idx_v + joint.nv] = ratio[0] ** 2 * inertia[0]
+    return armature
 
 
 def srdf_postures(path: Path, model: pin.Model) -> dict[str, Array]:

@@ -10,7 +10,7 @@ from shockpc.paper.leg import ANGLE_ABC, ANGLE_EF, BODIES, FOOT, LOWER_LEG, case
 from shockpc.paper.statement import Reading, Statement, outcomes
 from shockpc.record import ShockProfile
 
-__all__ = ["leg_statements"]
+__all__ = ["leg_statements", "reductions"]
 
 EXACT = 1e-11
 BAND = 0.25

@@ -6,7 +6,7 @@ To write it again: python -m shockpc.show.models_page
 import re
 from pathlib import Path
 
-from shockpc.model.catalogue import catalogue, own_robots_folder
+from shockpc.files.catalogue import catalogue, own_robots_folder
 from shockpc.model.robot import Robot, load_robot
 from shockpc.paper.landings import land
 from shockpc.paper.scenes import scene_files

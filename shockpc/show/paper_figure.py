@@ -37,8 +37,8 @@ LEAST, BAR = 1.6, 4.6
 WHOLE = 0.98
 """Share of a RoPc's circle that has to be in its panel for it to be drawn: arcs that run into the next panel mislead."""
 
-NEAR = 0.36
-"""How far beyond the robot, as a share of its size, a centre of percussion may lie and still be in the panel."""
+NEAR = np.array([0.7, 0.26])
+"""How far beyond the robot, sideways and up, as a share of its size, a centre of percussion may lie and still be in the panel."""
 
 
 def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> Figure:

@@ -72,18 +72,18 @@ def statement_lines(statements: Sequence[Statement]) -> list[str]:
     lines = []
     for statement in statements:
         lines.append(f"{statement.place}: {statement.says}")
-        lines.append(f"    {statement.measure}: {number(statement.number)}")
+        lines.append(f"    {statement.measure}: {_number(statement.number)}")
         lines.append(f"    {statement.verdict}")
     return lines
 
 
-def number(value: float) -> str:
+def _number(value: float) -> str:
     """A number to four digits; what is left of a zero as a power of ten."""
     return "inf" if math.isinf(value) else f"{value:.4g}"
 
 
 def _option(outcome: Outcome, name: str) -> str:
-    return f"{dict(outcome.reading)[name]} → {number(outcome.number)}{'' if outcome.holds else ' ✗'}"
+    return f"{dict(outcome.reading)[name]} → {_number(outcome.number)}{'' if outcome.holds else ' ✗'}"
 
 
 def _in_plane(copc: np.ndarray) -> tuple[Cell, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.model.urdf_numbers import vector
+from shockpc.files.urdf_numbers import vector
 
 __all__ = ["check_bodies", "check_numbers", "check_sections"]
 

@@ -12,11 +12,11 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from shockpc.errors import RobotError
-from shockpc.model.assets import locate_asset
-from shockpc.model.catalogue import find_robot, find_srdf
-from shockpc.model.markup import Markup, is_xacro, parse_markup, read_markup
-from shockpc.model.reach import Reach, reach_of
-from shockpc.model.urdf import check_urdf, tidy_urdf
+from shockpc.files.assets import locate_asset
+from shockpc.files.catalogue import find_robot, find_srdf
+from shockpc.files.markup import Markup, is_xacro, parse_markup, read_markup
+from shockpc.files.reach import Reach, reach_of
+from shockpc.files.urdf import check_urdf, tidy_urdf
 
 __all__ = ["RobotSource", "read_source", "resolve_asset"]
 
@@ -86,7 +86,7 @@ def read_source(
     warnings: tuple[str, ...] = ()
     expanded = markup.root.tag == "robot" and (path.suffix == ".xacro" or is_xacro(markup.root))
     if expanded:
-        from shockpc.model.expand import expand_xacro
+        from shockpc.files.expand import expand_xacro
 
         text, warnings = expand_xacro(markup, reach, xacro)
         markup = Markup(text, parse_markup(text, path.name))
@@ -96,7 +96,7 @@ def read_source(
     text, root = markup.text, markup.root
     kind: Literal["urdf", "mjcf"] = "urdf"
     if root.tag == "mujoco":
-        from shockpc.model.mjcf import plain_mjcf
+        from shockpc.files.mjcf import plain_mjcf
 
         kind = "mjcf"
         text, told = plain_mjcf(root, reach)

@@ -20,9 +20,9 @@ from xml.etree.ElementTree import Element
 from xml.parsers.expat import ExpatError
 
 from shockpc.errors import RobotError
-from shockpc.model.expressions import checked_expression, checked_substitution
-from shockpc.model.markup import Markup, parse_markup, read_text
-from shockpc.model.reach import Reach
+from shockpc.files.expressions import checked_expression, checked_substitution
+from shockpc.files.markup import Markup, parse_markup, read_text
+from shockpc.files.reach import Reach
 
 __all__ = ["expand_xacro"]
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.model.urdf_numbers import SHAPES, check_numbers, vector
+from shockpc.files.urdf_numbers import SHAPES, check_numbers, vector
 
 __all__ = ["check_urdf", "tidy_urdf"]
 

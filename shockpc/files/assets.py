@@ -5,7 +5,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from shockpc.errors import RobotError
-from shockpc.model.reach import Reach
+from shockpc.files.reach import Reach
 
 __all__ = ["locate_asset"]
 

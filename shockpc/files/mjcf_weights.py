@@ -6,7 +6,7 @@ Pinocchio knows neither the rules nor the weight of a mesh, for which it puts 1 
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.model.urdf_numbers import vector
+from shockpc.files.urdf_numbers import vector
 
 __all__ = ["weighed_by_geoms"]
 

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.model.urdf_numbers import vector
+from shockpc.files.urdf_numbers import vector
 
 __all__ = ["ORIENTATIONS", "write_out_places"]
 

@@ -10,12 +10,12 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.model.markup import read_markup
-from shockpc.model.mjcf_places import ORIENTATIONS, write_out_places
-from shockpc.model.mjcf_refusals import check_bodies, check_numbers, check_sections
-from shockpc.model.mjcf_weights import weighed_by_geoms
-from shockpc.model.reach import Reach
-from shockpc.model.urdf_numbers import vector
+from shockpc.files.markup import read_markup
+from shockpc.files.mjcf_places import ORIENTATIONS, write_out_places
+from shockpc.files.mjcf_refusals import check_bodies, check_numbers, check_sections
+from shockpc.files.mjcf_weights import weighed_by_geoms
+from shockpc.files.reach import Reach
+from shockpc.files.urdf_numbers import vector
 
 __all__ = ["plain_mjcf"]
 

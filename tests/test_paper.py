@@ -1,0 +1,459 @@
+"""What the method's paper says, statement by statement, and its dimensioned models against an independent solution."""
+
+import functools
+import itertools
+
+import mpmath
+import numpy as np
+import pytest
+from commands import good, run
+from mpmath import mpf
+from planar import STICKS, at, beam, difference, falling, pointing, solve
+
+from shockpc.core.impulse import solve_impact
+from shockpc.files.catalogue import own_robots_folder
+from shockpc.model.dynamics import dynamics
+from shockpc.model.robot import load_robot
+from shockpc.paper.beam import beam_statements
+from shockpc.paper.landings import changed, land, line_shock, scene
+from shockpc.paper.leg import ends
+from shockpc.paper.leg_statements import leg_statements, reductions
+from shockpc.paper.quadruped import quadruped_statements
+from shockpc.paper.scenes import FIGURES, find_scene, scene_files
+from shockpc.paper.skippy import ASSUMED, above_contact, skippy_statements
+from shockpc.paper.statement import Reading, Statement, outcomes
+from shockpc.show.models_page import models_page
+
+DIGITS = 1e-12
+
+
+# The dimensioned models against maximal coordinates in fifty digits
+
+
+def leg_beams(shank, torso=False, foot=None):
+    """Lengths 1 : 1 : 3/2 : 1/2 of 0.4 m; masses 2 : 1 : 6 : 1/2 of 3.5 kg; upper leg at 15°, torso at −5°."""
+    hip = (mpf(0), mpf(0))
+    l, m = mpf("0.4"), mpf("3.5")  # noqa: E741 - the paper's own letter
+    bodies = {"upper_leg": beam(hip, 15, l, 2 * m)}
+    bodies["lower_leg"] = beam(bodies["upper_leg"].end, shank, l, m)
+    hinges = [("upper_leg", "lower_leg", bodies["upper_leg"].end)]
+    if torso:
+        bodies["torso"] = beam(hip, 180 - 5, 3 * l / 2, 6 * m)
+        hinges.append(("torso", "upper_leg", hip))
+    if foot is not None:
+        bodies["foot"] = beam(bodies["lower_leg"].end, shank + foot, l / 2, m / 2)
+        hinges.append(("lower_leg", "foot", bodies["lower_leg"].end))
+    return bodies, hinges
+
+
+def answer(bodies, hinges, contacts, strike, rotors=()):
+    names = list(bodies)
+    index = names.index
+    return names, solve(
+        list(bodies.values()),
+        [(index(a), index(b), p) for a, b, p in hinges],
+        [(index(a), p, d) for a, p, d in contacts],
+        strike,
+        [(index(a), index(b), inertia) for a, b, inertia in rotors],
+    )
+
+
+@pytest.mark.parametrize("letter", "ABCDEF")
+@pytest.mark.parametrize("shank", [0, -10])
+def test_the_leg_agrees_with_fifty_digits(letter, shank):
+    """Figure 2, straight from lengths, masses and angles."""
+    found = scene(f"fig2_{letter.lower()}")
+    torso, foot = letter in "DEF", 105 if letter == "F" else None
+    bodies, hinges = leg_beams(shank, torso, foot)
+    last = "foot" if letter == "F" else "lower_leg"
+    names, jumps = answer(bodies, hinges, [(last, bodies[last].end, STICKS)], falling(found.strike.strike_angle_deg))
+    assert difference(land(changed(found, {"knee": shank - 15.0})), names, jumps) < DIGITS
+
+
+@pytest.mark.parametrize("angle", [0, 10, 20, 30])
+def test_the_quadruped_agrees_with_fifty_digits(angle):
+    """Figure 5: segments of 0.4 m, masses 20 : 4 : 1 kg, torso two segments long and nose up by 15°."""
+    l = mpf("0.4")  # noqa: E741
+    bodies = {"torso": beam((mpf(0), mpf(0)), 90 + 15, 2 * l, 20)}
+    hinges = []
+    for which, hip, knee in (("hind", bodies["torso"].start, 1), ("front", bodies["torso"].end, -1)):
+        upper = beam(hip, knee * angle, l, 4)
+        lower = beam(upper.end, -knee * angle, l, 1)
+        bodies |= {f"{which}_upper_leg": upper, f"{which}_lower_leg": lower}
+        hinges += [("torso", f"{which}_upper_leg", hip), (f"{which}_upper_leg", f"{which}_lower_leg", upper.end)]
+    foot = bodies["hind_lower_leg"].end
+    names, jumps = answer(bodies, hinges, [("hind_lower_leg", foot, STICKS)], falling(0))
+    assert difference(land(f"fig5_{angle:02d}"), names, jumps) < DIGITS
+
+
+def meeting_point(a, reach_a, b, reach_b, side):
+    """Where two links of those lengths, hung at a and b, meet; to the left of the way from a to b if side is 1."""
+    dx, dz = b[0] - a[0], b[1] - a[1]
+    apart = mpmath.sqrt(dx**2 + dz**2)
+    along = (reach_a**2 - reach_b**2 + apart**2) / (2 * apart)
+    across = side * mpmath.sqrt(reach_a**2 - along**2)
+    return a[0] + (along * dx - across * dz) / apart, a[1] + (along * dz + across * dx) / apart
+
+
+def between(start, end, mass):
+    one = beam(start, 0, 1, mass)
+    return one._replace(end=tuple(end))
+
+
+def test_skippy_agrees_with_fifty_digits():
+    """Figure 3: the drive's crank and rod from the law of cosines, its loop closed by a fifth hinge."""
+    pitch, hip = mpf("39.22"), (mpf(0), mpf(0))
+    torso = beam(hip, 180 - pitch, "0.6", "1.5")
+    leg = beam(hip, 38 - pitch, "0.4", "0.3")
+    foot = beam(leg.end, 38 + 85 - pitch, "0.16", "0.1")
+    motor, lever = at(torso, mpf("0.14") / mpf("0.6")), at(leg, mpf("0.08") / mpf("0.4"))
+    pin = meeting_point(motor, mpf("0.08"), lever, mpf("0.16"), 1)
+    bodies = {"torso": torso, "leg": leg, "foot": foot, "crank": between(motor, pin, "0.03"), "rod": between(pin, lever, "0.03")}
+    hinges = [
+        ("torso", "leg", hip),
+        ("leg", "foot", leg.end),
+        ("torso", "crank", motor),
+        ("crank", "rod", pin),
+        ("rod", "leg", lever),
+    ]
+    names, jumps = answer(bodies, hinges, [("foot", foot.end, STICKS)], falling(0))
+    assert difference(land("fig3"), names, jumps) < DIGITS
+
+
+@pytest.mark.parametrize("spread", ["0", "0.06"])
+def test_the_five_bar_agrees_with_fifty_digits(spread):
+    """Two driven hips at ±60° with a rotor each, knees from the law of cosines, the loop closed at the toe."""
+    half = mpf(spread) / 2
+    body = between((mpf("-0.15"), mpf(0)), (mpf("0.15"), mpf(0)), "1.2")
+    front, rear = beam((half, mpf(0)), 60, "0.1", "0.04"), beam((-half, mpf(0)), -60, "0.1", "0.04")
+    toe = meeting_point(rear.end, mpf("0.2"), front.end, mpf("0.2"), -1)
+    bodies = {
+        "body": body, "front_upper": front, "front_lower": between(front.end, toe, "0.05"),
+        "rear_upper": rear, "rear_lower": between(rear.end, toe, "0.05"),
+    }  # fmt: skip
+    hinges = [
+        ("body", "front_upper", front.start), ("front_upper", "front_lower", front.end),
+        ("body", "rear_upper", rear.start), ("rear_upper", "rear_lower", rear.end), ("front_lower", "rear_lower", toe),
+    ]  # fmt: skip
+    rotors = [("front_upper", "body", "4e-5"), ("rear_upper", "body", "4e-5")]
+    names, jumps = answer(bodies, hinges, [("front_lower", toe, STICKS)], falling(15), rotors)
+    found = land(changed(scene("five_bar"), xacro={"spread": spread}))
+    assert difference(found, names, jumps) < DIGITS
+
+
+def test_the_independent_solution_knows_the_beam():
+    """Eq. 1 comes out of it: struck at its end across its length, a slender beam turns about 2/3."""
+    one = beam((mpf(0), mpf(0)), 90, 1, 1)
+    ((omega, vx, vz),) = solve([one], [], [(0, one.start, ((0, 1),))], falling(0))
+    assert vx == 0
+    assert abs(mpf(1) / 2 - vz / omega - mpf(2) / 3) < mpf(10) ** -45
+    assert pointing(90)[0] == 1
+
+
+# The statements
+
+
+@functools.cache
+def statements():
+    return (*beam_statements(), *leg_statements(), *skippy_statements(), *quadruped_statements())
+
+
+def the(beginning) -> Statement:
+    (found,) = (statement for statement in statements() if f"{statement.place}: {statement.says}".startswith(beginning))
+    return found
+
+
+ALWAYS = [
+    "Figure 1, beam A: a strike at the centre of mass gives a purely translational shock",
+    "Figure 1, beam B: a strike anywhere else does not leave it without shock",
+    "Figure 1, beam C: a strike at the CoPc of O leaves the slider without shock",
+    "Figure 1, beam D: struck at O, no shock is produced at the CoPc",
+    "Eq. 1: for a slender uniform beam p = 2/3 l",
+    "Section 2.1: pivot and CoPc lie on opposite sides of the centre of mass",
+    "Section 2.1: the magnitude of the strike is irrelevant",
+    "Eq. 2: shock grows in proportion to the distance from the CoPc",
+    "Figure 1: r_p = p for beams B, C and D",
+    "Section 3.4: upper bodies are generally subject to less shock",
+    "Section 3.4: for the body at the end of the chain, the CoPc lies at 2/3",
+    "Section 4.1, A to C: flattening the impact brings the CoPc of the lower leg closer",
+    "Section 4.2: so little shock reaches the torso because foot and leg are nearly perpendicular",
+    "Section 4.3: this changes as the legs approach a singular configuration",
+    "Section 4.3: the pattern is mirrored when the robot lands on its front legs",
+]
+
+
+@pytest.mark.parametrize("says", ALWAYS)
+def test_it_holds_under_every_reading(says):
+    assert the(says).verdict == "holds"
+
+
+def holding(statement, name):
+    """The options of one reading for which it holds, the others as taken."""
+    return [dict(outcome.reading)[name] for outcome in statement.along(name) if outcome.holds]
+
+
+def test_eq_3_holds_for_a_strike_across_the_beam():
+    """ERRATA: a contact that sticks under an oblique strike at the end has r_p = 0.943 l, where Eq. 3 gives 0.589 l."""
+    found = the("Eq. 3")
+    assert holding(found, "the struck point") == ["free along the beam, struck across it", "sticking, struck across"]
+    assert "r_p is 0.943 l, Eq. 3 gives 0.589 l" in found.verdict
+
+
+def test_eq_12_lacks_an_absolute_value():
+    """ERRATA: as printed, r_p is negative wherever the body turns clockwise."""
+    found = the("Eq. 12")
+    assert found.number == pytest.approx(-2.0 / 3.0)
+    assert found.verdict == (
+        "fails, because a radius comes out negative wherever the body turns clockwise; it lacks the absolute value, with which the "
+        "least is 0.667 m"
+    )
+
+
+def test_eq_6_is_the_partition_of_eq_4():
+    """Contact at the joints: with the hip as the struck joint, Δq̇₂ = H₂₂⁻¹ H₂₁ q̇₁⁻ is what Eq. 4 gives."""
+    robot = load_robot("leg", xacro={"torso": "true"})
+    q = land("fig2_e").q
+    H = dynamics(robot, q[None]).H[0]
+    struck, v = np.arange(3), np.array([0.3, 0.0, -1.0])
+    rest = np.arange(3, robot.model.nv)
+    by_parts = np.linalg.solve(H[np.ix_(rest, rest)], H[np.ix_(rest, struck)] @ v)
+    whole = solve_impact(H, np.eye(robot.model.nv)[struck], v[:, None]).delta_qd[:, 0]
+    np.testing.assert_allclose(whole[struck], -v, atol=1e-14)
+    np.testing.assert_allclose(whole[rest], by_parts, atol=1e-12)
+
+
+def test_the_copc_is_on_the_front_side_when_moving_forward():
+    found = the("Section 3.4: when the robot moves forward")
+    assert holding(found, "lower leg's angle") == ["0°", "−5°", "−10°"]
+    assert holding(found, "strike angles of A, B and C") == [
+        o for o in dict.fromkeys(dict(x.reading)["strike angles of A, B and C"] for x in found.outcomes)
+    ]
+
+
+def test_a_design_can_keep_shock_from_spreading():
+    """The CoPc of the foot coincides with the ankle once half its length lies behind it, for one strike direction."""
+    found = the("Section 3.4: shock can be kept from spreading")
+    assert found.number < 1e-15
+    assert holding(found, "the strike") == ["along the foot's normal"]
+    assert holding(found, "the foot") == ["reaches beyond the ankle by half its length"]
+
+
+def test_perpendicular_bodies_mitigate_one_component():
+    """A strike along the foot's normal loses 98 % on its way to the lower leg; one along the foot is passed on."""
+    found = the("Section 3.4: two slender bodies hinged perpendicularly")
+    assert found.number < 0.02
+    assert [o.number for o in found.along("the strike")] == sorted(o.number for o in found.outcomes)
+
+
+def test_a_foot_across_the_strike_scales_all_that_is_above():
+    """Whatever the foot's mass does to the lower leg, it does to every body above: one common factor."""
+    feet = [
+        land(changed(scene("fig2_f"), strike={"speed": 1.0, "strike_angle_deg": 15.0}, xacro={"heel": heel}))
+        for heel in ("0", "0.03")
+    ]
+    without = land("fig2_e")
+    for with_foot in feet:
+        ratio = [
+            line_shock(with_foot, body, ends(with_foot.robot, body)) / line_shock(without, body, ends(without.robot, body))
+            for body in ("lower_leg", "upper_leg", "torso")
+        ]
+        np.testing.assert_allclose(ratio, ratio[0], rtol=1e-10)
+
+
+def test_the_torso_hardly_changes_the_legs_for_flat_strikes_only():
+    """ERRATA: C against D is minimal at 60° and flatter; at 15° the torso changes the shock of the leg by 0.43."""
+    found = the("Section 4.1, C against D")
+    assert holding(found, "strike angle of C and D") == ["75°", "80°", "60°"]
+    at_15 = next(o.number for o in found.along("strike angle of C and D") if dict(o.reading)["strike angle of C and D"] == "15°")
+    assert at_15 == pytest.approx(0.435, abs=0.001)
+
+
+def test_the_foot_saves_80_percent_in_every_link_under_a_reading():
+    """Every link above 98 % as taken; with the 75° counted from the lower leg's line the lower leg keeps a third of its shock."""
+    assert min(reductions(15.0, 0.0, 105.0).values()) == pytest.approx(98.34, abs=0.01)
+    other = reductions(15.0, 0.0, 75.0)
+    assert {body: round(value) for body, value in other.items()} == {"lower_leg": 66, "upper_leg": 95, "torso": 99}
+    found = the("Section 4.1, E against F")
+    assert holding(found, "strike angle of E and F") == ["15°", "0°", "30°"]
+    assert found.matters("the foot's 75°")
+
+
+def test_toes_forward_or_backward_are_one_for_a_slender_foot():
+    """What a beam does at one end it does at the other: 105° forward is 75° backward."""
+    for forward, backward in ((105.0, -75.0), (75.0, -105.0)):
+        one, other = reductions(15.0, 0.0, forward), reductions(15.0, 0.0, backward)
+        assert one == pytest.approx(other, abs=1e-9)
+
+
+def test_nothing_slips_at_a_friction_coefficient_of_one():
+    """Footnote 4, as taken; at 75° the lower leg may lean back by no more than about 7°."""
+    found = the("Footnote 4")
+    assert found.number == pytest.approx(0.427, abs=0.001)
+    assert holding(found, "lower leg's angle") == ["0°", "−5°"]
+    # "The vertical component was greater than the horizontal one" is the same number, seen from the impulse.
+    for letter in "abcdef":
+        x, _, z = land(f"fig2_{letter}").contacts[0].impulse
+        assert z > abs(x)
+
+
+def test_the_imu_of_the_prosthesis_is_better_off_in_front():
+    found = the("Figure 4")
+    assert holding(found, "strike of case") == ["A (15°)", "B (45°)"]
+
+
+ROPC, SIX, TWO = (
+    "Section 4.2: the radius of percussion",
+    "Section 4.2: nowhere on the torso",
+    "Section 4.2: two places near the CoPc",
+)
+
+
+@pytest.mark.parametrize("says", [ROPC, SIX, TWO])
+def test_skippys_torso_is_spared_whatever_the_assumed_masses(says):
+    """RoPc 10 m, below 6 % everywhere and 2 % at the IMU: for every assumed mass and length halved and doubled."""
+    found = the(says)
+    assert len(found.along("the robot")) == 2 * len(ASSUMED) + 1
+    assert not found.matters("the robot")
+    assert holding(found, "the hip angle of 38°")[0] == "from the straight line (torso forward)"
+
+
+def test_skippys_assumptions_are_those_of_its_file():
+    robot = land("fig3").robot
+    masses = {f"{body.name}_mass": body.mass for body in robot.bodies}
+    assert masses | {"leg_length": 0.4, "foot_length": 0.16} == pytest.approx({"torso_mass": 1.5} | ASSUMED)
+    assert -robot.frame("toe").offset[2] == pytest.approx(ASSUMED["foot_length"])
+    text = find_scene("fig3").read_text() + (own_robots_folder() / "skippy.urdf.xacro").read_text()
+    assert text.count("assumed") + text.count("ASSUMED") >= 12
+    assert "Assumed" in FIGURES[2].note
+
+
+def test_skippys_centre_of_mass_is_above_its_toe():
+    x, y, z = above_contact(scene("fig3"))
+    assert abs(x) < 1e-4
+    assert abs(y) < 1e-12
+    assert z > 0.3
+
+
+def test_a_somersault_does_not_reach_the_imu():
+    found = the("Section 4.2: other extreme landings")
+    assert found.number == pytest.approx(1.8, abs=0.01)
+    assert found.outcomes[0].holds
+
+
+def test_the_torso_is_free_of_shock_on_bent_legs():
+    """Figure 5: at 30° and 20°, not at 10° and 0°, whichever way knees and nose are turned."""
+    found = the("Section 4.3: the torso is relatively free of shock")
+    assert all(o.holds == (dict(o.reading)["leg segments at"] in ("30°", "20°")) for o in found.outcomes)
+
+
+def test_at_10_degrees_the_back_of_the_torso_sees_more_than_twice_the_front():
+    found = the("Section 4.3: at 10°")
+    assert all(o.holds for o in found.outcomes if dict(o.reading)["leg segments at"] == "10°")
+    assert found.number == pytest.approx(3.26, abs=0.01)
+
+
+def test_the_copc_moves_forward_as_the_legs_are_stretched():
+    """Under hind knee forward and nose up, or the mirror of both."""
+    found = the("Section 4.3: the CoPc of the torso moves")
+    good_ones = {tuple(option for _, option in o.reading[:2]) for o in found.outcomes if o.holds}
+    assert good_ones == {("forward", "nose up"), ("backward", "nose down")}
+
+
+def test_the_front_leg_matters_to_the_front_end():
+    """ERRATA: it hardly matters to the hind leg and the back of the torso, but changes the front end by two thirds."""
+    found = the("Section 4.3: the front leg")
+    assert holding(found, "at") == ["the torso's back end", "the hind leg"]
+    assert found.number == pytest.approx(0.68, abs=0.01)
+
+
+def test_reflected_inertia_matters():
+    """ERRATA: 0.05 kg m² at every joint more than doubles what the torso of Figure 5 feels at 30°."""
+    found = the("Section 3.1.2")
+    assert found.number > 2.0
+    assert not found.outcomes[0].holds
+
+
+def test_every_verdict_is_one_of_three():
+    for statement in statements():
+        assert statement.verdict == "holds" or statement.verdict.startswith(("holds under ", "fails, because "))
+        assert statement.because or statement.verdict == "holds"
+
+
+SIZE = Reading("size", {"small": 1.0, "big": 3.0})
+SIGN = Reading("sign", {"plus": 1.0, "minus": -1.0})
+
+
+@pytest.mark.parametrize(
+    ("holds", "verdict"),
+    [
+        (lambda x: True, "holds"),
+        (lambda x: False, "fails, because so"),
+        (lambda x: x > 0.0, "holds under sign: plus; elsewhere it fails, because so"),
+        (lambda x: x > 2.0, "holds under size: big; sign: plus; elsewhere it fails, because so"),
+        (
+            lambda x: x < 2.0,
+            "holds under size: small; sign: plus, or size: small; sign: minus, or size: big; sign: minus; "
+            "elsewhere it fails, because so",
+        ),
+    ],
+)
+def test_a_verdict_follows_from_its_numbers(holds, verdict):
+    """No verdict is written down: the same statement says something else of other numbers."""
+    found = Statement(1, "here", "it is so", "size [1]", outcomes((SIZE, SIGN), lambda size, sign: size * sign, holds), "so")
+    assert found.verdict == verdict
+
+
+# Scenes, page and command
+
+
+def test_every_panel_has_its_scene_and_every_scene_computes():
+    panels = {panel.scene for figure in FIGURES for panel in figure.panels}
+    assert {path.stem for path in scene_files()} == panels | {"five_bar"}
+    for stem in panels | {"five_bar"}:
+        profile = land(stem)
+        assert not profile.health.warnings
+        assert profile.health.error_estimate < 1e-11
+        assert abs(profile.contacts[0].point[2]) < 1e-4
+
+
+def test_cases_that_share_a_scene_differ_by_the_strike_alone():
+    for one, other in itertools.pairwise([scene(f"fig2_{letter}") for letter in "abc"]):
+        assert changed(one, strike={}) == changed(other, strike={})
+    assert changed(scene("fig2_d"), strike={}) == changed(scene("fig2_e"), strike={})
+
+
+def test_the_page_of_models_is_up_to_date():
+    """To write it again: python -m shockpc.show.models_page."""
+    assert (own_robots_folder() / "README.md").read_text(encoding="utf-8") == models_page()
+
+
+def test_an_unknown_scene_is_named():
+    with pytest.raises(Exception, match=r'^no scene "fig9" in .*; there are: fig1_a, fig1_b'):
+        find_scene("fig9")
+
+
+def test_the_command_writes_what_it_computes(capfd, tmp_path):
+    out = good(capfd, "paper", "fig1", "--out", tmp_path / "paper")
+    assert "1 A     beam  translates" in out
+    assert "statements of the paper: 9 holds, 1 holds under, 1 fails" in out
+    assert sorted(path.name for path in (tmp_path / "paper").iterdir()) == [
+        "bodies.csv", "fig1_a.toml", "fig1_b.toml", "fig1_c.toml", "fig1_d.toml", "figure1.png", "figure1.svg", "paper.md",
+        "readings.csv", "statements.csv",
+    ]  # fmt: skip
+    again = good(capfd, "analyze", tmp_path / "paper" / "fig1_c.toml", "--format", "csv")
+    assert again.splitlines()[1].startswith("percussion,beam,1.5")
+    markdown = (tmp_path / "paper" / "paper.md").read_text()
+    assert "![Figure 1: a slender beam on a slider](figure1.svg)" in markdown
+
+
+def test_the_figure_of_skippy_says_what_is_assumed(capfd, tmp_path):
+    good(capfd, "paper", "3", "--out", tmp_path)
+    svg = (tmp_path / "figure3.svg").read_text()
+    assert "Assumed, not published with the paper" in svg
+    assert "<dc:date>" not in svg
+
+
+def test_a_figure_that_the_paper_does_not_have(capfd):
+    outcome = run(capfd, "paper", "7")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == 'shockpc: no figure "7" in the paper; there are: "1", "2", "3", "5". To list them: shockpc paper --help\n'
