@@ -8,7 +8,7 @@ from shockpc.bench.cases.robots import FOOTED, feet_of
 from shockpc.bench.measure import CaseResult, measure
 from shockpc.bench.methods import DIRECT
 from shockpc.bench.soak import LOOSE, Tally, random_landing, soak, soak_one
-from shockpc.model.catalogue import catalogue
+from shockpc.files.catalogue import catalogue
 from shockpc.model.robot import load_robot
 from shockpc.profile import shock_profile
 
