@@ -2,7 +2,11 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
+<<<<<<< HEAD
+.PHONY: demo test check bench soak install clean
+=======
 .PHONY: demo paper gallery test check install clean
+>>>>>>> main
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -29,6 +33,16 @@ check: .venv/.dev
 	@"$(BIN)/ruff" format --check shockpc tests
 	@"$(BIN)/ruff" check shockpc tests
 	@"$(BIN)/mypy"
+
+# Error against run time, with a report in out/bench; SUITE=full takes longer and looks further.
+SUITE ?= quick
+bench: .venv/.dev
+	@"$(BIN)/shockpc" bench --suite "$(SUITE)" --out out/bench
+
+# The promise of the error estimate on random trees; it ends with an error if it is broken once.
+TREES ?= 100000
+soak: .venv/.dev
+	@"$(BIN)/shockpc" bench --soak "$(TREES)"
 
 install: .venv/.run
 

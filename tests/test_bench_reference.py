@@ -8,9 +8,9 @@ from mpmath import mp
 from shockpc.bench.accuracy import body_errors
 from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases import family
-from shockpc.bench.exact import DIGITS, cross, widen
+from shockpc.bench.exact import DIGITS, cross, shaken, widen
 from shockpc.bench.exact_rows import mechanism
-from shockpc.bench.reference import reference, solve_exactly
+from shockpc.bench.reference import mobility, reference, solve_exactly
 from shockpc.errors import SolveError
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
@@ -41,6 +41,12 @@ def posed(family_name, variant, value):
     return robot, scene, setting_of(scene, robot)
 
 
+def exactly(robot, scene, setting):
+    """The mechanism of a scene and its solution, with the shakes that decide on its rank."""
+    m = mechanism(robot, scene, setting)
+    return m, solve_exactly(m, lambda seed: mobility(mechanism(robot, scene, setting, shaken(seed))))
+
+
 @pytest.mark.parametrize(("name", "variant", "value"), HARD)
 def test_the_answer_put_back_meets_every_equation(name, variant, value):
     """Momentum along every joint and the speed of every row hold to more than fifty digits, on the hardest cases of the suite."""
@@ -53,7 +59,7 @@ def test_more_digits_change_nothing(name, variant, value):
     robot, scene, setting = posed(name, variant, value)
     found = reference(robot, scene, setting)
     with mp.workdps(DIGITS + 50):
-        finer = solve_exactly(mechanism(robot, scene, setting))
+        _, finer = exactly(robot, scene, setting)
         size = max(abs(value) for value in finer.jumps.ravel())
         assert max(abs(value) for value in (finer.jumps - found.jumps).ravel()) < FIFTY * size
 
@@ -63,8 +69,7 @@ def test_momentum_of_a_free_robot_changes_by_the_impulses_of_the_ground(name, va
     """Σ m Δv = Σ λ and Σ (c × m Δv + I Δω) = Σ p × λ, with bodies and impulses summed in the world."""
     robot, scene, setting = posed(name, variant, value)
     with mp.workdps(DIGITS):
-        m = mechanism(robot, scene, setting)
-        found = solve_exactly(m)
+        m, found = exactly(robot, scene, setting)
         gained, given = widen(np.zeros(6)), widen(np.zeros(6))
         for i, body in enumerate(robot.bodies):
             own = robot.model.inertias[body.joint]
@@ -82,8 +87,7 @@ def test_a_full_bounce_keeps_the_energy():
     """With e = 1 a robot that fell without turning leaves with the kinetic energy it came with."""
     robot, scene, setting = posed("restitution", "two feet", 1.0)
     with mp.workdps(DIGITS):
-        m = mechanism(robot, scene, setting)
-        found = solve_exactly(m)
+        m, found = exactly(robot, scene, setting)
         strike = widen(setting.before.velocity)
         before = after = mp.zero
         for i, body in enumerate(robot.bodies):
@@ -127,7 +131,6 @@ def test_repeated_rows_are_counted_and_change_nothing():
     robot, scene, setting = posed("corners", "sticking", 4)
     found = reference(robot, scene, setting)
     assert (found.rank, len(found.impulse)) == (6, 12)
-    assert found.clear > 1e40
     assert found.violation < FIFTY
     assert max(abs(value + expected) for value, expected in zip(found.jumps[0, 3:], setting.before.velocity, strict=True)) < FIFTY
 

@@ -3,6 +3,7 @@
 In products the array stands first: mpmath, asked to multiply by an array, looks long for what it might be.
 """
 
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import mpmath
@@ -12,13 +13,28 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 
-__all__ = ["DIGITS", "Exact", "cross", "cross_matrix", "quaternion", "rotation_nearest", "turn", "unit", "widen"]
+__all__ = [
+    "DIGITS",
+    "Exact",
+    "Reader",
+    "cross",
+    "cross_matrix",
+    "quaternion",
+    "rotation_nearest",
+    "shaken",
+    "turn",
+    "unit",
+    "widen",
+]
 
 DIGITS = 100
 """Digits carried. The worst case of the suite loses thirty of them, so more than fifty are left."""
 
 Exact: TypeAlias = NDArray[np.object_]
 """An array of mpmath numbers."""
+
+Reader: TypeAlias = Callable[[Array], Exact]
+"""How the model's doubles become long numbers: `widen`, or `shaken`."""
 
 
 def widen(values: Array) -> Exact:
@@ -45,11 +61,22 @@ def unit(values: Exact) -> Exact:
     return np.asarray(values / mp.sqrt(values @ values))
 
 
-def rotation_nearest(values: Array) -> Exact:
+def shaken(seed: int) -> Reader:
+    """A reader that changes every double by a random half unit in its last place: another model that doubles cannot tell apart."""
+    rng = np.random.default_rng(seed)
+
+    def read(values: Array) -> Exact:
+        change = widen(rng.uniform(-1.0, 1.0, np.shape(values))) * mpmath.mpf(2) ** -53
+        return np.asarray(widen(values) * (change + 1))
+
+    return read
+
+
+def rotation_nearest(values: Array, read: Reader) -> Exact:
     """The rotation nearest to nine doubles: Newton's iteration R ← R (3 − RᵀR) / 2, which squares what is left each time."""
-    R = widen(values)
     if np.array_equal(values, np.eye(3)):
-        return R
+        return widen(values)
+    R = read(values)
     for _ in range(3):
         R = np.asarray(R @ (3 * widen(np.eye(3)) - R.T @ R) / 2)
     return R

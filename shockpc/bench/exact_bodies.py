@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 from mpmath import mp
 
-from shockpc.bench.exact import Exact, cross, cross_matrix, quaternion, rotation_nearest, turn, unit, widen
+from shockpc.bench.exact import Exact, Reader, cross, cross_matrix, quaternion, rotation_nearest, turn, unit, widen
 from shockpc.model.robot import Robot
 from shockpc.scene import Scene
 from shockpc.setting import Setting
@@ -59,23 +59,24 @@ class Mechanism(NamedTuple):
     rows: tuple[Row, ...] = ()
 
 
-def free_bodies(robot: Robot, scene: Scene, setting: Setting) -> Mechanism:
+def free_bodies(robot: Robot, scene: Scene, setting: Setting, read: Reader) -> Mechanism:
     """Bodies and joints, nothing held yet. Call it, and all that follows, inside `mp.workdps(DIGITS)`.
 
     Args:
         robot: the robot.
         scene: the scene, complete.
         setting: of the scene; only what it read is used (q and the drives), nothing that it placed in the world.
+        read: how lengths, angles and axes are read from the model.
     """
     model = robot.model
-    q = widen(setting.q)
+    q = read(setting.q)
     placed: list[tuple[Exact, Exact]] = [(widen(np.eye(3)), widen(np.zeros(3)))]
     parent, inertia, S, armature, rotation, position, com = [], [], [], [], [], [], []
     place: dict[int, tuple[int, int]] = {}
     for i, body in enumerate(robot.bodies):
         j = body.joint
-        R, p = _onto(placed[model.parents[j]], model.jointPlacements[j])
-        R, p, columns = _move(model.joints[j], R, p, q)
+        R, p = _onto(placed[model.parents[j]], model.jointPlacements[j], read)
+        R, p, columns = _move(model.joints[j], R, p, q, read)
         placed.append((R, p))
         moves, numbers = _free_columns(robot, scene, setting, i, columns, p)
         for k, v in enumerate(numbers):
@@ -84,21 +85,21 @@ def free_bodies(robot: Robot, scene: Scene, setting: Setting) -> Mechanism:
         armature.append(widen(np.array([0.0 if v < 0 else setting.drives.armature[v] for v in numbers])))
         parent.append(int(model.parents[j]) - 1)
         own = model.inertias[j]
-        c = p + R @ widen(own.lever)
+        c = p + R @ read(own.lever)
         inertia.append(_about_origin(mpmath.mpf(own.mass), c, R @ widen(own.inertia) @ R.T))
-        rotation.append(R @ rotation_nearest(body.rotation))
-        position.append(p + R @ widen(body.offset))
+        rotation.append(R @ rotation_nearest(body.rotation, read))
+        position.append(p + R @ read(body.offset))
         com.append(c)
     return Mechanism(tuple(parent), tuple(inertia), tuple(S), tuple(armature), tuple(rotation), tuple(position), tuple(com), place)
 
 
-def _onto(base: tuple[Exact, Exact], step: pin.SE3) -> tuple[Exact, Exact]:
+def _onto(base: tuple[Exact, Exact], step: pin.SE3, read: Reader) -> tuple[Exact, Exact]:
     """A placement after another."""
     R, p = base
-    return R @ rotation_nearest(step.rotation), p + R @ widen(step.translation)
+    return R @ rotation_nearest(step.rotation, read), p + R @ read(step.translation)
 
 
-def _move(joint: Any, R: Exact, p: Exact, q: Exact) -> tuple[Exact, Exact, list[Exact]]:
+def _move(joint: Any, R: Exact, p: Exact, q: Exact, read: Reader) -> tuple[Exact, Exact, list[Exact]]:
     """Carry a placement through a joint: where it ends, and the columns (6,) of its motion in the world, one for each velocity."""
     kind = joint.shortname()
     at = q[joint.idx_q : joint.idx_q + joint.nq]
@@ -106,8 +107,8 @@ def _move(joint: Any, R: Exact, p: Exact, q: Exact) -> tuple[Exact, Exact, list[
         columns: list[Exact] = []
         inner = joint.extract()
         for part, step in zip(inner.joints, inner.jointPlacements, strict=True):
-            R, p = _onto((R, p), step)
-            R, p, own = _move(part, R, p, q)
+            R, p = _onto((R, p), step, read)
+            R, p, own = _move(part, R, p, q, read)
             columns += own
         return R, p, columns
     if kind == "JointModelFreeFlyer":
@@ -125,11 +126,11 @@ def _move(joint: Any, R: Exact, p: Exact, q: Exact) -> tuple[Exact, Exact, list[
     joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + joint.nv))
     twist = np.asarray(data.S, dtype=float).ravel()
     if twist[3:].any():
-        axis = unit(widen(twist[3:]))
+        axis = unit(read(twist[3:]))
         cosine, sine = unit(at) if joint.nq == 2 else (mp.cos(at[0]), mp.sin(at[0]))
         columns = _turns((R @ axis)[None], p)
         return R @ turn(axis, cosine, sine), p, columns
-    axis = unit(widen(twist[:3]))
+    axis = unit(read(twist[:3]))
     return R, p + R @ axis * at[0], _slides((R @ axis)[None])
 
 

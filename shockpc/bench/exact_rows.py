@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 from mpmath import mp
 
-from shockpc.bench.exact import Exact, cross, rotation_nearest, widen
+from shockpc.bench.exact import Exact, Reader, cross, rotation_nearest, widen
 from shockpc.bench.exact_bodies import Mechanism, Row, free_bodies
 from shockpc.model.closure import loop_of
 from shockpc.model.couplings import Loop
@@ -15,16 +15,16 @@ from shockpc.setting import Setting
 __all__ = ["mechanism"]
 
 
-def mechanism(robot: Robot, scene: Scene, setting: Setting) -> Mechanism:
-    """Everything that the impact depends on; arguments as for `free_bodies`.
+def mechanism(robot: Robot, scene: Scene, setting: Setting, read: Reader = widen) -> Mechanism:
+    """Everything that the impact depends on; arguments as for `free_bodies`. Call it inside `mp.workdps(DIGITS)`.
 
     Contact points given by a frame and an offset are placed anew; those sought on the geometry are taken as found.
     """
-    found = free_bodies(robot, scene, setting)
+    found = free_bodies(robot, scene, setting, read)
     before = _before(robot, setting, found)
-    rows = [*_contact_rows(robot, scene, setting, found, before), *_stance_rows(robot, scene, found)]
+    rows = [*_contact_rows(robot, scene, setting, found, before, read), *_stance_rows(robot, scene, found, read)]
     for loop in (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure)):
-        rows += _loop_rows(found, loop)
+        rows += _loop_rows(found, loop, read)
     return found._replace(rows=(*rows, *_mimic_rows(robot, found.place)))
 
 
@@ -52,14 +52,14 @@ def _force(point: Exact, axis: Exact) -> Exact:
     return np.concatenate([cross(point, axis), axis])
 
 
-def _contact_rows(robot: Robot, scene: Scene, setting: Setting, found: Mechanism, before: list[Exact]) -> list[Row]:
+def _contact_rows(robot: Robot, scene: Scene, setting: Setting, found: Mechanism, before: list[Exact], read: Reader) -> list[Row]:
     """Rows of the contacts: (1 + e) times what they approach with is undone."""
     rows = []
     for contact, touch in zip(scene.contact, setting.touches, strict=True):
         frame = robot.frame(contact.frame)
-        point = widen(touch.point)
+        point = read(touch.point)
         if contact.at == "frame":
-            point = widen(frame.offset) + rotation_nearest(frame.rotation) @ widen(np.asarray(contact.offset))
+            point = read(frame.offset) + rotation_nearest(frame.rotation, read) @ read(np.asarray(contact.offset))
         place = _point(found, touch.body, point)
         wrenches = [_force(place, axis) for axis in widen(touch.directions)]
         wrenches += [np.concatenate([axis, widen(np.zeros(3))]) for axis in widen(touch.turns)]
@@ -68,22 +68,28 @@ def _contact_rows(robot: Robot, scene: Scene, setting: Setting, found: Mechanism
     return rows
 
 
-def _stance_rows(robot: Robot, scene: Scene, found: Mechanism) -> list[Row]:
+def _stance_rows(robot: Robot, scene: Scene, found: Mechanism, read: Reader) -> list[Row]:
     """Rows of the feet that stay where they are."""
     rows = []
     for name in scene.stance:
         frame = robot.frame(name)
-        place = _point(found, frame.body, widen(frame.offset))
+        place = _point(found, frame.body, read(frame.offset))
         rows += [Row({frame.body: _force(place, axis)}, {}, mp.zero) for axis in widen(np.eye(3))]
     return rows
 
 
-def _loop_rows(found: Mechanism, loop: Loop) -> list[Row]:
-    """Rows of a loop: its ends may not part along the axes of its first end."""
-    frame = rotation_nearest(loop.rotations[0])
+def _loop_rows(found: Mechanism, loop: Loop, read: Reader) -> list[Row]:
+    """Rows of a loop: its ends may not part along the axes of its first end.
+
+    The ends meet to rounding only, or to what the posture was assembled to. In a mechanism that is shaken they meet exactly, so
+    that a row which lives by that gap alone shows itself.
+    """
+    frame = rotation_nearest(loop.rotations[0], read)
     if loop.bodies[0] >= 0:
         frame = found.rotation[loop.bodies[0]] @ frame
-    places = [_point(found, body, widen(point)) for body, point in zip(loop.bodies, loop.points, strict=True)]
+    places = [_point(found, body, read(point)) for body, point in zip(loop.bodies, loop.points, strict=True)]
+    if read is not widen:
+        places = [(places[0] + places[1]) / 2] * 2
     pairs = [[_force(place, frame @ axis) for place in places] for axis in widen(loop.axes)]
     if loop.turns:
         pairs += [[np.concatenate([frame @ axis, widen(np.zeros(3))])] * 2 for axis in widen(np.eye(3))]

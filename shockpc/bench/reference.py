@@ -6,30 +6,27 @@ nothing is ever multiplied into a joint-space inertia:
 
     F_i = I_i V_i − P_i,   S_iᵀ F_i + a_i q̇_i = τ_i,   V_i = V_parent(i) + S_i q̇_i
 
-A row's response is the motion that a unit of its impulse makes; the rows' impulses then solve a system of their own, A λ = −b.
-Where rows repeat one another its small eigenvalues are left out, and the gap between those and what was kept is reported, for the
-data are doubles: a direction below 64 ε of the others is the rounding of a zero. No product code takes part but the reader of the
-scene.
+A row's response is the motion that a unit of its impulse makes; the rows' impulses then solve a system of their own, A λ = −b,
+whose rank `exact_rank` decides. No product code takes part but the reader of the scene.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
 from mpmath import mp
 
-from shockpc.bench.exact import DIGITS, Exact, cross, widen
+from shockpc.bench.exact import DIGITS, Exact, cross, shaken, widen
 from shockpc.bench.exact_bodies import Mechanism, Row
+from shockpc.bench.exact_rank import least_impulse
 from shockpc.bench.exact_rows import mechanism
 from shockpc.errors import SolveError
 from shockpc.model.robot import Robot
 from shockpc.scene import Scene
 from shockpc.setting import Setting
 
-__all__ = ["REPEATED", "Reference", "reference", "solve_exactly"]
-
-REPEATED = 64 * 2.0**-52
-"""Rows whose singular value falls below this share of the largest repeat others: the model's own numbers are no finer."""
+__all__ = ["Reference", "mobility", "reference", "solve_exactly"]
 
 
 class Reference(NamedTuple):
@@ -41,7 +38,6 @@ class Reference(NamedTuple):
         rates: (n,) jump of the joint rates of each body.
         impulse: (nc,) impulse along each row, of least norm where rows repeat.
         rank: how many rows are independent.
-        clear: smallest singular value kept over the largest left out [1]; inf if none is left out.
         violation: largest violation of any equation of motion or any row, relative [1].
     """
 
@@ -50,7 +46,6 @@ class Reference(NamedTuple):
     rates: tuple[Exact, ...]
     impulse: Exact
     rank: int
-    clear: float
     violation: float
 
 
@@ -61,7 +56,11 @@ def reference(robot: Robot, scene: Scene, setting: Setting) -> Reference:
         SolveError: a joint that nothing resists.
     """
     with mp.workdps(DIGITS):
-        return solve_exactly(mechanism(robot, scene, setting))
+
+        def shake(seed: int) -> Exact:
+            return mobility(mechanism(robot, scene, setting, shaken(seed)))
+
+        return solve_exactly(mechanism(robot, scene, setting), shake)
 
 
 class _Step(NamedTuple):
@@ -71,18 +70,19 @@ class _Step(NamedTuple):
     D_inv: Exact
 
 
-def solve_exactly(m: Mechanism) -> Reference:
+def solve_exactly(m: Mechanism, shake: Callable[[int], Exact]) -> Reference:
     """The jump of least kinetic energy that meets all rows. Call it inside `mp.workdps(DIGITS)`.
+
+    Args:
+        m: bodies, joints and rows.
+        shake: matrix A of a mechanism whose doubles differ from this one's by rounding, for a seed.
 
     Raises:
         SolveError: a joint that nothing resists.
     """
-    steps = _eliminate(m)
-    responses = [_respond(m, steps, row) for row in m.rows]
-    n = len(m.rows)
-    A = np.array([[_work(row, *response) for response in responses] for row in m.rows], dtype=object).reshape(n, n)
+    responses = _responses(m)
     b = np.array([row.b for row in m.rows], dtype=object)
-    impulse, rank, clear = _least_impulse(A, -b)
+    impulse, rank = least_impulse(mobility(m, responses), -b, shake)
     nb = len(m.parent)
     V = [sum((response[0][i] * x for x, response in zip(impulse, responses, strict=True)), widen(np.zeros(6))) for i in range(nb)]
     rates = tuple(
@@ -93,7 +93,19 @@ def solve_exactly(m: Mechanism) -> Reference:
     jumps = np.stack(
         [np.concatenate([R.T @ v[:3], R.T @ (v[3:] + cross(v[:3], p))]) for v, R, p in zip(V, m.rotation, m.position, strict=True)]
     )
-    return Reference(jumps, twists, rates, impulse, rank, clear, _violation(m, V, rates, impulse))
+    return Reference(jumps, twists, rates, impulse, rank, _violation(m, V, rates, impulse))
+
+
+def _responses(m: Mechanism) -> list[tuple[list[Exact], list[Exact]]]:
+    """Twists and joint rates of all bodies for a unit impulse of each row."""
+    steps = _eliminate(m)
+    return [_respond(m, steps, row) for row in m.rows]
+
+
+def mobility(m: Mechanism, responses: list[tuple[list[Exact], list[Exact]]] | None = None) -> Exact:
+    """A (nc, nc): the speed along each row for a unit impulse along each other. Responses to each row are found, if not given."""
+    n, responses = len(m.rows), responses or _responses(m)
+    return np.array([[_work(row, *response) for response in responses] for row in m.rows], dtype=object).reshape(n, n)
 
 
 def _eliminate(m: Mechanism) -> list[_Step]:
@@ -184,34 +196,6 @@ def _work(row: Row, V: list[Exact], rates: list[Exact]) -> Any:
     for (i, k), value in row.torque.items():
         work += value * rates[i][k]
     return work
-
-
-def _least_impulse(A: Exact, b: Exact) -> tuple[Exact, int, float]:
-    """Impulses of least norm (rows scaled to unit mobility) with A x = b as far as it can be met; the rank; how clear it is."""
-    n = len(b)
-    largest = max((A[i, i] for i in range(n)), default=mp.zero)
-    floor = mpmath.mpf(REPEATED) ** 2
-    alive = [i for i in range(n) if A[i, i] > floor * largest]
-    x = widen(np.zeros(n))
-    if not alive:
-        return x, 0, float("inf")
-    scale = np.array([1 / mp.sqrt(A[i, i]) for i in alive], dtype=object)
-    scaled = A[np.ix_(alive, alive)] * scale[:, None] * scale[None, :]
-    values, vectors = mp.eigsy(mpmath.matrix(scaled.tolist()))
-    Q = np.array(vectors.tolist(), dtype=object).reshape(len(alive), len(alive))
-    top = max(values)
-    kept = [k for k in range(len(alive)) if values[k] > floor * top]
-    lost = [abs(values[k]) for k in range(len(alive)) if k not in kept] + [
-        abs(A[i, i]) / largest * top for i in range(n) if i not in alive
-    ]
-    along = Q.T @ (scale * b[alive])
-    weights = widen(np.zeros(len(alive)))
-    for k in kept:
-        weights[k] = along[k] / values[k]
-    x[alive] = scale * (Q @ weights)
-    worst = max(lost, default=mp.zero)
-    clear = float(mp.sqrt(min(values[k] for k in kept) / worst)) if worst > 0 else float("inf")
-    return x, len(kept), clear
 
 
 def _violation(m: Mechanism, V: list[Exact], rates: tuple[Exact, ...], impulse: Exact) -> float:

@@ -15,7 +15,7 @@ from shockpc.show.curves import Curve, save_curves
 from shockpc.show.files import write_text
 from shockpc.show.text import as_csv, as_markdown
 
-__all__ = ["Bench", "write_report"]
+__all__ = ["Bench", "summary", "write_report"]
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Bench:
 
 
 def write_report(bench: Bench, folder: Path) -> None:
-    """Write report.md, its figures, cases.csv, work.csv, throughput.csv, saving.csv and bench.json.
+    """Write report.md, its figures, summary.md, cases.csv, work.csv, throughput.csv, saving.csv and bench.json.
 
     Raises:
         OutputError: the folder cannot be written.
@@ -52,7 +52,14 @@ def write_report(bench: Bench, folder: Path) -> None:
     write_text(folder / "throughput.csv", as_csv(throughput(bench.peers)))
     write_text(folder / "saving.csv", as_csv(savings(bench.savings)))
     write_text(folder / "bench.json", json.dumps(_document(bench), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    write_text(folder / "summary.md", summary(bench))
     write_text(folder / "report.md", _markdown(bench, families))
+
+
+def summary(bench: Bench) -> str:
+    """What the README shows of it."""
+    sheets = (promise(bench.cases), outcomes(bench.cases), savings(bench.savings), throughput(bench.peers))
+    return "\n".join(as_markdown(sheet) for sheet in sheets)
 
 
 def _document(bench: Bench) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["bench"]
+__all__ = ["Suite", "bench"]
 
 
 class Suite(enum.StrEnum):
@@ -54,11 +54,11 @@ def bench(
 
 def _suite(suite: str, out: Path) -> None:
     """Measure, write the report, and say what came out."""
-    from shockpc.bench.run import run_bench
+    from shockpc.bench.run import plan_of, run_bench
     from shockpc.bench.tables import outcomes, promise, throughput
     from shockpc.show.text import as_text
 
-    found = run_bench(suite, out, f"shockpc bench --suite {suite}")
+    found = run_bench(plan_of(suite), out, f"shockpc bench --suite {suite}")
     for sheet in (promise(found.cases), outcomes(found.cases), throughput(found.peers)):
         sys.stdout.write(as_text(sheet) + "\n")
     sys.stdout.write(f"the report: {out / 'report.md'}\n")
