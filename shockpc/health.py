@@ -24,8 +24,9 @@ TRUSTED = 1e-9
 SUSPECT = 1e-12
 """From here on the second solution is refined first, for it may be the one that is off."""
 
-FEW_DRAWS = 10.0
-"""A difference of two solutions, or of a few samples, is a draw or two of what the error may be; this many times it covers that."""
+ONE_DRAW, THREE_DRAWS = 10.0, 5.0
+"""A difference of two solutions is one draw of what the error may be, the largest of a few samples is three; so many times that
+covers what such draws may miss."""
 
 UNMOVED = 1e-13
 """A body that moves by less than this share of the fastest one is not told from one that does not move."""
@@ -87,13 +88,13 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     shared = np.where(
         held, 0.0, np.finfo(float).eps * (4.0 + _cancellation(state, rows, impact.dead[0])) / float(impact.weakest[0])
     )
-    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", FEW_DRAWS * apart + shared
+    method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", ONE_DRAW * apart + shared
     warnings: list[str] = []
     if np.any(errors[moving] > TRUSTED):
         sampled = _sampled_rounding(robot, state, bodies, rows, equation.G)
-        candidates = {JOINT_SPACE: shared + FEW_DRAWS * _relative(robot, sampled, motion, held)}
+        candidates = {JOINT_SPACE: shared + THREE_DRAWS * _relative(robot, sampled, motion, held)}
         if other is not None and spread is not None:
-            candidates[MAXIMAL] = shared + FEW_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
+            candidates[MAXIMAL] = shared + THREE_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
         errors, method = candidates[chosen], f"{chosen}, the steadier of two solutions"
         warnings.append(_ill(robot, apart, errors, moving, chosen))
