@@ -83,7 +83,7 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
     rotation = joint_rotation @ np.stack([body.rotation for body in robot.bodies])
     offset = np.stack([body.offset for body in robot.bodies])
     position = joint_position + (joint_rotation @ offset[..., None])[..., 0]
-    return Dynamics(H, J, rotation, position, joint_position, origin, _moves(robot).reshape(nb, nv))
+    return Dynamics(H, J, rotation, position, joint_position, origin, robot.moves)
 
 
 def _placements(data: pin.Data, njoints: int) -> tuple[Array, Array]:
@@ -99,18 +99,6 @@ def _placements(data: pin.Data, njoints: int) -> tuple[Array, Array]:
         parts.append(np.lib.stride_tricks.as_strided(first, (njoints, *first.shape), (step, *first.strides), writeable=False))
     rotation, position = parts
     return rotation, position
-
-
-def _moves(robot: Robot) -> np.ndarray:
-    """Which joint velocities move which bodies: those of the body's own joint and of the joints it hangs on."""
-    moves = np.zeros((len(robot.bodies), robot.model.nv), dtype=bool)
-    for i, body in enumerate(robot.bodies):
-        parent = robot.model.parents[body.joint]
-        if parent > 0:
-            moves[i] = moves[parent - 1]
-        joint = robot.model.joints[body.joint]
-        moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
-    return moves
 
 
 def tree(robot: Robot, state: Dynamics, armature: Array, G: Array | None) -> Tree:
