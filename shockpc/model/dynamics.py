@@ -56,7 +56,7 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
         model = pin.Model(model)
         model.armature = np.zeros(model.nv)
     data = model.createData() if model.njoints < LONG else None
-    n, nb, nv = len(Q), len(robot.bodies), model.nv
+    n, nv = len(Q), model.nv
     H, J = np.empty((n, nv, nv)), np.empty((n, 6, nv))
     placed_rotation, placed_position = np.empty((n, model.njoints, 3, 3)), np.empty((n, model.njoints, 3))
     Q = np.array(Q, dtype=float)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
+import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
