@@ -2,11 +2,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
-<<<<<<< HEAD
-.PHONY: demo test check bench soak install clean
-=======
-.PHONY: demo paper gallery test check install clean
->>>>>>> main
+.PHONY: demo paper gallery test check bench soak install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped

@@ -24,7 +24,7 @@ from shockpc.model.equation import solve
 from shockpc.model.motion import velocity_before
 from shockpc.model.robot import Robot, load_robot
 from shockpc.readings.bracket import drive_bracket
-from shockpc.readings.contacts import contact_impulses
+from shockpc.readings.contacts import contact_impulses, stance_impulses, total_impulse
 from shockpc.readings.geometry import shock_ranges
 from shockpc.readings.loads import energy, joint_loads
 from shockpc.readings.points import point_maps, point_shocks, spots
@@ -33,6 +33,10 @@ from shockpc.scene import Scene
 from shockpc.setting import Setting, complete, setting_of
 
 __all__ = ["shock_profile"]
+
+ROUNDED = 1e-9
+"""Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths
+with ten digits or so, and their rounding turns bodies by as much."""
 
 
 def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | None = None) -> ShockProfile:
@@ -66,7 +70,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
     with ledger.stage("step 3: centres and radii of percussion"):
         rotation, position = state.rotation[0], state.position[0] + state.origin[0]
         normal = setting.plane.normal @ rotation
-        tolerance = np.maximum(1e-12, 10.0 * np.array(health.body_errors))
+        tolerance = np.maximum(ROUNDED, np.array(health.body_errors))
         reduced = percussion(delta_omega, delta_v, normal, v_in, _size(robot, setting), tolerance)
         off_plane = off_plane_share(delta_omega, velocity_at(delta_omega, delta_v, com), normal, gyration_radii(robot))
     with ledger.stage("shock over geometry"):
@@ -74,12 +78,15 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
     with ledger.stage("sensors, points and contacts"):
         found = spots(robot, scene.point)
         points = point_shocks(robot, found, rotation, position, jump, maps, v_in, up, pulse)
-        floating = scene.base == "free" and not scene.stance
+        floating = scene.base == "free" and not scene.stance and not setting.anchored
         contacts, pulled = contact_impulses(state, setting.touches, rows, solution, setting.approach, up, floating)
+        stance, dragged = stance_impulses(robot, scene.stance, len(setting.touches), state, rows, solution, up)
+        grounded = len(setting.touches) + len(scene.stance)
+        force, moment = total_impulse(rows, grounded, solution, bodies.mass @ bodies.com / robot.mass)
     with ledger.stage("loads, energy and the bracket of drives"):
         loads = joint_loads(robot, state, bodies, rows, solution)
         lost, share = energy(robot, state, bodies, rows, solution, setting.before, floating)
-        gained = (*_gained(lost, setting), *_saturated(scene, points))
+        gained = (*_gained(lost, robot.mass, setting), *_saturated(scene, points))
         bracket = drive_bracket(robot, scene, setting, solution, found, v_in)
     _left_out(ledger, robot, scene, setting)
     return ShockProfile(
@@ -106,6 +113,9 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         shock_max=shock_max,
         points=points,
         contacts=contacts,
+        stance=stance,
+        total_impulse=force,
+        total_moment=moment,
         directions=extreme_directions(point_maps(maps, com), up),
         loads=loads,
         energy_lost=lost,
@@ -113,7 +123,9 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         bracket=bracket,
         assembly=setting.assembly,
         joint_model=setting.drives.model,
-        health=replace(health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *pulled, *gained, *unseen)),
+        health=replace(
+            health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *pulled, *dragged, *gained, *unseen)
+        ),
     )
 
 
@@ -133,10 +145,9 @@ def _v_in(scene: Scene, robot: Robot, setting: Setting) -> tuple[float, Array]:
     return speed, strike
 
 
-def _gained(lost: float, setting: Setting) -> tuple[str, ...]:
+def _gained(lost: float, mass: float, setting: Setting) -> tuple[str, ...]:
     """A warning where contacts that bounce differently would make energy, which no impact does."""
-    speed = np.linalg.norm(setting.approach, axis=1).max()
-    if lost >= -1e-9 * speed**2:
+    if lost >= -1e-9 * mass * float(np.linalg.norm(setting.approach, axis=1).max()) ** 2:
         return ()
     return (
         f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one another; "

@@ -1,6 +1,6 @@
 """What an analysis gives back: frozen records of arrays, each with its unit and its axes."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from shockpc.model.assembly import Assembly
 from shockpc.model.robot import Robot
 from shockpc.scene import Scene
 
-__all__ = ["Bracket", "ContactImpulse", "Health", "JointLoad", "PointShock", "ShockProfile"]
+__all__ = ["Bracket", "ContactImpulse", "Health", "JointLoad", "PointShock", "ShockProfile", "StanceImpulse"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +45,7 @@ class ContactImpulse:
         frame: its name.
         point: (3,) where it strikes, world [m].
         impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several contacts is determined.
+        moment: (3,) about that point, of a flat contact, world axes [N m s]; None for a point, or without an impulse.
         friction_needed: tangential over normal impulse, the least coefficient of friction that makes it stick [1]; None without an
             impulse, or where the ground would have to pull.
         approach: (3,) velocity of the contact point before the impact, world axes [m/s].
@@ -56,11 +57,29 @@ class ContactImpulse:
     frame: str
     point: Array
     impulse: Array | None
+    moment: Array | None
     friction_needed: float | None
     approach: Array
     mass_sticking: float
     mass_frictionless: float
     mitigation: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class StanceImpulse:
+    """What the ground does at a foot that stands already.
+
+    Attributes:
+        frame: its name.
+        point: (3,) where it stands, world [m].
+        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several feet is determined.
+        friction_needed: tangential over normal impulse [1]; None without an impulse, or where the ground would have to pull.
+    """
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    friction_needed: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,8 +126,9 @@ class Health:
         rows: contact rows.
         residual: largest violation of the impulsive equation of motion, relative [1].
         error_estimate: largest of `body_errors` over the bodies that move [1].
-        body_errors: estimated error of every body's jump, relative to the body's own motion: the difference between two independent
-            solutions, in joint space and in maximal coordinates [1].
+        body_errors: estimated error of every body's jump, relative to the body's own motion [1]: from the difference between two
+            independent solutions, in joint space and in maximal coordinates, or from samples of what rounding does to the better
+            one, times what so few draws may miss.
         method: how the reported numbers were computed.
         warnings: each with its consequence.
     """
@@ -139,17 +159,20 @@ class ShockProfile:
         rotation: (nb, 3, 3) of the body frames, body to world.
         delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s].
         delta_v: (nb, 3) jump of velocity of the body frame's origin, body axes [m/s].
-        copc: (nb, 3) centre of percussion, body coordinates [m]; NaN where the body only translates.
+        copc: (nb, 3) centre of percussion, body coordinates [m]; NaN where the body does not turn in the plane.
         copc_world: (nb, 3) the same in the world [m].
-        ropc: (nb,) radius of percussion [m]; inf where the body only translates.
-        translates: (nb,) whether the body only translates.
-        pitch: (nb,) pitch of the spatial screw [m/rad]; NaN where the body only translates.
+        ropc: (nb,) radius of percussion [m]; inf where the body does not turn in the plane.
+        translates: (nb,) whether the body does not turn in the plane, by more than rounding.
+        pitch: (nb,) pitch of the spatial screw [m/rad]; NaN where the body does not turn at all.
         off_plane: (nb,) share of the jump that the plane cannot show [1].
         shock_com: (nb,) shock at the centre of mass [1].
         shock_min: (nb,) least shock over the body's geometry [1]; NaN without geometry.
         shock_max: (nb,) greatest shock over the body's geometry [1]; NaN without geometry.
         points: sensors and asked-for points.
-        contacts: what the ground does.
+        contacts: what the ground does where the robot strikes.
+        stance: what it does where the robot stands already.
+        total_impulse: (3,) of the ground on the robot, all contacts and standing feet together, world axes [N s].
+        total_moment: (3,) of the same about the robot's centre of mass, world axes [N m s].
         directions: the strikes that every body's centre of mass feels most and least; arrays over the bodies.
         loads: impulse through every joint.
         energy_lost: kinetic energy that the impact takes [J].
@@ -183,6 +206,9 @@ class ShockProfile:
     shock_max: Array
     points: tuple[PointShock, ...]
     contacts: tuple[ContactImpulse, ...]
+    stance: tuple[StanceImpulse, ...]
+    total_impulse: Array
+    total_moment: Array
     directions: ExtremeDirections = field(repr=False)
     loads: tuple[JointLoad, ...] = field(repr=False)
     energy_lost: float
@@ -191,6 +217,15 @@ class ShockProfile:
     assembly: Assembly | None
     joint_model: str
     health: Health
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                # A view of its own, so that only the record is sealed and not what it was made from.
+                sealed = value.view()
+                sealed.flags.writeable = False
+                object.__setattr__(self, item.name, sealed)
 
     @property
     def bodies(self) -> tuple[str, ...]:

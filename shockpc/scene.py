@@ -59,10 +59,13 @@ class Strike:
     joint_velocities: Mapping[str, float] = field(default_factory=dict)
 
     def vector(self, plane: Plane) -> Array:
-        """The velocity (3,) in world axes [m/s]: speed · (sin θ e1 − cos θ e2).
+        """The velocity (3,) in world axes [m/s]: speed · (sin θ · forward − cos θ · z).
+
+        Down is against world z, and a fall goes there, whatever the plane. Forward is the level direction in the plane that points to
+        world x, or to world y in a plane across x.
 
         Raises:
-            SceneError: it is given in two ways at once, or has no speed, or one beyond all bounds.
+            SceneError: it is given in two ways at once, its speed is beyond bounds, or an angle is given in a level plane.
         """
         ways = [
             self.speed is not None or self.strike_angle_deg is not None,
@@ -76,20 +79,27 @@ class Strike:
             if velocity.any():
                 _check_speed(float(np.abs(velocity).max()))
             return velocity
+        up = np.array([0.0, 0.0, 1.0])
         if self.drop_height is not None:
             if not self.drop_height > 0.0:
                 raise SceneError(f"a drop height of {self.drop_height:g} m gives no impact; it has to be above zero")
             fall = math.sqrt(2.0 * GRAVITY * self.drop_height)
             _check_speed(fall)
-            return -fall * plane.e2
+            return -fall * up
         speed = 1.0 if self.speed is None else self.speed
         if not speed > 0.0:
             raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
         _check_speed(speed)
-        if self.strike_angle_deg is not None and not abs(self.strike_angle_deg) <= 180.0:
-            raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
-        theta = math.radians(self.strike_angle_deg or 0.0)
-        return np.asarray(speed * (math.sin(theta) * plane.e1 - math.cos(theta) * plane.e2))
+        degrees = self.strike_angle_deg or 0.0
+        if not abs(degrees) <= 180.0:
+            raise SceneError(f"a strike angle of {degrees:g} deg is no angle; it lies between -180 and 180 deg")
+        if degrees == 0.0:
+            return -speed * up
+        if abs(plane.normal[2]) > 1.0 - 1e-9:
+            raise SceneError("a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity")
+        forward = plane.e1 if plane.e1[0] > 1e-9 or (abs(plane.e1[0]) <= 1e-9 and plane.e1[1] > 0.0) else -plane.e1
+        theta = math.radians(degrees)
+        return np.asarray(speed * (math.sin(theta) * forward - math.cos(theta) * up))
 
 
 def _check_speed(speed: float) -> None:
@@ -121,7 +131,8 @@ class Scene:
 
     Attributes:
         robot: a name that `shockpc robots` lists, or the path of a URDF, xacro or MJCF file.
-        base: free; planar (moves and turns in the plane only); fixed. By default free, or fixed where an MJCF fixes it.
+        base: free; planar (moves and turns in the plane only); fixed. By default free, or fixed where an MJCF fixes it
+            or the root link is called world.
         plane: xz (sagittal), yz (frontal), xy (from above), or the normal of another one.
         srdf: file of reference postures; by default the one beside the robot.
         packages: folders of packages, for `package://` and `$(find …)`.

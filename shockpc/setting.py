@@ -22,6 +22,9 @@ from shockpc.model.rows import Rows, row_jacobian, stack
 from shockpc.model.transmission import Transmission, transmission
 from shockpc.scene import Scene, plane_of, refuse_nonsense
 
+WORLD = "world"
+"""A root link of this name stands for the ground: the robot is bolted to it unless the scene says otherwise."""
+
 __all__ = ["Setting", "complete", "setting_of"]
 
 
@@ -39,6 +42,7 @@ class Setting(NamedTuple):
         G: (1, nv, ny) columns of the free velocities, or None where all are.
         before: how the robot moves before the impact.
         approach: (nc, 3) velocity of every contact point before the impact, world axes [m/s].
+        anchored: whether a loop ties the robot to the world.
         assembly: what closing the loops changed; None without loops.
         warnings: joints outside their limits.
     """
@@ -53,6 +57,7 @@ class Setting(NamedTuple):
     G: Array | None
     before: Motion
     approach: Array
+    anchored: bool
     assembly: Assembly | None
     warnings: tuple[str, ...]
 
@@ -76,7 +81,7 @@ def complete(scene: Scene, robot: Robot) -> Scene:
     return replace(
         scene,
         robot=robot.label,
-        base=scene.base or ("free" if robot.free_base else "fixed"),
+        base=scene.base or ("free" if robot.free_base and robot.bodies[0].name != WORLD else "fixed"),
         srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
         packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
         strike=strike,
@@ -103,7 +108,8 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     state = dynamics(robot, q[None])
     touches = tuple(touch(robot, contact, state.rotation[0], up) for contact in scene.contact)
     _refuse_twice(touches, scene.stance)
-    before = _motion(robot, scene, velocity, drives)
+    before, given = _motion(robot, scene, velocity, drives)
+    before = _with_loops(robot, state, loops, before, given | drives.locked, plane)
     rows = stack(
         [
             *(touch_block(state, found, before) for found in touches),
@@ -111,12 +117,13 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
             *(closure_block(state, loop) for loop in loops),
         ]
     )
-    _refuse_opening(state, rows, loops, before)
     approach = np.concatenate([velocity_before(state, before, found.body, found.point) for found in touches])
     _refuse_separation(scene, touches, approach, up)
     G = freedom(robot, scene.base or "free", plane, state.rotation[:, 0], drives.locked)
     outside = outside_limits(robot, q)
-    return Setting(plane, up, q, state, touches, rows, drives, G, before, approach, assembly, outside)
+    return Setting(
+        plane, up, q, state, touches, rows, drives, G, before, approach, any(-1 in loop.bodies for loop in loops), assembly, outside
+    )
 
 
 def _ground_normal(plane: Plane, velocity: Array) -> Array:
@@ -125,10 +132,12 @@ def _ground_normal(plane: Plane, velocity: Array) -> Array:
     return plane.e2 if level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 
 
-def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -> Motion:
-    """How the robot moves before the impact, followers with their leaders."""
+def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -> tuple[Motion, np.ndarray]:
+    """How the robot moves before the impact, followers with their leaders; and which rates (nv,) the scene gives, the base's too."""
     omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
-    rates = np.zeros(robot.model.nv)
+    rates, given = np.zeros(robot.model.nv), np.zeros(robot.model.nv, dtype=bool)
+    if robot.free_base:
+        given[:6] = True
     followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
     for pattern, rate in scene.strike.joint_velocities.items():
         for name in robot.match_joints(pattern):
@@ -144,12 +153,12 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
                 raise SceneError(
                     f'joint "{name}" is locked, so it cannot move at {rate:g} {unit} before the impact; free it or leave it out'
                 )
-            rates[joint.idx_v] = rate
+            rates[joint.idx_v], given[joint.idx_v] = rate, True
     for mimic in robot.mimics:
         if robot.model.existJointName(mimic.leader):
             leader, follower = (robot.model.joints[robot.model.getJointId(n)].idx_v for n in (mimic.leader, mimic.joint))
             rates[follower] = mimic.multiplier * rates[leader]
-    return Motion(velocity, omega, rates)
+    return Motion(velocity, omega, rates), given
 
 
 def _refuse_twice(touches: tuple[Touch, ...], stance: tuple[str, ...]) -> None:
@@ -166,17 +175,28 @@ def _refuse_twice(touches: tuple[Touch, ...], stance: tuple[str, ...]) -> None:
                 )
 
 
-def _refuse_opening(state: Dynamics, rows: Rows, loops: tuple[Loop, ...], before: Motion) -> None:
-    """Joint rates that tear a loop open are no motion of the robot."""
+def _with_loops(robot: Robot, state: Dynamics, loops: tuple[Loop, ...], before: Motion, held: np.ndarray, plane: Plane) -> Motion:
+    """The motion in which joints that are given no rate move as the loops make them, by the least; the given ones stay.
+
+    Raises:
+        SceneError: the given rates open a loop whatever the others do.
+    """
     if not loops or not before.joint_rates.any():
-        return
-    for block in rows.blocks[-len(loops) :]:
-        opening = row_jacobian(state, block.W)[0] @ before.joint_rates
-        if np.abs(opening).max() > 1e-9 * np.abs(before.joint_rates).max():
-            raise SceneError(
-                f"the joint velocities open {block.name} at {np.abs(opening).max():.3g} m/s; "
-                "give rates that the loop allows, or leave them out"
-            )
+        return before
+    blocks = [closure_block(state, loop) for loop in loops]
+    K = np.concatenate([row_jacobian(state, block.W)[0] for block in blocks])
+    rates = before.joint_rates
+    if not held.all():
+        G = freedom(robot, "fixed", plane, state.rotation[:, 0], held)
+        columns = np.eye(len(rates)) if G is None else G[0]
+        rates = rates + columns @ np.linalg.lstsq(K @ columns, -K @ rates, rcond=1e-10)[0]
+    opening = np.abs(K @ rates)
+    if opening.max() > 1e-9 * np.abs(rates).max():
+        worst = next(b for b in blocks if np.abs(row_jacobian(state, b.W)[0] @ rates).max() == opening.max())
+        raise SceneError(
+            f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that the loop allows, or fewer of them"
+        )
+    return before._replace(joint_rates=rates)
 
 
 def _refuse_separation(scene: Scene, touches: tuple[Touch, ...], approach: Array, up: Array) -> None:

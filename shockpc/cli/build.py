@@ -14,7 +14,7 @@ from shockpc.model.robot import Robot, load_robot
 from shockpc.model.transmission import Joints
 from shockpc.scene import PLANES, Point, Scene, Strike, plane_of
 
-__all__ = ["Wishes", "build", "is_scene_file"]
+__all__ = ["ROBOT_SUFFIXES", "Wishes", "build", "is_scene_file"]
 
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 
@@ -145,7 +145,7 @@ def _with_contacts(scene: Scene, wishes: Wishes, frames: tuple[str, ...] | None)
         level = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9
         velocity = scene.strike.velocity
         # In a plane seen from above, and struck within it, up is the world's y.
-        changes["directions"] = ("y",) if level and (velocity is None or velocity[2] == 0.0) else ("z",)
+        changes["directions"] = ("y",) if level and velocity is not None and velocity[2] == 0.0 else ("z",)
     if wishes.restitution is not None:
         changes["restitution"] = number("--restitution", wishes.restitution)
     contacts = scene.contact if frames is None else tuple(Contact(frame=frame) for frame in frames)

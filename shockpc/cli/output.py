@@ -23,7 +23,7 @@ class Format(enum.StrEnum):
 
 def check_places(out: Path | None, save_scene: Path | None) -> None:
     """See that results can be written before anything is computed."""
-    from shockpc.cli.build import is_scene_file
+    from shockpc.cli.build import ROBOT_SUFFIXES, is_scene_file
     from shockpc.errors import OutputError
     from shockpc.show.files import check_folder
 
@@ -32,6 +32,8 @@ def check_places(out: Path | None, save_scene: Path | None) -> None:
     if save_scene is not None:
         if save_scene.is_dir():
             raise OutputError(f'"{save_scene}" is a folder; name a file with --save-scene, such as landing.toml')
+        if save_scene.suffix.casefold() in ROBOT_SUFFIXES:
+            raise OutputError(f'"{save_scene}" would be read as a robot; name a scene with --save-scene, such as landing.toml')
         if save_scene.exists() and not is_scene_file(str(save_scene)):
             raise OutputError(f'"{save_scene}" is there already and holds no scene; name another file with --save-scene')
         if not save_scene.parent.exists():
@@ -70,14 +72,14 @@ def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -
     """One landing into the folder itself; several into a folder each, with a summary beside them."""
     from shockpc.show.files import write_text
     from shockpc.show.folder import write_profile
-    from shockpc.show.sheets import contact_name, summary_sheet
+    from shockpc.show.sheets import summary_sheet
     from shockpc.show.text import as_csv, as_markdown
 
     if len(profiles) == 1:
         write_profile(profiles[0], out, bodies)
         return
-    for profile in profiles:
-        write_profile(profile, out / _file_name(contact_name(profile)), bodies)
+    for profile, name in zip(profiles, _file_names(profiles), strict=True):
+        write_profile(profile, out / name, bodies)
     summary = summary_sheet(profiles)
     write_text(out / "summary.csv", as_csv(summary))
     write_text(out / "summary.md", as_markdown(summary))
@@ -87,14 +89,20 @@ def save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
     """One landing into the file itself; several into a file each, named after the contact."""
     from shockpc.scene_file import scene_text
     from shockpc.show.files import write_text
-    from shockpc.show.sheets import contact_name
 
-    for profile in profiles:
-        target = path if len(profiles) == 1 else path.with_stem(f"{path.stem}.{_file_name(contact_name(profile))}")
+    for profile, name in zip(profiles, _file_names(profiles), strict=True):
+        target = path if len(profiles) == 1 else path.with_stem(f"{path.stem}.{name}")
         write_text(target, scene_text(profile.scene, target.parent))
 
 
-def _file_name(contact: str) -> str:
-    """A contact's name as a file's name; never one that leads out of its folder or hides in it."""
-    name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact)
-    return f"_{name[1:]}" if name.startswith(".") else name
+def _file_names(profiles: "list[ShockProfile]") -> list[str]:
+    """The landings' contacts as names of files, each its own; never one that leads out of its folder or hides in it."""
+    from shockpc.show.sheets import contact_name
+
+    names: list[str] = []
+    for profile in profiles:
+        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact_name(profile))
+        name = f"_{name[1:]}" if name.startswith(".") else name
+        taken = {known.casefold() for known in names}
+        names.append(next(n for n in (name, *(f"{name}-{k}" for k in range(2, len(profiles) + 2))) if n.casefold() not in taken))
+    return names

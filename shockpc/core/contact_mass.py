@@ -58,9 +58,13 @@ def impact_mitigation(A: Array, A_locked: Array) -> float | None:
         A: (3, 3) Delassus matrix of the contact point.
         A_locked: (3, 3) the same with every joint locked.
 
-    Returns: None where the contact cannot give way in some direction.
+    Returns: None where the contact cannot give way in some direction, and where the joints can do nothing in one: across the plane
+    of a planar mechanism the factor is zero whatever its joints are.
     """
     values = np.linalg.eigvalsh(A)
     if values[0] <= 1e-13 * values[-1]:
+        return None
+    moving = np.linalg.eigvalsh(A - A_locked)
+    if moving[0] <= 1e-9 * moving[-1] and moving[-1] > 1e-9 * values[-1]:
         return None
     return float(np.linalg.det(np.eye(3) - np.linalg.solve(A, A_locked)))

@@ -20,7 +20,7 @@ class Plane(NamedTuple):
     Attributes:
         normal: (3,) unit vector across the plane.
         e1: (3,) unit vector forward in the plane.
-        e2: (3,) unit vector up in the plane; strike angles are measured from it.
+        e2: (3,) unit vector up in the plane.
     """
 
     normal: Array

@@ -62,9 +62,29 @@ def _check(expression: str, shown: str) -> ast.AST | None:
             raise _refused(shown, node.attr)
         if isinstance(node, ast.Name) and node.id.startswith("__"):
             raise _refused(shown, node.id)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and not _small(node.right):
+            raise RobotError(
+                f"{shown} raises to a power that is not a plain number up to 64; it might never end, so it is not evaluated"
+            )
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult) and (_text(node.left) or _text(node.right)):
+            raise RobotError(f"{shown} repeats a text, which might fill the memory; write it out")
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and "__" in node.value:
             raise _refused(shown, node.value)
     return tree
+
+
+def _small(node: ast.AST) -> bool:
+    """Whether an exponent is a plain number up to 64, or a name, which xacro gives a plain number."""
+    if isinstance(node, ast.UnaryOp):
+        node = node.operand
+    return isinstance(node, ast.Name) or (
+        isinstance(node, ast.Constant) and isinstance(node.value, int | float) and abs(node.value) <= 64
+    )
+
+
+def _text(node: ast.AST) -> bool:
+    """Whether a factor is a text or a list written out."""
+    return isinstance(node, ast.List | ast.Tuple) or (isinstance(node, ast.Constant) and isinstance(node.value, str))
 
 
 def _refused(shown: str, name: str) -> RobotError:

@@ -97,7 +97,7 @@ def _merge_sections(root: Element) -> None:
 
 
 def _write_out_defaults(root: Element, world: Element, file: str) -> None:
-    """Give every joint, geom, site and asset the attributes of its class, and drop the classes."""
+    """Give every joint, geom, site, asset and equality the attributes of its class; drop the classes, and what is not active."""
     classes: dict[str, dict[str, dict[str, str]]] = {}
     top = root.find("default")
     main = top.get("class", "main") if top is not None else "main"
@@ -134,6 +134,13 @@ def _write_out_defaults(root: Element, world: Element, file: str) -> None:
                     attributes = {key: value for key, value in attributes.items() if key not in ORIENTATIONS}
                 for key, value in attributes.items():
                     element.attrib.setdefault(key, value)
+    # Pinocchio closes an inactive equality like any other.
+    for section in root.findall("equality"):
+        for tie in list(section):
+            for key, value in of_class(tie.attrib.pop("class", main)).get("equality", {}).items():
+                tie.attrib.setdefault(key, value)
+            if tie.attrib.pop("active", "true") == "false":
+                section.remove(tie)
 
 
 def _name_bodies(world: Element) -> None:

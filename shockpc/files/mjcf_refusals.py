@@ -68,6 +68,10 @@ def check_sections(root: Element, file: str) -> None:
 def _check_tie(tie: Element, file: str) -> None:
     """Refuse an equality that is not a loop closed by a point or a frame, or a joint that follows another in proportion."""
     name = f' "{tie.get("name")}"' if tie.get("name") else ""
+    if tie.tag == "weld" and (vector(tie.get("torquescale", "1"), 1) or (1.0,))[0] == 0.0:
+        raise RobotError(
+            f'{file}: the equality weld{name} has torquescale="0", so it holds a point and no orientation; give it as a connect'
+        )
     if tie.tag in ("connect", "weld"):
         return
     if tie.tag != "joint":

@@ -25,13 +25,15 @@ class Assembly(NamedTuple):
 
     Attributes:
         q: (nq,) configuration.
-        gap: largest gap before [m, rad].
-        moved: (joint, by how much) of each joint that had to move [rad, m].
+        gap: largest distance between two ends before [m].
+        turn: largest angle between two ends before, of closures that hold orientations [rad].
+        moved: (joint, by how much, unit) of each joint that had to move; a ball joint by its angle.
     """
 
     q: Array
     gap: float
-    moved: tuple[tuple[str, float], ...]
+    turn: float
+    moved: tuple[tuple[str, float, str], ...]
 
 
 def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held: np.ndarray) -> Assembly:
@@ -47,16 +49,17 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
     Raises:
         SceneError: the loops cannot be closed; the text gives the gap that is left, in millimetres.
     """
-    start = q
+    start, before = q, dynamics(robot, q[None])
+    gaps = [(closure_gap(before, loop)[0, : len(loop.axes)], closure_gap(before, loop)[0, len(loop.axes) :]) for loop in loops]
+    first = max(float(np.linalg.norm(apart)) for apart, _ in gaps)
+    turn = max(float(np.linalg.norm(turned)) for _, turned in gaps)
     size = max(float(np.ptp(dynamics(robot, q[None]).position[0], axis=0).max()), 1e-3)
-    first = None
     for _ in range(50):
         state = dynamics(robot, q[None])
         gap = np.concatenate([closure_gap(state, loop)[0] for loop in loops])
-        first = float(np.abs(gap).max()) if first is None else first
         if np.abs(gap).max() <= CLOSED * size:
-            return Assembly(q, first, _moved(robot, start, q))
-        if held.all():
+            return Assembly(q, first, turn, _moved(robot, start, q))
+        if _all_held(robot, held):
             break
         G = freedom(robot, "fixed", plane, state.rotation[:, 0], held)
         K = np.concatenate([row_jacobian(state, closure_block(state, loop).W)[0] for loop in loops])
@@ -65,23 +68,32 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
         # A long step leaves the range in which a linear model of the linkage means anything.
         dy *= min(1.0, 0.5 / max(float(np.abs(dy).max()), 1e-300))
         q = pin.integrate(robot.model, q, dy if G is None else G[0] @ dy)
+    state = dynamics(robot, q[None])
     worst = max(loops, key=lambda loop: float(np.abs(closure_gap(state, loop)).max()))
-    left = 1e3 * float(np.linalg.norm(closure_gap(state, worst)[0, : len(worst.axes)]))
-    free = [robot.model.names[b.joint] for b in robot.bodies if b.name and not held[robot.model.joints[b.joint].idx_v]]
-    listed = ", ".join(f'"{name}"' for name in free if name in robot.joints) or "none"
+    left, turned = np.split(closure_gap(state, worst)[0], [len(worst.axes)])
+    angle = f" and {np.degrees(np.linalg.norm(turned)):.3g} deg turned" if turned.size else ""
+    free = [name for name in robot.joints if not held[robot.model.joints[robot.model.getJointId(name)].idx_v]]
+    listed = ", ".join(f'"{name}"' for name in free) or "none"
     raise SceneError(
-        f'closure "{worst.name}" cannot be closed: its ends stay {left:.3g} mm apart; joints that may move: {listed}; '
-        "let others move with --assemble, or start from joint values nearer to the closed loop"
+        f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * float(np.linalg.norm(left)):.3g} mm apart{angle}; '
+        f"joints that may move: {listed}; let others move with --assemble, or start from joint values nearer to the closed loop"
     )
 
 
-def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float], ...]:
-    """The joints that moved by more than rounding."""
+def _all_held(robot: Robot, held: np.ndarray) -> bool:
+    """Whether no joint is left to move: each is held, or follows one that is."""
+    followers = {mimic.joint for mimic in robot.mimics}
+    return all(held[robot.model.joints[robot.model.getJointId(name)].idx_v] for name in robot.joints if name not in followers)
+
+
+def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
+    """The joints that moved by more than rounding, with sign and unit."""
     step = pin.difference(robot.model, before, after)
     moved = []
-    for body in robot.bodies:
-        joint = robot.model.joints[body.joint]
-        by = float(np.linalg.norm(step[joint.idx_v : joint.idx_v + joint.nv]))
-        if by > 1e-9:
-            moved.append((robot.model.names[body.joint], by))
+    for name in robot.joints:
+        joint = robot.model.joints[robot.model.getJointId(name)]
+        part = step[joint.idx_v : joint.idx_v + joint.nv]
+        by = float(part[0]) if joint.nv == 1 else float(np.linalg.norm(part))
+        if abs(by) > 1e-9:
+            moved.append((name, by, "m" if joint.shortname().startswith("JointModelP") else "rad"))
     return tuple(moved)

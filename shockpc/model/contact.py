@@ -102,8 +102,6 @@ def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
     frame = robot.frame(contact.frame)
     if frame.body < 0:
         raise SceneError(f'contact "{contact.frame}" is fixed to the world, so it cannot strike; choose a frame on a moving link')
-    if not contact.directions:
-        raise SceneError(f'contact "{contact.frame}" keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
     if contact.restitution < 0.0 or contact.restitution > 1.0:
         raise SceneError(
             f'contact "{contact.frame}" has restitution {contact.restitution:g}; '

@@ -90,7 +90,7 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
     position = joint_position + (joint_rotation @ offset[..., None])[..., 0]
     parent = np.array([model.parents[joint] - 1 for joint in joints])
     own = tuple(slice(model.joints[joint].idx_v, model.joints[joint].idx_v + model.joints[joint].nv) for joint in joints)
-    return Dynamics(H, J, rotation, position, joint_position, origin, _moves(parent, own, nv), parent, own)
+    return Dynamics(H, J, rotation, position, joint_position, origin, robot.moves, parent, own)
 
 
 def _placements(data: pin.Data, njoints: int) -> tuple[Array, Array]:
@@ -106,16 +106,6 @@ def _placements(data: pin.Data, njoints: int) -> tuple[Array, Array]:
         parts.append(np.lib.stride_tricks.as_strided(first, (njoints, *first.shape), (step, *first.strides), writeable=False))
     rotation, position = parts
     return rotation, position
-
-
-def _moves(parent: np.ndarray, own: tuple[slice, ...], nv: int) -> np.ndarray:
-    """Which joint velocities move which bodies: those of the body's own joint and of the joints it hangs on."""
-    moves = np.zeros((len(parent), nv), dtype=bool)
-    for i, above in enumerate(parent):
-        if above >= 0:
-            moves[i] = moves[above]
-        moves[i, own[i]] = True
-    return moves
 
 
 def tree(robot: Robot, state: Dynamics, armature: Array, G: Array | None) -> Tree:

@@ -6,7 +6,7 @@ from shockpc.model.robot import Robot
 
 __all__ = ["feet", "sensors"]
 
-FOOT = re.compile(r"foot(?!print)|feet|sole|hoof|paw", re.IGNORECASE)
+FOOT = re.compile(r"foot(?!print)|feet|sole|toe|hoof|paw", re.IGNORECASE)
 SENSOR = re.compile(r"imu|gyro|acceleromet|camera", re.IGNORECASE)
 
 

@@ -35,11 +35,17 @@ def twists_before(state: Dynamics, before: Motion) -> Array:
 
 def velocity_before(state: Dynamics, before: Motion, body: int, point: Array) -> Array:
     """Velocity (N, 3) of a point of a body before the impact, world axes [m/s]. Args: point (3,) in the body's frame [m]."""
-    twist = twists_before(state, before)[:, body]
+    twist = _twist_before(state, before, body)
     p = state.position[:, body] + state.rotation[:, body] @ point
     return np.asarray(twist[:, 3:] + np.cross(twist[:, :3], p))
 
 
 def spin_before(state: Dynamics, before: Motion, body: int) -> Array:
     """Angular velocity (N, 3) of a body before the impact, world axes [rad/s]."""
-    return np.asarray(twists_before(state, before)[:, body, :3])
+    return np.asarray(_twist_before(state, before, body)[:, :3])
+
+
+def _twist_before(state: Dynamics, before: Motion, body: int) -> Array:
+    """The twist (N, 6) of one body."""
+    whole = np.concatenate([before.omega, before.velocity])
+    return np.asarray(whole + state.J @ np.where(state.moves[body], before.joint_rates, 0.0))

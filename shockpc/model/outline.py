@@ -183,7 +183,11 @@ def _hull(vertices: Array) -> Array:
         return vertices
     points = coal.StdVec_Vec3s()
     points.extend(list(vertices))
-    return np.asarray(coal.ConvexBase.convexHull(points, False, "Qt").points())
+    try:
+        return np.asarray(coal.ConvexBase.convexHull(points, False, "Qt").points())
+    except RuntimeError:
+        # coal gives up on corners with very many neighbours, such as a cone's tip; all vertices have the same hull.
+        return vertices
 
 
 def _warnings(robot: Robot, kind: Kind, read: Geometries, shapes: list[list[Shape]]) -> tuple[str, ...]:

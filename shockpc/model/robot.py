@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
+import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
@@ -108,6 +109,19 @@ class Robot:
     def joints(self) -> tuple[str, ...]:
         """Names of the joints between bodies; the floating base's is not among them."""
         return tuple(self.model.names[body.joint] for body in self.bodies if not (self.free_base and body.joint == 1))
+
+    @cached_property
+    def moves(self) -> np.ndarray:
+        """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of all that it hangs on."""
+        moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
+        for i, body in enumerate(self.bodies):
+            parent = self.model.parents[body.joint]
+            if parent > 0:
+                moves[i] = moves[parent - 1]
+            joint = self.model.joints[body.joint]
+            moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
+        moves.flags.writeable = False
+        return moves
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.

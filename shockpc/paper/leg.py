@@ -11,7 +11,19 @@ from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.paper.statement import Reading
 from shockpc.record import ShockProfile
 
-__all__ = ["ANGLE_ABC", "ANGLE_EF", "BODIES", "FOOT", "LOWER_LEG", "case", "ends", "greatest", "lower_leg_centre", "segment"]
+__all__ = [
+    "ANGLE_ABC",
+    "ANGLE_EF",
+    "BODIES",
+    "FOOT",
+    "LOWER_LEG",
+    "case",
+    "cases",
+    "ends",
+    "greatest",
+    "lower_leg_centre",
+    "segment",
+]
 
 KNEE_AT_UPRIGHT = -15.0
 """Knee angle at which the lower leg is vertical, the upper leg being turned by 15 degrees [deg]."""
@@ -61,6 +73,12 @@ def case(letter: str, strike: float, lower_leg: float = 0.0, ankle: float = 105.
 def _case(stem: str, strike: float, lower_leg: float, ankle: float | None) -> ShockProfile:
     joints = {"knee": KNEE_AT_UPRIGHT + lower_leg, **({} if ankle is None else {"ankle": ankle})}
     return land(changed(scene(stem), joints_deg=joints, strike={"speed": 1.0, "strike_angle_deg": strike}))
+
+
+def cases(lower_leg: float, angles: tuple[float, float, float], steep: float, ankle: float = 105.0) -> list[ShockProfile]:
+    """Cases A to F: the strike angles of A, B and C, and that of E and F [deg]; D is struck as C is."""
+    strikes = dict(zip("ABCDEF", (*angles, angles[2], steep, steep), strict=True))
+    return [case(letter, strike, lower_leg, ankle) for letter, strike in strikes.items()]
 
 
 def segment(robot: Robot) -> float:

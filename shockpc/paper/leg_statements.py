@@ -1,13 +1,13 @@
 """What the paper says of Figures 2 and 4, and of chains in general."""
 
-import itertools
 import math
 
 import numpy as np
 
 from shockpc.paper.landings import changed, land, scene
-from shockpc.paper.leg import ANGLE_ABC, ANGLE_EF, BODIES, FOOT, LOWER_LEG, case, ends, greatest, lower_leg_centre, segment
+from shockpc.paper.leg import ANGLE_ABC, ANGLE_EF, BODIES, FOOT, LOWER_LEG, case, cases, ends, greatest, lower_leg_centre, segment
 from shockpc.paper.statement import Reading, Statement, outcomes
+from shockpc.paper.upper_bodies import upper_bodies_statement
 from shockpc.record import ShockProfile
 
 __all__ = ["leg_statements", "reductions"]
@@ -32,19 +32,12 @@ def leg_statements() -> tuple[Statement, ...]:
             "least distance of the CoPc in front of the lower leg's line, cases A to E, over its length [1]",
             outcomes(
                 (LOWER_LEG, ANGLE_ABC, ANGLE_EF),
-                lambda *how: min(lower_leg_centre(p)[0] for p in _cases(*how)[:5]),
+                lambda *how: min(lower_leg_centre(p)[0] for p in cases(*how)[:5]),
                 lambda x: x > 0.0,
             ),
             "a strike flatter than across the lower leg puts it behind",
         ),
-        Statement(
-            2,
-            "Section 3.4",
-            "upper bodies are generally subject to less shock",
-            "greatest ratio of the shock of a body's centre of mass to that of the body below it, cases A to F [1]",
-            outcomes((LOWER_LEG, ANGLE_ABC, ANGLE_EF, FOOT), lambda *how: max(map(_rise, _cases(*how))), lambda x: x < 1.0),
-            "where the strike nearly spares a body, the next one up can feel more than it",
-        ),
+        upper_bodies_statement(),
         Statement(
             2,
             "Section 3.4",
@@ -67,7 +60,7 @@ def leg_statements() -> tuple[Statement, ...]:
             "for the body at the end of the chain, the CoPc lies at 2/3 of a slender body",
             "greatest deviation along the body, cases A to F, over its length [1]",
             outcomes(
-                (LOWER_LEG, ANGLE_ABC, ANGLE_EF, FOOT), lambda *how: max(map(_end_of_chain, _cases(*how))), lambda x: x < EXACT
+                (LOWER_LEG, ANGLE_ABC, ANGLE_EF, FOOT), lambda *how: max(map(_end_of_chain, cases(*how))), lambda x: x < EXACT
             ),
             "it lies elsewhere",
         ),
@@ -84,7 +77,7 @@ def leg_statements() -> tuple[Statement, ...]:
             "Section 4.1, A to C",
             "flattening the impact brings the CoPc of the lower leg closer to the body",
             "greatest ratio of its distance from the body to that in the steeper case before [1]",
-            outcomes((LOWER_LEG, ANGLE_ABC), lambda leg, angles: _approach(_cases(leg, angles, 15.0)), lambda x: x < 1.0),
+            outcomes((LOWER_LEG, ANGLE_ABC), lambda leg, angles: _approach(cases(leg, angles, 15.0)), lambda x: x < 1.0),
             "once the CoPc is a fifth of the leg away, a still flatter strike moves it off again",
         ),
         Statement(
@@ -100,7 +93,7 @@ def leg_statements() -> tuple[Statement, ...]:
             "Footnote 4",
             "the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
             "greatest coefficient of friction needed, cases A to F [1]",
-            outcomes((LOWER_LEG, ANGLE_ABC, ANGLE_EF, FOOT), lambda *how: max(map(_friction, _cases(*how))), lambda x: x < 1.0),
+            outcomes((LOWER_LEG, ANGLE_ABC, ANGLE_EF, FOOT), lambda *how: max(map(_friction, cases(*how))), lambda x: x < 1.0),
             "flat strikes on a slanting lower leg, and a foot whose normal is far from the strike, need more",
         ),
         Statement(
@@ -118,19 +111,6 @@ def reductions(strike: float, lower_leg: float, ankle: float) -> dict[str, float
     """By how much case F lowers the greatest shock of every link of case E [%]."""
     without, with_ = case("E", strike, lower_leg), case("F", strike, lower_leg, ankle)
     return {body: 100.0 * (1.0 - greatest(with_, body) / greatest(without, body)) for body in BODIES}
-
-
-def _cases(lower_leg: float, angles: tuple[float, float, float], steep: float, ankle: float = 105.0) -> list[ShockProfile]:
-    """Cases A to F."""
-    strikes = dict(zip("ABCDEF", (*angles, angles[2], steep, steep), strict=True))
-    return [case(letter, strike, lower_leg, ankle) for letter, strike in strikes.items()]
-
-
-def _rise(profile: ShockProfile) -> float:
-    """Greatest ratio of a body's shock at its centre of mass to that of the body below."""
-    chain = [body for body in ("foot", *BODIES) if body in profile.bodies]
-    shock = [float(profile.shock_com[profile.bodies.index(body)]) for body in chain]
-    return max(upper / lower for lower, upper in itertools.pairwise(shock))
 
 
 def _end_of_chain(profile: ShockProfile) -> float:

@@ -12,7 +12,7 @@ from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.paper.statement import Reading, Statement, outcomes
 from shockpc.record import ShockProfile
 
-__all__ = ["quadruped_statements"]
+__all__ = ["ANGLES", "quadruped", "quadruped_lines", "quadruped_statements"]
 
 NOSE = Reading("the torso's 15°", {"nose up": 15.0, "nose down": -15.0})
 HIND = Reading("the hind knee", {"forward": 1.0, "backward": -1.0})
@@ -107,7 +107,9 @@ def quadruped_statements() -> tuple[Statement, ...]:
 
 
 @functools.cache
-def _land(angle: float, hind: float, nose: float, front: float, foot: str = "hind_foot", front_leg: bool = True) -> ShockProfile:
+def quadruped(
+    angle: float, hind: float = 1.0, nose: float = 15.0, front: float = -1.0, foot: str = "hind_foot", front_leg: bool = True
+) -> ShockProfile:
     """The landing with leg segments at an angle from the vertical; the signs of the knees say which way they point."""
     joints = {"hind_hip": hind * angle - nose, "hind_knee": -2.0 * hind * angle}
     if front_leg:
@@ -124,9 +126,16 @@ def _half(profile: ShockProfile) -> Array:
     return np.array([float(np.linalg.norm(profile.position[i] - profile.position[torso])), 0.0, 0.0])
 
 
+def quadruped_lines(profile: ShockProfile) -> dict[str, tuple[Array, Array]]:
+    """The ends (3,) of the middle lines of torso and hind leg, in their bodies' frames [m], from the ground up."""
+    length = np.array([0.0, 0.0, abs(float(profile.robot.frame("hind_foot").offset[2]))])
+    leg = (-length, np.zeros(3))
+    return {"hind_lower_leg": leg, "hind_upper_leg": leg, "torso": (-_half(profile), _half(profile))}
+
+
 def _torso(angle: float, hind: float, nose: float, front: float) -> float:
     """Greatest shock on the torso [1]."""
-    return _greatest(_land(angle, hind, nose, front))
+    return _greatest(quadruped(angle, hind, nose, front))
 
 
 def _greatest(profile: ShockProfile) -> float:
@@ -135,13 +144,13 @@ def _greatest(profile: ShockProfile) -> float:
 
 def _geared(angle: float, drives: Joints) -> float:
     """Greatest shock on the torso with drives that resist, over that with free ones."""
-    free = _land(angle, 1.0, 15.0, -1.0)
+    free = quadruped(angle, 1.0, 15.0, -1.0)
     return _greatest(land(dataclasses.replace(free.scene, joints=drives))) / _greatest(free)
 
 
 def _back_to_front(angle: float, hind: float, nose: float, front: float) -> float:
     """Shock at the back end of the torso over that at its front end [1]."""
-    profile = _land(angle, hind, nose, front)
+    profile = quadruped(angle, hind, nose, front)
     back, ahead = profile.shock_at("torso", np.stack([-_half(profile), _half(profile)]))
     return float(back / ahead)
 
@@ -150,7 +159,7 @@ def _step_forward(hind: float, nose: float, front: float) -> float:
     """Least step of the torso's CoPc from bent to straight legs, along world x from the torso's middle."""
     places = []
     for angle in ANGLES[::-1]:
-        profile = _land(angle, hind, nose, front)
+        profile = quadruped(angle, hind, nose, front)
         i = profile.bodies.index("torso")
         places.append(float(profile.copc_world[i, 0] - profile.position[i, 0]) / (2.0 * float(_half(profile)[0])))
     return min(b - a for a, b in itertools.pairwise(places))
@@ -158,7 +167,7 @@ def _step_forward(hind: float, nose: float, front: float) -> float:
 
 def _without_front(place: float, angle: float) -> float:
     """Change of shock at a place when the front leg is left out, over the shock there."""
-    with_, without = (_land(angle, 1.0, 15.0, -1.0, front_leg=leg) for leg in (True, False))
+    with_, without = (quadruped(angle, 1.0, 15.0, -1.0, front_leg=leg) for leg in (True, False))
     if place:
         points = {"torso": place * _half(with_)[None]}
     else:
@@ -171,7 +180,7 @@ def _without_front(place: float, angle: float) -> float:
 
 def _mirrored(angle: float, hind: float, nose: float, front: float) -> float:
     """The landing on the front leg of the robot turned about: what was behind is in front, and nose up is nose down."""
-    one, other = _land(angle, hind, nose, front), _land(angle, -front, -nose, -hind, "front_foot")
+    one, other = quadruped(angle, hind, nose, front), quadruped(angle, -front, -nose, -hind, "front_foot")
     share = np.linspace(-1.0, 1.0, 21)[:, None]
     difference = one.shock_at("torso", share * _half(one)) - other.shock_at("torso", -share * _half(other))
     return float(np.abs(difference).max())

@@ -66,13 +66,13 @@ class Statement:
 
     @property
     def verdict(self) -> str:
-        """What follows: holds (whatever the reading), holds under some of them, or fails, because of something."""
+        """What follows: holds (whatever the reading), holds under or in some of them, or fails, because of something."""
         good = [outcome for outcome in self.outcomes if outcome.holds]
         if len(good) == len(self.outcomes):
             return "holds"
         if not good:
             return f"fails, because {self.because}"
-        return f"holds under {self._conditions(good)}; elsewhere it fails, because {self.because}"
+        return f"holds {self._conditions(good)}; elsewhere it fails, because {self.because}"
 
     def matters(self, name: str) -> bool:
         """Whether the verdict depends on a reading, the others being as taken."""
@@ -98,14 +98,17 @@ class Statement:
         found = list(dict.fromkeys(tuple(dict(o.reading)[name] for name in every) for o in good))
         kept = {name: tuple(x for x in every[name] if any(one[k] == x for one in found)) for k, name in enumerate(every)}
         if math.prod(map(len, kept.values())) == len(found):
-            return "; ".join(f"{name}: {_some(kept[name], every[name])}" for name in every if len(kept[name]) < len(every[name]))
+            needed = [f"{name}: {_some(kept[name], every[name])}" for name in every if len(kept[name]) < len(every[name])]
+            return f"under {'; '.join(needed)}"
         if len(found) <= MOST_LISTED:
-            return ", or ".join("; ".join(f"{name}: {x}" for name, x in zip(every, one, strict=True)) for one in found)
-        share = f"{len(good)} of {len(self.outcomes)} readings"
+            return "under " + ", or ".join("; ".join(f"{name}: {x}" for name, x in zip(every, one, strict=True)) for one in found)
+        share = f"in {len(good)} of the {len(self.outcomes)} combinations of readings tried"
         alone = {name: tuple(dict(o.reading)[name] for o in self.along(name) if o.holds) for name in every if self.matters(name)}
         if not alone:
-            return share
-        return "; ".join([f"{share}, of those changed alone", *(f"{name}: {_some(x, every[name])}" for name, x in alone.items())])
+            always = "holds" if self.outcomes[0].holds else "fails"
+            return f"{share}; changing one reading at a time from those taken, it always {always}"
+        kinds = "; ".join(f"{name}: {_some(x, every[name])}" for name, x in alone.items())
+        return f"{share}; changing one reading at a time from those taken, it holds for {kinds}"
 
     def _deciding(self) -> tuple[str, ...]:
         """The readings on which the verdict hangs, whatever the others are."""
@@ -121,7 +124,11 @@ class Statement:
 
 
 def outcomes(
-    readings: tuple[Reading, ...], number: Callable[..., float], holds: Callable[[float], bool], together: bool = True
+    readings: tuple[Reading, ...],
+    number: Callable[..., float],
+    holds: Callable[[float], bool],
+    together: bool = True,
+    distinct: Callable[..., bool] | None = None,
 ) -> tuple[Outcome, ...]:
     """The outcomes under several readings, the one taken first.
 
@@ -130,6 +137,8 @@ def outcomes(
         number: of the meanings of all readings, in order.
         holds: of that number.
         together: every combination; else one reading changed at a time.
+        distinct: whether a combination, given by its meanings, is tried at all; by default each is. Where one option has no use
+            for another reading, the combinations that differ in that reading alone would be one case counted many times.
     """
     options = [tuple(reading.options.items()) for reading in readings]
     chosen = list(itertools.product(*options))
@@ -137,6 +146,8 @@ def outcomes(
         chosen = [one for one in chosen if sum(pick != first[0] for pick, first in zip(one, options, strict=True)) <= 1]
     found = []
     for one in chosen:
+        if distinct is not None and not distinct(*(meaning for _, meaning in one)):
+            continue
         value = float(number(*(meaning for _, meaning in one)))
         reading = tuple((r.name, option) for r, (option, _) in zip(readings, one, strict=True))
         found.append(Outcome(reading, value, bool(holds(value))))

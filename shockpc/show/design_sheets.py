@@ -75,8 +75,13 @@ def balance_lines(profile: ShockProfile) -> list[str]:
             f"{contact.mass_frictionless:.4g} kg frictionless{mitigation}"
         )
     if profile.assembly is not None:
-        moved = ", ".join(f"{name} by {by:.3g}" for name, by in profile.assembly.moved) or "no joint had to move"
-        lines.append(f"loops closed from a gap of {1e3 * profile.assembly.gap:.3g} mm: {moved}")
+        found = profile.assembly
+        moved = ", ".join(
+            f"{name} by {math.degrees(by):.3g} deg" if unit == "rad" else f"{name} by {1e3 * by:.3g} mm"
+            for name, by, unit in found.moved
+        )
+        turn = f" and {math.degrees(found.turn):.3g} deg" if found.turn > 0.0 else ""
+        lines.append(f"loops closed from a gap of {1e3 * found.gap:.3g} mm{turn}: {moved or 'no joint had to move'}")
     return lines
 
 

@@ -1,8 +1,8 @@
 """A profile as the JSON document that everybody reads: schema `shockpc.profile/1`.
 
-`null` stands where a thing does not exist: CoPc, RoPc and pitch of a body that only translates, extremes of a body without
-geometry, impulses that are not unique. Keys added to the schema come last in their object. Keys keep their order and numbers
-are Python's shortest that read back the same.
+`null` stands where a thing does not exist: CoPc and RoPc of a body that does not turn in the plane, pitch of one that does not
+turn, extremes of a body without geometry, impulses that are not unique. Keys added to the schema come last in their object.
+Keys keep their order and numbers are Python's shortest that read back the same.
 """
 
 import json
@@ -61,6 +61,7 @@ def document(profile: ShockProfile) -> dict[str, Any]:
                 "mass_sticking": _number(contact.mass_sticking),
                 "mass_frictionless": _number(contact.mass_frictionless),
                 "mitigation": contact.mitigation,
+                "moment": None if contact.moment is None else _vector(contact.moment),
             }
             for contact in profile.contacts
         ],
@@ -74,6 +75,16 @@ def document(profile: ShockProfile) -> dict[str, Any]:
             "warnings": list(profile.health.warnings),
             "body_errors": list(profile.health.body_errors),
         },
+        "stance": [
+            {
+                "frame": foot.frame,
+                "point": _vector(foot.point),
+                "impulse": None if foot.impulse is None else _vector(foot.impulse),
+                "friction_needed": foot.friction_needed,
+            }
+            for foot in profile.stance
+        ],
+        "total": {"impulse": _vector(profile.total_impulse), "moment": _vector(profile.total_moment)},
         "energy": {"lost": profile.energy_lost, "share": profile.energy_share},
         "joints": [
             {"joint": load.joint, "force": _vector(load.force), "moment": _vector(load.moment), "along": load.along}
@@ -82,7 +93,11 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         "bracket": [{"place": b.place, "free": b.free, "as_modelled": b.as_modelled, "locked": b.locked} for b in profile.bracket],
         "assembly": None
         if profile.assembly is None
-        else {"gap": profile.assembly.gap, "moved": [{"joint": name, "by": by} for name, by in profile.assembly.moved]},
+        else {
+            "gap": profile.assembly.gap,
+            "turn": profile.assembly.turn,
+            "moved": [{"joint": name, "by": by} for name, by, _ in profile.assembly.moved],
+        },
     }
 
 

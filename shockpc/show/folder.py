@@ -20,7 +20,7 @@ def write_profile(profile: ShockProfile, folder: Path, pattern: str | None = Non
     """
     make_folder(folder)
     save_figure(profile, folder)
-    write_text(folder / "bodies.csv", as_csv(bodies_sheet(profile, fold=False)))
+    write_text(folder / "bodies.csv", as_csv(bodies_sheet(profile, pattern, fold=False)))
     write_text(folder / "points.csv", as_csv(points_sheet(profile)))
     write_text(folder / "contacts.csv", as_csv(contacts_sheet(profile)))
     write_text(folder / "report.md", markdown_report([profile], pattern, figure="shock.svg"))

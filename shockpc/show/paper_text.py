@@ -14,11 +14,15 @@ from shockpc.show.text import as_csv, as_markdown, as_text
 __all__ = ["paper_text", "write_paper"]
 
 
+HOLDS, DEPENDS, FAILS = "hold under every reading of the text", "under some of them only", "under none"
+"""What a verdict comes down to."""
+
+
 def paper_text(results: Sequence[FigureResult]) -> str:
     """Bodies as a table, then every statement with its verdict."""
     statements = [statement for result in results for statement in result.statements]
-    counts = {word: sum(_kind(s.verdict) == word for s in statements) for word in ("holds", "holds under", "fails")}
-    told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+    kinds = [_kind(s.verdict) for s in statements]
+    told = ", ".join(f"{kinds.count(kind)} {kind}" for kind in (HOLDS, DEPENDS, FAILS) if kind in kinds)
     lines = "\n".join(statement_lines(statements))
     return f"{as_text(paper_bodies_sheet(results))}\nstatements of the paper: {told}\n{'─' * 8}\n{lines}\n"
 
@@ -47,4 +51,7 @@ def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
 
 
 def _kind(verdict: str) -> str:
-    return next(word for word in ("holds under", "holds", "fails") if verdict.startswith(word))
+    """Which of the three a verdict is."""
+    if verdict == "holds":
+        return HOLDS
+    return DEPENDS if verdict.startswith("holds ") else FAILS

@@ -5,7 +5,7 @@ import math
 from typing import NamedTuple
 
 from shockpc.model.robot import Robot
-from shockpc.record import ShockProfile
+from shockpc.record import ContactImpulse, ShockProfile, StanceImpulse
 
 __all__ = [
     "Cell",
@@ -72,7 +72,7 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
     Args:
         profile: the result.
         pattern: a glob, or a part of a name; only these bodies are shown.
-        fold: whether the bodies that the strike does not move become a note instead of rows.
+        fold: for people: bodies that the strike does not move become a note, and a word says why a CoPc is missing.
     """
     rows: list[tuple[Cell, ...]] = []
     still, hidden, moved = [], 0, profile.moved
@@ -83,7 +83,11 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
         if fold and not moved[i]:
             still.append(name)
             continue
-        copc: tuple[Cell, ...] = ("translates", None, None) if profile.translates[i] else tuple(map(float, profile.copc[i]))
+        copc: tuple[Cell, ...] = tuple(map(float, profile.copc[i]))
+        if profile.translates[i]:
+            # A table says why there is no point; a file of numbers has a column of its own for that.
+            word = "translates" if math.isnan(profile.pitch[i]) else "turns across"
+            copc = (word if fold else None, None, None)
         rows.append(
             (
                 name,
@@ -94,10 +98,11 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
                 _or_none(profile.shock_min[i]),
                 _or_none(profile.shock_max[i]),
                 100.0 * float(profile.off_plane[i]),
+                *(() if fold else ("yes" if profile.translates[i] else "no",)),
             )
         )
     notes = []
-    if rows and max(float(row[-1] or 0.0) for row in rows) > OFF_PLANE:
+    if rows and max(float(row[9] or 0.0) for row in rows) > OFF_PLANE:
         notes.append(
             f"off-plane above {OFF_PLANE:.0f} %: CoPc and RoPc describe only the part of that body's motion that lies in the "
             "plane; the shock columns hold in space"
@@ -115,10 +120,11 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
             if hidden > 1
             else f"1 body not shown, its name does not fit {pattern}"
         )
-    header = (
+    header: tuple[str, ...] = (
         "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]",
         "shock at CoM [-]", "least [-]", "greatest [-]", "off-plane [%]",
     )  # fmt: skip
+    header += () if fold else ("no turn in the plane",)
     return Sheet("bodies (CoPc in body coordinates; shock relative to the strike)", header, rows, tuple(notes))
 
 
@@ -139,16 +145,22 @@ def points_sheet(profile: ShockProfile) -> Sheet:
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
-    """One row for each contact."""
+    """One row for each contact and each foot that stands, and their sum where there are several."""
     rows: list[tuple[Cell, ...]] = []
     notes: tuple[str, ...] = ()
-    for contact in profile.contacts:
+    grounded: list[ContactImpulse | StanceImpulse] = [*profile.contacts, *profile.stance]
+    for contact in grounded:
+        name = contact.frame if isinstance(contact, ContactImpulse) else f"{contact.frame} (stands)"
         if contact.impulse is None:
-            rows.append((contact.frame, "not unique", None, None, None))
-            notes = ("only the sum of the impulses is determined: these contacts repeat one another",)
+            rows.append((name, "not unique", None, None, None))
+            notes = ("where contacts repeat one another only the sum of their impulses is determined",)
         else:
             needed: Cell = "pulls" if contact.friction_needed is None else contact.friction_needed
-            rows.append((contact.frame, *map(float, contact.impulse), needed))
+            rows.append((name, *map(float, contact.impulse), needed))
+    if len(rows) > 1:
+        rows.append(("together", *map(float, profile.total_impulse), None))
+        moment = ", ".join(f"{m:.4g}" for m in profile.total_moment.round(12) + 0.0)
+        notes += (f"together they turn the robot by ({moment}) N m s about its centre of mass",)
     header = ("contact", "impulse x [N s]", "impulse y [N s]", "impulse z [N s]", "friction to stick [-]")
     return Sheet("contacts (impulse of the ground on the robot, world axes)", header, rows, notes)
 
@@ -158,7 +170,7 @@ def health_lines(profile: ShockProfile) -> list[str]:
     health = profile.health
     line = (
         f"health: {health.rank} of {health.rows} contact rows independent, residual {health.residual:.0e}, "
-        f"two independent solutions agree to {health.error_estimate:.0e} of each body's motion"
+        f"error estimate {health.error_estimate:.0e} of each body's motion; {health.method}"
     )
     return [line, *(f"warning: {warning}" for warning in health.warnings)]
 
