@@ -92,7 +92,7 @@ def test_many_postures_are_one_posture_many_times(landing):
     one, other = (dynamics(profile.robot, q[None]) for q in (profile.q, turned))
     both = dynamics(profile.robot, np.stack([profile.q, turned]))
     qd = np.ones((2, model.nv, 1))
-    for together, apart in zip(both[:-1], zip(one[:-1], other[:-1], strict=True), strict=True):
+    for together, apart in zip(both[:6], zip(one[:6], other[:6], strict=True), strict=True):
         np.testing.assert_array_equal(together, np.concatenate(apart))
     apart = np.concatenate([body_jumps(one, qd[:1]), body_jumps(other, qd[1:])])
     np.testing.assert_allclose(body_jumps(both, qd), apart, rtol=1e-12, atol=1e-12 * np.abs(apart).max())  # order of a sum

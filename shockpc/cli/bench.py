@@ -34,7 +34,7 @@ def bench(
     seed: Annotated[int, typer.Option(metavar="S", min=0, help="Number of the first random tree.")] = 0,
     workers: Annotated[int, typer.Option(metavar="N", min=1, help="Processes for the random trees.")] = os.cpu_count() or 1,
 ) -> None:
-    """Measure error and run time on hard cases, against exact answers and against other ways to get them."""
+    """Measure error and run time on hard cases, against exact answers."""
     # Set before numpy is loaded: a clock that counts other threads' work measures nothing.
     for name in THREADS:
         os.environ[name] = "1"

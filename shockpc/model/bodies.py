@@ -1,6 +1,6 @@
 """Step 2: from the jump of the joint velocities to the jump of every body (shock paper, Eqs. 8 and 9).
 
-The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i, written out: a body's twist is the sum over the joints that move it.
+The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leaves, for all postures at once.
 """
 
 import numpy as np
@@ -20,9 +20,13 @@ def body_jumps(state: Dynamics, delta_qd: Array) -> Array:
 
     Returns: (N, nb, 6, k), angular part first [rad/s, m/s].
     """
-    n, nv, k = delta_qd.shape
-    of_each_rate = np.swapaxes(state.J, -1, -2)[..., None] * delta_qd[:, :, None, :]
-    twist = (state.moves.astype(float) @ of_each_rate.reshape(n, nv, 6 * k)).reshape(n, -1, 6, k)
+    n, _, k = delta_qd.shape
+    twists = np.empty((len(state.parent), n, 6, k))
+    for i, parent in enumerate(state.parent):
+        twists[i] = state.J[:, :, state.own[i]] @ delta_qd[:, state.own[i]]
+        if parent >= 0:
+            twists[i] += twists[parent]
+    twist = np.moveaxis(twists, 0, 1)
     omega, v_origin = twist[:, :, :3], twist[:, :, 3:]
     v = v_origin - cross_matrix(state.position) @ omega
     to_body = np.swapaxes(state.rotation, -1, -2)

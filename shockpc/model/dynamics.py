@@ -32,6 +32,8 @@ class Dynamics(NamedTuple):
         joint_position: (N, nb, 3) origins of the joint frames, from the base [m].
         origin: (N, 3) where the base stands in the world [m].
         moves: (nb, nv) which joint velocities move which bodies.
+        parent: (nb,) index of the body that each body's joint hangs on; −1 for the world.
+        own: the joint velocities of each body's joint.
     """
 
     H: Array
@@ -41,6 +43,8 @@ class Dynamics(NamedTuple):
     joint_position: Array
     origin: Array
     moves: np.ndarray
+    parent: np.ndarray
+    own: tuple[slice, ...]
 
 
 def dynamics(robot: Robot, Q: Array) -> Dynamics:
@@ -73,9 +77,10 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
         H[k] = pin.crba(model, data, q, pin.Convention.WORLD)
         J[k].T[:] = data.J.T  # one column alone comes back as a vector
         placed_rotation[k], placed_position[k] = views
-    # crba fills the upper triangle; some versions leave the lower one empty.
     row, column = np.tril_indices(nv, -1)
-    H[:, row, column] = H[:, column, row]
+    if n and not np.array_equal(H[0], H[0].T):
+        # crba fills the upper triangle; some versions leave the lower one empty.
+        H[:, row, column] = H[:, column, row]
     J = np.concatenate([J[:, 3:], J[:, :3]], axis=1)
 
     joints = [body.joint for body in robot.bodies]
@@ -83,7 +88,9 @@ def dynamics(robot: Robot, Q: Array) -> Dynamics:
     rotation = joint_rotation @ np.stack([body.rotation for body in robot.bodies])
     offset = np.stack([body.offset for body in robot.bodies])
     position = joint_position + (joint_rotation @ offset[..., None])[..., 0]
-    return Dynamics(H, J, rotation, position, joint_position, origin, robot.moves)
+    parent = np.array([model.parents[joint] - 1 for joint in joints])
+    own = tuple(slice(model.joints[joint].idx_v, model.joints[joint].idx_v + model.joints[joint].nv) for joint in joints)
+    return Dynamics(H, J, rotation, position, joint_position, origin, robot.moves, parent, own)
 
 
 def _placements(data: pin.Data, njoints: int) -> tuple[Array, Array]:
@@ -111,13 +118,11 @@ def tree(robot: Robot, state: Dynamics, armature: Array, G: Array | None) -> Tre
     com = np.stack([body.com for body in robot.bodies])
     inertia = np.stack([body.inertia for body in robot.bodies])
     S = np.zeros((len(robot.bodies), 6, nv))
-    for i, body in enumerate(robot.bodies):
-        joint = robot.model.joints[body.joint]
-        columns = slice(joint.idx_v, joint.idx_v + joint.nv)
+    for i, columns in enumerate(state.own):
         S[i, :3, columns] = state.J[0, :3, columns]
         S[i, 3:, columns] = state.J[0, 3:, columns] + np.cross(state.J[0, :3, columns].T, state.joint_position[0, i]).T
     return Tree(
-        parent=np.array([robot.model.parents[body.joint] - 1 for body in robot.bodies]),
+        parent=state.parent,
         mass=np.array([body.mass for body in robot.bodies]),
         com=state.position[0] + (rotation @ com[..., None])[..., 0],
         inertia=rotation @ inertia @ np.swapaxes(rotation, -1, -2),
