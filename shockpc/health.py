@@ -86,7 +86,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     # Both solutions read the same rounded placements, so no difference between them tells what those do to rows that are small
     # differences of large terms, or that nearly repeat one another.
     shared = np.where(
-        held, 0.0, np.finfo(float).eps * (4.0 + _cancellation(state, rows, impact.dead[0])) / float(impact.weakest[0])
+        held, 0.0, 0.5 * np.finfo(float).eps * (8.0 + _cancellation(state, rows, impact.dead[0])) / float(impact.weakest[0])
     )
     method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", ONE_DRAW * apart + shared
     warnings: list[str] = []

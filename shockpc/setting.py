@@ -155,6 +155,8 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
                 )
             rates[joint.idx_v], given[joint.idx_v] = rate, True
     for mimic in robot.mimics:
+        # A follower never moves by itself, so its rate is as good as given.
+        given[robot.model.joints[robot.model.getJointId(mimic.joint)].idx_v] = True
         if robot.model.existJointName(mimic.leader):
             leader, follower = (robot.model.joints[robot.model.getJointId(n)].idx_v for n in (mimic.leader, mimic.joint))
             rates[follower] = mimic.multiplier * rates[leader]

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import types
 from pathlib import Path
 
@@ -247,6 +248,17 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
         ("--drop-height 1e308", "a strike at inf m/s cannot be computed; its speed has to lie between 1e-09 and 1e+09 m/s"),
         ("--drop-height 1e999", '--drop-height: "1e999" is not a finite number'),
         ("--strike-angle steep", '--strike-angle: "steep" is not a finite number'),
+        *(
+            (
+                f"--plane {plane} --strike-angle{angle}",
+                "a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity",
+            )
+            for plane, angle in (("xy", " 10"), ("0,0,-2", "=-0.5"))
+        ),
+        (
+            "--plane xy --strike-angle 181",
+            "a strike angle of 181 deg is no angle; it lies between -180 and 180 deg",
+        ),
         ("--velocity 0,0,-1 --speed 2", STRIKE_WAYS),
         ("--velocity 0,0,-1 --drop-height 1", STRIKE_WAYS),
         ("--drop-height 1 --strike-angle 10", STRIKE_WAYS),
@@ -401,8 +413,15 @@ LANDING = ("analyze", "stick.urdf", "--contact", "foot")
             'there is no folder "away" for --save-scene; make it, or name another file',
         ),
         (
-            ("--save-scene", "stick.urdf"),
-            '"stick.urdf" is there already and holds no scene; name another file with --save-scene',
+            ("--save-scene", "dog/dog.srdf"),
+            '"dog/dog.srdf" is there already and holds no scene; name another file with --save-scene',
+        ),
+        *(
+            (
+                ("--save-scene", name),
+                f'"{name}" would be read as a robot; name a scene with --save-scene, such as landing.toml',
+            )
+            for name in ("stick.urdf", "new.urdf", "new.urdf.xacro", "new.XACRO", "new.xml", "away/new.mjcf")
         ),
         (
             ("--save-scene", "stick.urdf/landing.toml"),
@@ -512,11 +531,39 @@ def test_interrupt_from_the_keyboard(here):
     pipe = here / "robot.urdf"
     os.mkfifo(pipe)
     words = [*SHOCKPC, "analyze", str(pipe), "--contact", "foot"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process, pipe.open("wb"):
-        # The pipe opens once the process reads from it: from here on it is inside the command.
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate()
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_the_keyboard
+    ) as process:
+        try:
+            writing = opened_by_reader(pipe, process)
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=PATIENCE)
+            os.close(writing)
+        finally:
+            # Whatever went wrong, nothing is left that waits for ever.
+            process.kill()
     assert Outcome(process.returncode, out, err) == Outcome(130, "", STOPPED)
+
+
+PATIENCE = 60.0
+"""How long a process may take before the test fails instead of hanging [s]."""
+
+
+def hear_the_keyboard():
+    """A process that was started in the background, or with nohup, hands on to its children that SIGINT is ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def opened_by_reader(pipe, process):
+    """The writing end of a named pipe once the process reads from it: from then on it is inside the command."""
+    end = time.monotonic() + PATIENCE
+    while process.poll() is None and time.monotonic() < end:
+        try:
+            return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError as error:
+            assert error.errno == errno.ENXIO  # noqa: PT017 - no reader yet
+            time.sleep(0.01)
+    pytest.fail(f"the process did not come to read its robot; it ended with {process.poll()}")
 
 
 def test_reader_that_goes_away(here):

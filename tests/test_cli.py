@@ -167,19 +167,62 @@ def test_sliding_contact(capfd, here):
     assert found["health"]["rows"] == 1
 
 
-@pytest.mark.parametrize("strike", [(), ("--velocity", "0.5,-1,0"), ("--drop-height", "0.1")])
-def test_sliding_in_a_plane_seen_from_above(capfd, here, strike):
+@pytest.mark.parametrize("plane", ["xy", "0,0,2"])
+@pytest.mark.parametrize("velocity", ["0.5,-1,0", "0,-1,0"])
+def test_sliding_in_a_plane_seen_from_above(capfd, here, plane, velocity):
     """Struck within it, the ground is the plane's own: up is world y."""
-    found = document(capfd, *DOG, "--contact", "lf_foot", "--slide", "--plane", "xy", *strike)
+    found = document(capfd, *DOG, "--contact", "lf_foot", "--slide", "--plane", plane, "--velocity", velocity)
     impulse = found["contacts"][0]["impulse"]
     assert impulse[1] > 0.0
     assert (impulse[0], impulse[2]) == (0.0, 0.0)
 
 
-def test_sliding_out_of_a_plane_seen_from_above(capfd, here):
-    """Struck from above, up is world z as ever."""
-    found = document(capfd, *DOG, "--contact", "lf_foot", "--slide", "--plane", "xy", "--velocity", "0,0,-1")
-    assert found["contacts"][0]["impulse"][:2] == [0.0, 0.0]
+@pytest.mark.parametrize(
+    ("strike", "speed"),
+    [
+        ((), 1.0),
+        (("--speed", "2", "--strike-angle", "0"), 2.0),
+        (("--drop-height", "0.1"), math.sqrt(2 * GRAVITY * 0.1)),
+        (("--velocity", "0,0,-1"), 1.0),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_sliding_out_of_a_plane_seen_from_above(capfd, here, strike, speed):
+    """Struck from above, as it is by default and after a fall, up is world z as ever."""
+    found = document(capfd, *DOG, "--contact", "lf_foot", "--slide", "--plane", "xy", *strike)
+    (contact,) = found["contacts"]
+    assert contact["approach"] == pytest.approx([0.0, 0.0, -speed], abs=1e-15)
+    assert contact["impulse"][:2] == [0.0, 0.0]
+    assert contact["impulse"][2] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("plane", "forward"),
+    [
+        ("xz", (1, 0)),
+        ("0,-2,0", (1, 0)),
+        ("0,2,0", (1, 0)),
+        ("yz", (0, 1)),
+        ("1,0,0", (0, 1)),
+        ("-1,0,0", (0, 1)),
+        ("1,-1,0", (math.sqrt(0.5), math.sqrt(0.5))),
+        ("-1,-1,0", (math.sqrt(0.5), -math.sqrt(0.5))),
+    ],
+)
+def test_forward_is_where_the_world_s_axes_point(capfd, here, plane, forward):
+    """Whichever way the normal points: a strike of 30 degrees moves to world x, or to world y in a plane across x."""
+    strike = ("--plane", plane, "--strike-angle", "30", "--speed", "2")
+    found = document(capfd, *DOG, "--contact", "lf_foot", *strike)
+    assert found["contacts"][0]["approach"] == pytest.approx([*forward, -math.sqrt(3)], abs=1e-15)
+
+
+@pytest.mark.parametrize("plane", ["xz", "yz", "xy", "0,-1,0.1", "1,1,1"])
+def test_a_fall_goes_down_in_every_plane(capfd, here, plane):
+    """Against world z, also where the plane leans or is seen from above."""
+    words = (*DOG, "--contact", "lf_foot", "--plane", plane)
+    assert document(capfd, *words)["contacts"][0]["approach"] == pytest.approx([0.0, 0.0, -1.0], abs=1e-15)
+    fallen = document(capfd, *words, "--drop-height", "0.2")["contacts"][0]["approach"]
+    assert fallen == pytest.approx([0.0, 0.0, -math.sqrt(2 * GRAVITY * 0.2)], abs=1e-15)
 
 
 def test_restitution(capfd, here):
@@ -297,10 +340,17 @@ def test_stance_and_sensors(capfd, here):
     assert good(capfd, "analyze", *DOG, "--contact", "lf_foot", *words, "--format", "json") == expected
 
 
-@pytest.mark.parametrize(("plane", "same"), [("xz", "0,-2,0"), ("yz", "1,0,0"), ("xy", "0,0,0.5")])
-def test_planes(capfd, here, plane, same):
+@pytest.mark.parametrize(
+    ("plane", "same", "strike"),
+    [
+        ("xz", "0,-2,0", ("--strike-angle", "10")),
+        ("yz", "1,0,0", ("--strike-angle", "10")),
+        ("xy", "0,0,0.5", ("--velocity", "0.2,-1,0")),
+    ],
+)
+def test_planes(capfd, here, plane, same, strike):
     """A plane by its name is the one across its normal, of any length."""
-    words = (*DOG, "--contact", "lf_foot", "--strike-angle", "10", "--plane")
+    words = (*DOG, "--contact", "lf_foot", *strike, "--plane")
     named, across = document(capfd, *words, plane), document(capfd, *words, same)
     assert named["scene"]["plane"] == plane
     assert across["scene"]["plane"] == [float(x) for x in same.split(",")]
@@ -463,6 +513,48 @@ def test_names_that_would_lead_out_of_the_folder(capfd, here):
     good(capfd, "analyze", "odd.urdf", "--contact", "*", "--out", "out/deep")
     assert {*here.iterdir()} - before == {here / "out"}
     assert {path.name for path in (here / "out/deep").iterdir()} == {"body", "_.", "_._foot", "summary.csv", "summary.md"}
+
+
+def test_names_that_differ_in_odd_signs_alone(capfd, here):
+    """Two contacts never share a folder or a scene file: the later one is numbered, whatever the case of its letters."""
+    odd = STICK.replace('"foot"', '"a:foot"').replace('"shin"', '"a/foot"').replace('"body"', '"A_FOOT"')
+    (here / "odd.urdf").write_text(odd)
+    found = document(capfd, "odd.urdf", "--contact", "*", "--out", "out", "--save-scene", "landing.toml")
+    frames = [one["contacts"][0]["frame"] for one in found]
+    assert frames == ["A_FOOT", "a/foot", "a:foot"]
+    names = ["A_FOOT", "a_foot-2", "a_foot-3"]
+    assert {path.name for path in (here / "out").iterdir()} == {*names, "summary.csv", "summary.md"}
+    assert {path.name for path in here.glob("*.toml")} == {f"landing.{name}.toml" for name in names}
+    for name, frame, one in zip(names, frames, found, strict=True):
+        assert json.loads((here / "out" / name / "profile.json").read_text(encoding="utf-8")) == one
+        assert read_scene(here / f"landing.{name}.toml").contact == (Contact(frame=frame),)
+    summary = list(csv.reader(io.StringIO((here / "out/summary.csv").read_text(encoding="utf-8"))))
+    assert summary[0] == ["shock at", *frames]
+
+
+def test_pattern_of_bodies_in_a_folder(capfd, here):
+    """--bodies narrows the tables of --out, report and CSV, and leaves the document whole."""
+    words = (*DOG, "--contact", "lf_foot")
+    good(capfd, "analyze", *words, "--bodies", "?f_*", "--out", "out")
+    table = list(csv.reader(io.StringIO((here / "out/bodies.csv").read_text(encoding="utf-8"))))
+    assert [row[0] for row in table] == ["body", "lf_leg", "rf_leg"]
+    assert json.loads((here / "out/profile.json").read_text(encoding="utf-8")) == document(capfd, *words)
+
+
+def test_a_root_link_called_world_is_bolted_down(capfd, here):
+    """A base of that name is the ground, so it is fixed by default; it may still be freed."""
+    (here / "bolted.urdf").write_text(STICK.replace('"body"', '"world"'))
+    words = ("bolted.urdf", "--contact", "foot", "--slide", "--set", "knee=30")
+    out = good(capfd, "analyze", *words)
+    assert "\nposture      neutral, with knee set; base fixed\n" in out
+    default, fixed, free = (document(capfd, *words, *more) for more in ((), ("--base", "fixed"), ("--base", "free")))
+    assert default == fixed
+    assert (default["scene"]["base"], free["scene"]["base"]) == ("fixed", "free")
+    assert default["bodies"][0]["shock_com"] == 0.0
+    assert free["bodies"][0]["shock_com"] > 0.0
+    other = document(capfd, "robot.urdf", *words[1:])
+    assert other["scene"]["base"] == "free"
+    assert [body["shock_com"] for body in other["bodies"]] == [body["shock_com"] for body in free["bodies"]]
 
 
 LANDINGS = [

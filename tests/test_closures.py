@@ -14,6 +14,7 @@ from shockpc.core.impulse import solve_impact
 from shockpc.errors import SceneError
 from shockpc.model.closure import Closure, Place, closure_block, closure_gap, loop_of
 from shockpc.model.contact import Contact
+from shockpc.model.couplings import Mimic
 from shockpc.model.dynamics import dynamics
 from shockpc.model.freedom import freedom
 from shockpc.model.posture import Posture
@@ -300,6 +301,7 @@ def test_a_joint_equality_without_a_leader_holds_the_joint(ref):
     assert profile.q[index.idx_q] == pytest.approx(ref + 0.1, abs=1e-15)
     assert data.efc_pos[0] == pytest.approx(0.0, abs=1e-15)
     assert profile.delta_qd[index.idx_v] == 0.0
+    assert robot.mimics == (Mimic("q", "", 0.0, ref + 0.1),)
 
 
 # Closing the posture

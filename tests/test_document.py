@@ -96,6 +96,7 @@ SHAPE = {
             "mass_sticking": {None, "NUMBER"},
             "mass_frictionless": {None, "NUMBER"},
             "mitigation": {None, "NUMBER"},
+            "moment": {None, "VECTOR"},
         },
     ),
     "joint_model": str,
@@ -108,6 +109,8 @@ SHAPE = {
         "warnings": (str,),
         "body_errors": (NUMBER,),
     },
+    "stance": ({"frame": str, "point": VECTOR, "impulse": {None, "VECTOR"}, "friction_needed": {None, "NUMBER"}},),
+    "total": {"impulse": VECTOR, "moment": VECTOR},
     "energy": {"lost": NUMBER, "share": {None, "NUMBER"}},
     "joints": ({"joint": str, "force": VECTOR, "moment": VECTOR, "along": {None, "NUMBER"}},),
     "bracket": ({"place": str, "free": {None, "NUMBER"}, "as_modelled": NUMBER, "locked": {None, "NUMBER"}},),
@@ -116,7 +119,11 @@ SHAPE = {
 """Keys in their order. A tuple is a list of any length, a list one of that length, a set what may be null instead."""
 
 
-PARTS = {"VECTOR": VECTOR, "NUMBER": NUMBER, "ASSEMBLY": {"gap": NUMBER, "moved": ({"joint": str, "by": NUMBER},)}}
+PARTS = {
+    "VECTOR": VECTOR,
+    "NUMBER": NUMBER,
+    "ASSEMBLY": {"gap": NUMBER, "turn": NUMBER, "moved": ({"joint": str, "by": NUMBER},)},
+}
 
 
 def misfits(shape: object, value: object, place: str = "document") -> list[str]:
@@ -197,6 +204,16 @@ def test_document_is_the_profile(profile):
         assert (row["friction_needed"], row["mitigation"]) == (contact.friction_needed, contact.mitigation)
         for key in ("mass_sticking", "mass_frictionless"):
             assert (math.inf if row[key] is None else row[key]) == getattr(contact, key)
+        assert (row["moment"] is None) == (contact.moment is None)
+        assert contact.moment is None or np.array_equal(row["moment"], contact.moment)
+    for row, foot in zip(read["stance"], profile.stance, strict=True):
+        assert (row["frame"], row["friction_needed"]) == (foot.frame, foot.friction_needed)
+        assert np.array_equal(row["point"], foot.point)
+        assert (row["impulse"] is None) == (foot.impulse is None)
+        assert foot.impulse is None or np.array_equal(row["impulse"], foot.impulse)
+    assert [foot["frame"] for foot in read["stance"]] == list(profile.scene.stance)
+    assert np.array_equal(read["total"]["impulse"], profile.total_impulse)
+    assert np.array_equal(read["total"]["moment"], profile.total_moment)
     assert read["joint_model"] == profile.joint_model
     assert set(read["health"]) == {field.name for field in fields(profile.health)}
     for key, value in read["health"].items():
@@ -211,7 +228,8 @@ def test_document_is_the_profile(profile):
         assert read["assembly"] is None
     else:
         assert read["assembly"]["gap"] == profile.assembly.gap
-        assert [(row["joint"], row["by"]) for row in read["assembly"]["moved"]] == list(profile.assembly.moved)
+        assert read["assembly"]["turn"] == profile.assembly.turn
+        assert [(row["joint"], row["by"]) for row in read["assembly"]["moved"]] == [one[:2] for one in profile.assembly.moved]
 
 
 def same_strikes(row, found):
@@ -248,8 +266,22 @@ def test_pulling_contact_needs_no_friction_but_has_an_impulse():
     assert [contact["friction_needed"] for contact in read["contacts"]] == [0.0, None]
     assert read["health"]["warnings"] == [
         'contact "tip" would have to be pulled down by 0.5 N s to keep to the ground; a real foot lifts off there, '
-        "so leave that contact out"
+        "so leave it out"
     ]
+
+
+def test_moments_stand_where_a_contact_is_flat():
+    """A flat sole has a moment of its own; a point has none, nor has a sole whose share is not determined."""
+    sole, other = (Contact(frame=f"{side}_sole_link", kind="flat") for side in ("left", "right"))
+    read = document(shock_profile(Scene(robot="talos", contact=(sole,))))
+    assert misfits(VECTOR, read["contacts"][0]["moment"]) == []
+    assert read["total"]["impulse"] == pytest.approx(read["contacts"][0]["impulse"], rel=1e-12)
+    (point,) = document(shock_profile(Scene(robot="talos", contact=(Contact(frame="left_sole_link"),))))["contacts"]
+    assert point["impulse"] is not None
+    assert point["moment"] is None
+    locked = document(shock_profile(Scene(robot="talos", contact=(sole, other), joints=Joints(model="locked"))))
+    assert [(contact["impulse"], contact["moment"]) for contact in locked["contacts"]] == [(None, None)] * 2
+    assert misfits(SHAPE["total"], locked["total"]) == []
 
 
 def test_scene_in_the_document_is_the_whole_scene(profile):

@@ -173,11 +173,18 @@ def test_folder_of_a_landing(tmp_path, profile, monkeypatch):
     assert [row[0] for row in contacts[1:]] == ["lf_foot"]
 
 
-def test_pattern_narrows_the_report_alone(tmp_path, profile, monkeypatch):
+def test_pattern_narrows_the_report_and_its_bodies(tmp_path, profile, monkeypatch):
+    """Tables of bodies, for people and for spreadsheets alike; the other files are whole."""
     monkeypatch.setattr(shockpc.show.folder, "save_figure", lambda *_: None)
     write_profile(profile, tmp_path, "lf_*")
     assert (tmp_path / "report.md").read_text(encoding="utf-8") == markdown_report([profile], "lf_*", figure="shock.svg")
-    assert len(rows(tmp_path / "bodies.csv")) == 6
+    assert (tmp_path / "profile.json").read_text(encoding="utf-8") == to_json([profile])
+    narrow = rows(tmp_path / "bodies.csv")
+    assert [row[0] for row in narrow] == ["body", "lf_leg"]
+    write_profile(profile, tmp_path)
+    whole = rows(tmp_path / "bodies.csv")
+    assert [row[0] for row in whole] == ["body", *profile.bodies]
+    assert narrow == [row for row in whole if row[0] in ("body", "lf_leg")]
 
 
 def test_figure_is_there(tmp_path, profile):

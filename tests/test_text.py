@@ -1,14 +1,20 @@
 """Tables as text: whole outputs, character for character."""
 
+import csv
+import io
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from robot_texts import joint, link, urdf
+from trees import robot_from
 
 from shockpc import Contact, Health, Point, Posture, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
-from shockpc.show.sheets import Sheet, fits
+from shockpc.record import ContactImpulse, StanceImpulse
+from shockpc.show.sheets import Sheet, contacts_sheet, fits
 from shockpc.show.text import as_csv, as_markdown, as_text, csv_report, markdown_report, text_report
 
 HEALTH = Health(
@@ -85,7 +91,7 @@ tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
 
 energy lost  0.125 J, 25 % of what there was
 pivot: effective mass 0.25 kg sticking, 0.25 kg frictionless, impact mitigation factor 0.000
-health: 3 of 3 contact rows independent, residual 2e-16, two independent solutions agree to 3e-15 of each body's motion
+health: 3 of 3 contact rows independent, residual 2e-16, error estimate 3e-15 of each body's motion; by hand
 warning: the ground is wet; feet may slip
 
 robot        beam (beam, 1 kg, 1 moving body)
@@ -129,7 +135,7 @@ tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
 
 energy lost  0.5 J, 100 % of what there was
 center: effective mass 1 kg sticking, 1 kg frictionless, impact mitigation factor 0.000
-health: 3 of 3 contact rows independent, residual 2e-16, two independent solutions agree to 3e-15 of each body's motion
+health: 3 of 3 contact rows independent, residual 2e-16, error estimate 3e-15 of each body's motion; by hand
 warning: the ground is wet; feet may slip
 
 summary: shock at each body's CoM and at each point [-], by contact
@@ -186,12 +192,13 @@ MARKDOWN = f"""\
 
 - energy lost  0.125 J, 25 % of what there was
 - pivot: effective mass 0.25 kg sticking, 0.25 kg frictionless, impact mitigation factor 0.000
-- health: 3 of 3 contact rows independent, residual 2e-16, two independent solutions agree to 3e-15 of each body's motion
+- health: 3 of 3 contact rows independent, residual 2e-16, error estimate 3e-15 of each body's motion; by hand
 - warning: the ground is wet; feet may slip
 """
 
 CSV_HEADER = (
-    "contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM [-],least [-],greatest [-],off-plane [%]\n"
+    "contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM [-],least [-],greatest [-],off-plane [%],"
+    "no turn in the plane\n"
 )
 
 
@@ -210,12 +217,12 @@ def test_markdown_without_figure(landings):
 
 
 def test_csv(landings):
-    """Full precision, one row for each landing and body; a body that translates has no CoPc and an infinite radius."""
+    """Full precision, one row for each landing and body; a body that translates has empty cells and an infinite radius."""
     header, pivot, center, end = csv_report(landings).split("\n")
     assert (header + "\n", end) == (CSV_HEADER, "")
-    assert center == "center,beam,0.0,translates,,,inf,1.0,1.0,1.0,0.0"
-    name, body, *numbers = pivot.split(",")
-    assert (name, body) == ("pivot", "beam")
+    assert center == "center,beam,0.0,,,,inf,1.0,1.0,1.0,0.0,yes"
+    name, body, *numbers, still = pivot.split(",")
+    assert (name, body, still) == ("pivot", "beam", "no")
     profile = landings[0]
     expected = [1.5, *profile.copc[0], profile.ropc[0], profile.shock_com[0], profile.shock_min[0], profile.shock_max[0], 0.0]
     assert [float(number) for number in numbers] == pytest.approx(expected, abs=1e-15)
@@ -309,6 +316,82 @@ def test_header_tells_posture_and_contact():
 def test_patterns(pattern, names):
     """A glob fits the whole name, plain text a part of it, whatever the case."""
     assert [name for name in ("LF_leg", "leg", "trunk") if fits(name, pattern)] == names
+
+
+SPINNING = urdf(
+    link("base", inertia='<inertia ixx="0.4" ixy="0" ixz="0" iyy="0.6" iyz="0" izz="0.9"/>'),
+    link("wheel"),
+    joint("j", "base", "wheel", axis="1 0 0"),
+)
+
+
+@pytest.mark.parametrize(
+    ("plane", "base"), [("xz", ("turns across", "–", "–", "inf")), ("yz", ("0", "-0.8000", "0", "0.8000"))]
+)
+def test_a_body_that_spins_across_the_plane(plane, base):
+    """Struck beside its centre, seen along the turn and across it: a word, or a point; and in CSV no word among numbers."""
+    contact = Contact(frame="base", offset=(0.0, 0.5, 0.0))
+    profile = shock_profile(Scene(robot="r", contact=(contact,), plane=plane), robot_from(SPINNING))
+    report = text_report([profile])
+    rows = [re.split(r" {2,}", line) for line in report.split("─\n")[1].splitlines()]
+    # A wheel on a bearing along the axis of the turn keeps its orientation, so it is only carried.
+    assert [(row[0], *row[2:6]) for row in rows[:2]] == [("base", *base), ("wheel", "translates", "–", "–", "inf")]
+    assert [row[-1] for row in rows[:2]] == (["100.0000" if plane == "xz" else "0", "0"])
+    table = list(csv.reader(io.StringIO(csv_report([profile]))))
+    assert [row[-1] for row in table] == ["no turn in the plane", "yes" if plane == "xz" else "no", "yes"]
+    cells = ["", "", "", "inf"]
+    if plane == "yz":
+        cells = [repr(float(x) + 0.0) for x in (*profile.copc[0], profile.ropc[0])]
+    assert [row[3:7] for row in table[1:]] == [cells, ["", "", "", "inf"]]
+
+
+STANDING = """\
+contacts (impulse of the ground on the robot, world axes)
+contact        impulse x  impulse y  impulse z  friction to stick
+                   [N s]      [N s]      [N s]                [-]
+─────────────  ─────────  ─────────  ─────────  ─────────────────
+box                    0          0     1.5000                  0
+flap (stands)          0          0    -0.5000              pulls
+together               0          0     1.0000                  –
+(together they turn the robot by (0, 0.25, 0) N m s about its centre of mass)
+"""
+
+
+def test_feet_that_stand_are_told_with_the_sum():
+    """A row for each foot that stands, one for all together, and what they turn the robot by."""
+    contacts = (
+        ContactImpulse("box", np.zeros(3), np.array([0.0, 0.0, 1.5]), None, 0.0, np.zeros(3), 1.0, 1.0, None),
+    )
+    stance = (StanceImpulse("flap", np.zeros(3), np.array([0.0, 0.0, -0.5]), None),)
+    found = replace(
+        landing("pivot"),
+        contacts=contacts,
+        stance=stance,
+        total_impulse=np.array([0.0, 0.0, 1.0]),
+        total_moment=np.array([-1e-17, 0.25, 0.0]),
+    )
+    assert as_text(contacts_sheet(found)) == STANDING
+    alone = replace(found, stance=())
+    assert as_text(contacts_sheet(alone)).splitlines()[4:] == ["box              0          0     1.5000                  0"]
+    unknown = replace(contacts[0], impulse=None, friction_needed=None)
+    repeated = as_text(contacts_sheet(replace(found, contacts=(unknown,)))).splitlines()
+    assert repeated[4].split() == ["box", "not", "unique", "–", "–", "–"]
+    assert repeated[6:] == [
+        "together                0          0     1.0000                  –",
+        "(where contacts repeat one another only the sum of their impulses is determined)",
+        "(together they turn the robot by (0, 0.25, 0) N m s about its centre of mass)",
+    ]
+
+
+def test_the_health_line_says_how_it_was_computed():
+    """The last line of a report: the method, not only its error."""
+    profile = shock_profile(Scene(robot="beam", contact=(Contact(frame="pivot"),)))
+    line = text_report([profile]).splitlines()[-1]
+    assert re.fullmatch(
+        r"health: 3 of 3 contact rows independent, residual \de-\d\d, error estimate \de-\d\d of each body's motion; "
+        r"joint space \(Eq\. 4\), checked in maximal coordinates",
+        line,
+    )
 
 
 def test_bodies_that_do_not_move_become_one_line(landings):

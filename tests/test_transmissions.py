@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import body, floating, joint, link, mjcf, urdf
+from robot_texts import LIMIT, body, floating, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import RobotError, SceneError, ShockError
@@ -183,9 +183,11 @@ def test_no_number_goes_without_its_joint_model(joints, model):
 
 # Rotors beside the robot: an SRDF's <rotor_params>
 
+BELOW = f'<origin xyz="0.05 0.02 -0.3" rpy="0 0.3 0"/>{LIMIT}'
 GEARED_ARM = urdf(
     link("base"), link("upper"), link("lower"), link("hand"),
-    joint("shoulder", "base", "upper"), joint("elbow", "upper", "lower"), joint("wrist", "lower", "hand"),
+    joint("shoulder", "base", "upper", more=BELOW), joint("elbow", "upper", "lower", more=BELOW),
+    joint("wrist", "lower", "hand", more=BELOW),
     name="arm",
 )  # fmt: skip
 
@@ -203,7 +205,8 @@ def test_a_rotor_beside_the_robot_counts_by_the_square_of_its_gear():
     """gear_ratio² · inertia, on the joints that the SRDF names and on no other; a joint that the robot has not is passed over."""
     found = transmission(robot_from(GEARED_ARM, srdf=ROTORS), Joints())
     np.testing.assert_allclose(found.armature, [0.0] * 6 + [81.0 * 1.5e-4, 36.5**2 * 2e-4, 0.0], rtol=1e-15)
-    assert found.model == "geared"
+    # The wrist has no rotor.
+    assert found.model == "mixed"
 
 
 def test_rotors_beside_the_robot_are_those_pinocchio_loads(tmp_path):
@@ -223,7 +226,7 @@ def test_rotors_beside_the_robot_reach_the_landing():
     with_rotors, bare = robot_from(GEARED_ARM, srdf=ROTORS), robot_from(GEARED_ARM)
     given = Joints(rotor={"shoulder": Rotor(inertia=1.5e-4, gear_ratio=9.0), "elbow": Rotor(inertia=2e-4, gear_ratio=-36.5)})
     landed = shock_profile(Scene(robot="arm", contact=contact), with_rotors)
-    assert landed.joint_model == "geared"
+    assert landed.joint_model == "mixed"
     assert distance(landed, shock_profile(Scene(robot="arm", contact=contact, joints=given), bare)) < 1e-12
     free = shock_profile(Scene(robot="arm", contact=contact, joints=Joints(model="free")), with_rotors)
     without = shock_profile(Scene(robot="arm", contact=contact), bare)
@@ -241,6 +244,15 @@ def test_a_rotor_that_is_none_is_refused(mass, ratio):
         robot_from(GEARED_ARM, srdf=rotor_file(("elbow", mass, ratio)))
     assert str(refusal.value) == (
         f'robot.srdf: the rotor of joint "elbow" has mass "{mass}" and gear_ratio "{ratio}"; '
+        "it takes one number each, the inertia of the rotor [kg m²] not below zero"
+    )
+
+
+def test_a_rotor_without_a_number_is_refused():
+    with pytest.raises(RobotError) as refusal:
+        robot_from(GEARED_ARM, srdf=rotor_file(("elbow", "1e-4", "9")).replace(' gear_ratio="9"', ""))
+    assert str(refusal.value) == (
+        'robot.srdf: the rotor of joint "elbow" has mass "1e-4" and gear_ratio ""; '
         "it takes one number each, the inertia of the rotor [kg m²] not below zero"
     )
 

@@ -59,7 +59,7 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
         gap = np.concatenate([closure_gap(state, loop)[0] for loop in loops])
         if np.abs(gap).max() <= CLOSED * size:
             return Assembly(q, first, turn, _moved(robot, start, q))
-        if _all_held(robot, held):
+        if not _movable(robot, held):
             break
         G = freedom(robot, "fixed", plane, state.rotation[:, 0], held)
         K = np.concatenate([row_jacobian(state, closure_block(state, loop).W)[0] for loop in loops])
@@ -72,18 +72,17 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
     worst = max(loops, key=lambda loop: float(np.abs(closure_gap(state, loop)).max()))
     left, turned = np.split(closure_gap(state, worst)[0], [len(worst.axes)])
     angle = f" and {np.degrees(np.linalg.norm(turned)):.3g} deg turned" if turned.size else ""
-    free = [name for name in robot.joints if not held[robot.model.joints[robot.model.getJointId(name)].idx_v]]
-    listed = ", ".join(f'"{name}"' for name in free) or "none"
+    listed = ", ".join(f'"{name}"' for name in _movable(robot, held)) or "none"
     raise SceneError(
         f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * float(np.linalg.norm(left)):.3g} mm apart{angle}; '
         f"joints that may move: {listed}; let others move with --assemble, or start from joint values nearer to the closed loop"
     )
 
 
-def _all_held(robot: Robot, held: np.ndarray) -> bool:
-    """Whether no joint is left to move: each is held, or follows one that is."""
+def _movable(robot: Robot, held: np.ndarray) -> list[str]:
+    """The joints that may move by themselves: neither held nor following another."""
     followers = {mimic.joint for mimic in robot.mimics}
-    return all(held[robot.model.joints[robot.model.getJointId(name)].idx_v] for name in robot.joints if name not in followers)
+    return [n for n in robot.joints if n not in followers and not held[robot.model.joints[robot.model.getJointId(n)].idx_v]]
 
 
 def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:

@@ -40,11 +40,12 @@ def rotor_armature(source: RobotSource, model: pin.Model) -> Array:
         name = entry.get("name", "")
         if not model.existJointName(name):
             continue
-        inertia, ratio = _numbers(entry.get("mass", "")), _numbers(entry.get("gear_ratio", ""))
+        mass, gear = entry.get("mass", ""), entry.get("gear_ratio", "")
+        inertia, ratio = _numbers(mass), _numbers(gear)
         if len(inertia) != 1 or len(ratio) != 1 or inertia[0] < 0.0:
             raise RobotError(
-                f'{source.srdf.name}: the rotor of joint "{name}" has mass "{entry.get("mass")}" and gear_ratio '
-                f'"{entry.get("gear_ratio")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero'
+                f'{source.srdf.name}: the rotor of joint "{name}" has mass "{mass}" and gear_ratio "{gear}"; '
+                "it takes one number each, the inertia of the rotor [kg m²] not below zero"
             )
         joint = model.joints[model.getJointId(name)]
         armature[joint.idx_v : joint.idx_v + joint.nv] = ratio[0] ** 2 * inertia[0]

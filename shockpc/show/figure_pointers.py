@@ -89,7 +89,7 @@ def _exit(start: Array, direction: Array, window: Window) -> Array:
 
 
 def _beside(mark: _Pointer, taken: list[Array], labels: Labels, window: Window) -> Array:
-    """The free place on the border that is nearest to the wanted one: off the bodies and marks if one is near, off other pointers."""
+    """The place on the border nearest to the wanted one that is off other pointers, and off bodies and marks if one is near."""
     place = mark.border
     step = 0.05 * window.inch
     inset = 0.03 * window.inch

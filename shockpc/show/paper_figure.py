@@ -122,7 +122,7 @@ def _contents(profile: ShockProfile, view: View) -> np.ndarray:
 
 
 def _beyond(profile: ShockProfile, view: View) -> set[int]:
-    """The sides of a panel at which pointers will stand: −1 left, 1 right. Only one that is far from level stands above or below."""
+    """The sides of a panel at which pointers will stand, −1 left and 1 right; only a steep one stands above or below."""
     near = NEAR * view.size
     sides = set()
     for i in np.flatnonzero(~profile.translates):
