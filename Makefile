@@ -30,10 +30,11 @@ check: .venv/.dev
 	@"$(BIN)/ruff" check shockpc tests
 	@"$(BIN)/mypy"
 
-# Error against run time, with a report in out/bench; SUITE=full takes longer and looks further.
+# Error against run time, with a report in out/bench and its summary in the README; SUITE=full looks further, for longer.
 SUITE ?= quick
 bench: .venv/.dev
 	@"$(BIN)/shockpc" bench --suite "$(SUITE)" --out out/bench
+	@"$(BIN)/python" -m shockpc.bench.readme out/bench/summary.md README.md
 
 # The promise of the error estimate on random trees; it ends with an error if it is broken once.
 TREES ?= 100000

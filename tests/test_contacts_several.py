@@ -1,6 +1,7 @@
 """Several contacts at once, feet that stand already, and landing while turning."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pinocchio as pin
@@ -12,6 +13,7 @@ from trees import known_robot, robot_from
 from shockpc.errors import SceneError
 from shockpc.model.contact import Contact
 from shockpc.model.motion import velocity_before
+from shockpc.model.posture import Posture
 from shockpc.model.transmission import Joints
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
@@ -231,7 +233,7 @@ def test_a_contact_that_would_have_to_pull_is_flagged():
     size = -min(contact.impulse[2] for contact in profile.contacts)
     assert warning == (
         f'contact "box" would have to be pulled down by {size:.3g} N s to keep to the ground; '
-        "a real foot lifts off there, so leave that contact out"
+        "a real foot lifts off there, so leave it out"
     )
     assert [contact.friction_needed for contact in profile.contacts].count(None) == 1
 
@@ -247,6 +249,106 @@ def test_a_standing_foot_does_not_move():
     alone = anymal((Contact(frame="LF_FOOT"),))
     assert np.abs(standing.delta_v - alone.delta_v).max() > 1e-3
     assert standing.energy_share is None
+
+
+def turned(profile):
+    """Jump of the angular momentum about the robot's centre of mass."""
+    linear, angular = momentum(profile)
+    bodies = profile.robot.bodies
+    places = [profile.position[i] + profile.rotation[i] @ one.com for i, one in enumerate(bodies)]
+    com = np.average(places, axis=0, weights=[one.mass for one in bodies])
+    return angular - np.cross(com, linear)
+
+
+TOTALS = {
+    "two feet": {},
+    "a foot, and two that stand": {"contact": DIAGONAL[:1], "stance": ("RH_FOOT", "RF_FOOT")},
+    "four feet, not unique": {
+        "contact": tuple(Contact(frame=foot) for foot in FEET), "joints": Joints(locked=("*",)),
+    },
+    "two of which stand, not unique": {"stance": ("RF_FOOT", "LH_FOOT"), "joints": Joints(locked=("*",))},
+    "a flat foot and a sliding one": {
+        "contact": (Contact(frame="LF_FOOT", kind="flat"), Contact(frame="RH_FOOT", directions=("z",))),
+        "posture": Posture(base_rpy_deg=(3.0, -8.0, 40.0)),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TOTALS)
+def test_what_the_ground_does_in_all_is_the_momentum(name):
+    """Total impulse and its moment about the centre of mass, also where the feet's shares are not determined."""
+    strike = Strike(velocity=(0.3, 0.1, -1.0), angular_velocity=(0.2, -0.4, 0.3) if "stance" not in TOTALS[name] else None)
+    profile = anymal(strike=strike, **TOTALS[name])
+    np.testing.assert_allclose(profile.total_impulse, momentum(profile)[0], atol=1e-10)
+    np.testing.assert_allclose(profile.total_moment, turned(profile), atol=1e-10)
+    found = [*profile.contacts, *profile.stance]
+    assert [one.impulse is None for one in found] == ["not unique" in name] * len(found)
+    if "not unique" not in name:
+        np.testing.assert_allclose(sum(one.impulse for one in found), profile.total_impulse, atol=1e-10)
+
+
+def test_a_flat_contact_carries_a_moment_of_its_own():
+    """About the contact's point: with the impulse it is all that the ground does to a box on one sole; a point has none."""
+    flat = Contact(frame="box", offset=(0.05, 0.02, -0.1), kind="flat")
+    strike = Strike(velocity=(0.2, -0.1, -1.0), angular_velocity=(0.5, 1.0, -2.0))
+    profile = box([flat], strike=strike)
+    (contact,) = profile.contacts
+    linear, angular = momentum(profile)
+    np.testing.assert_allclose(contact.impulse, linear, atol=1e-12)
+    np.testing.assert_allclose(contact.moment, angular - np.cross(contact.point, linear), atol=1e-12)
+    assert box([corner(0)]).contacts[0].moment is None
+    # What slides may twist: no moment about the ground's normal.
+    sliding = box([dataclasses.replace(flat, directions=("z",))], strike=strike).contacts[0]
+    assert sliding.moment[2] == 0.0
+    assert np.abs(sliding.moment[:2]).min() > 1e-3
+    # Two soles on one rigid body share their load in no way that is known.
+    twins = box([flat, dataclasses.replace(flat, offset=(-0.1, 0.0, -0.1))], strike=strike)
+    assert [(one.impulse, one.moment) for one in twins.contacts] == [(None, None)] * 2
+
+
+def test_a_standing_foot_is_reported_as_a_contact_is():
+    """Where it stands, its impulse, and the friction it needs: the numbers of a contact that stays at rest."""
+    standing = anymal((Contact(frame="LF_FOOT"),), stance=("RH_FOOT",))
+    (foot,) = standing.stance
+    assert foot.frame == "RH_FOOT"
+    frame = standing.robot.frame("RH_FOOT")
+    np.testing.assert_array_equal(foot.point, standing.position[frame.body] + standing.rotation[frame.body] @ frame.offset)
+    struck = standing.contacts[0].impulse
+    np.testing.assert_allclose(foot.impulse, momentum(standing)[0] - struck, atol=1e-11)
+    assert foot.friction_needed == pytest.approx(np.hypot(*foot.impulse[:2]) / foot.impulse[2], rel=1e-12)
+    assert anymal().stance == ()
+
+
+SEESAW = urdf(
+    link("box", "3", '<inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0" ixz="0" iyz="0"/>'),
+    link("flap", "0.2"),
+    '<link name="near"/><link name="far"/><link name="beside"/>',
+    joint("j", "box", "flap", more='<origin xyz="0 0 0.3"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'),
+    *(
+        f'<joint name="{name}_weld" type="fixed"><parent link="box"/><child link="{name}"/><origin xyz="{place}"/></joint>'
+        for name, place in (("near", "0.02 0 -0.1"), ("far", "0.3 0 -0.1"), ("beside", "0.02 0.2 -0.1"))
+    ),
+    name="seesaw",
+)
+
+
+def test_a_standing_foot_that_would_have_to_pull_is_flagged():
+    """Struck far out, a box rises at the foot it stands on: the ground would have to hold it down."""
+    # What is slack in the direction of the strike leaves the standing foot at rest: only its hip may move.
+    legs = {"joints": Joints(armature={"*": 0.05})}
+    pulls = {
+        feet: anymal((Contact(frame=feet[0]),), Strike(velocity=(0.0, 0.0, -1.0)), stance=feet[1:], **legs)
+        for feet in itertools.permutations(FEET, 3)
+    }
+    assert {bool(profile.health.warnings) for profile in pulls.values()} == {True, False}
+    for profile in pulls.values():
+        down = [foot for foot in profile.stance if foot.impulse[2] < 0.0]
+        assert [foot.friction_needed is None for foot in profile.stance] == [foot in down for foot in profile.stance]
+        assert profile.health.warnings == tuple(
+            f'stance "{foot.frame}" would have to be pulled down by {-foot.impulse[2]:.3g} N s to keep to the ground; '
+            "a real foot lifts off there, so leave it out"
+            for foot in down
+        )
 
 
 def test_what_is_fixed_to_the_world_stands_anyway():

@@ -265,8 +265,7 @@ def test_pulling_contact_needs_no_friction_but_has_an_impulse():
     assert [contact["impulse"][2] for contact in read["contacts"]] == pytest.approx([1.5, -0.5])
     assert [contact["friction_needed"] for contact in read["contacts"]] == [0.0, None]
     assert read["health"]["warnings"] == [
-        'contact "tip" would have to be pulled down by 0.5 N s to keep to the ground; a real foot lifts off there, '
-        "so leave it out"
+        'contact "tip" would have to be pulled down by 0.5 N s to keep to the ground; a real foot lifts off there, so leave it out'
     ]
 
 

@@ -583,7 +583,7 @@ def test_a_pointer_gives_way_to_what_stands_at_the_border(height):
 def test_a_label_hides_no_edge():
     """With no room on the left, a label rather stands further up or down than over the side of a body."""
     window = Window(np.array([-0.02, -1.0]), np.array([1.0, 1.0]), 0.2)
-    body = shapely.box(0.03, -0.02, 0.1, 0.02)
+    body = shapely.box(0.06, -0.02, 0.1, 0.02)
     axes = Figure().add_axes((0.0, 0.0, 1.0, 1.0))
     Labels(axes, window, body).place(np.zeros(2), "2: 1.45 m")
     _, y = axes.texts[0].get_position()

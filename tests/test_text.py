@@ -325,16 +325,14 @@ SPINNING = urdf(
 )
 
 
-@pytest.mark.parametrize(
-    ("plane", "base"), [("xz", ("turns across", "–", "–", "inf")), ("yz", ("0", "-0.8000", "0", "0.8000"))]
-)
+@pytest.mark.parametrize(("plane", "base"), [("xz", ("turns across", "–", "–", "inf")), ("yz", ("0", "-0.4000", "0", "0.9000"))])
 def test_a_body_that_spins_across_the_plane(plane, base):
     """Struck beside its centre, seen along the turn and across it: a word, or a point; and in CSV no word among numbers."""
     contact = Contact(frame="base", offset=(0.0, 0.5, 0.0))
     profile = shock_profile(Scene(robot="r", contact=(contact,), plane=plane), robot_from(SPINNING))
     report = text_report([profile])
     rows = [re.split(r" {2,}", line) for line in report.split("─\n")[1].splitlines()]
-    # A wheel on a bearing along the axis of the turn keeps its orientation, so it is only carried.
+    # A wheel on a bearing along the axis of the turn keeps its orientation and is only carried: I / (m d) = 0.4 / (2 · 0.5).
     assert [(row[0], *row[2:6]) for row in rows[:2]] == [("base", *base), ("wheel", "translates", "–", "–", "inf")]
     assert [row[-1] for row in rows[:2]] == (["100.0000" if plane == "xz" else "0", "0"])
     table = list(csv.reader(io.StringIO(csv_report([profile]))))
@@ -359,9 +357,7 @@ together               0          0     1.0000                  –
 
 def test_feet_that_stand_are_told_with_the_sum():
     """A row for each foot that stands, one for all together, and what they turn the robot by."""
-    contacts = (
-        ContactImpulse("box", np.zeros(3), np.array([0.0, 0.0, 1.5]), None, 0.0, np.zeros(3), 1.0, 1.0, None),
-    )
+    contacts = (ContactImpulse("box", np.zeros(3), np.array([0.0, 0.0, 1.5]), None, 0.0, np.zeros(3), 1.0, 1.0, None),)
     stance = (StanceImpulse("flap", np.zeros(3), np.array([0.0, 0.0, -0.5]), None),)
     found = replace(
         landing("pivot"),
@@ -377,7 +373,7 @@ def test_feet_that_stand_are_told_with_the_sum():
     repeated = as_text(contacts_sheet(replace(found, contacts=(unknown,)))).splitlines()
     assert repeated[4].split() == ["box", "not", "unique", "–", "–", "–"]
     assert repeated[6:] == [
-        "together                0          0     1.0000                  –",
+        "together                0          0     1.0000  –",
         "(where contacts repeat one another only the sum of their impulses is determined)",
         "(together they turn the robot by (0, 0.25, 0) N m s about its centre of mass)",
     ]
