@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from commands import good, run
-from robot_texts import body, joint, link, mjcf, urdf
+from robot_texts import LIMIT, body, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.core.impulse import solve_impact
@@ -25,6 +25,7 @@ from shockpc.paper.scenes import find_scene
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
 from shockpc.setting import complete, setting_of
+from shockpc.show.design_sheets import balance_lines
 
 DIGITS = 1e-12
 
@@ -315,11 +316,16 @@ def test_the_posture_is_projected_onto_the_loop():
     loop = loop_of(robot, LOOP)
     before = np.array(setting.q)
     before[7:] = np.radians([40.0, -60.0, 10.0])
-    assert profile.assembly.gap == pytest.approx(np.abs(closure_gap(dynamics(robot, before[None]), loop)).max(), rel=1e-12)
+    apart = closure_gap(dynamics(robot, before[None]), loop)[0]
+    assert profile.assembly.gap == pytest.approx(np.linalg.norm(apart), rel=1e-12)
+    assert np.linalg.norm(apart) > np.abs(apart).max()
+    assert profile.assembly.turn == 0.0
     assert np.abs(closure_gap(setting.state, loop)).max() < 1e-12
     moved = pin.difference(robot.model, before, setting.q)
     assert moved[6] == 0.0
-    assert dict(profile.assembly.moved) == pytest.approx({"b": abs(moved[7]), "c": abs(moved[8])}, rel=1e-9)
+    assert min(moved[7:]) < 0.0 < max(moved[7:])
+    assert [(name, unit) for name, _, unit in profile.assembly.moved] == [("b", "rad"), ("c", "rad")]
+    assert [by for _, by, _ in profile.assembly.moved] == pytest.approx([moved[7], moved[8]], rel=1e-9)
 
 
 def test_a_posture_that_meets_already_is_left_alone():
@@ -334,7 +340,8 @@ def test_a_posture_that_meets_already_is_left_alone():
 def test_without_assemble_all_joints_move_that_the_posture_does_not_set():
     robot = robot_from(FOUR_BAR)
     profile = shock_profile(four_bar(assemble=(), posture=Posture(joints_deg={"a": 40.0})), robot)
-    assert {name for name, _ in profile.assembly.moved} == {"b", "c"}
+    assert {name for name, _, _ in profile.assembly.moved} == {"b", "c"}
+    assert {unit for _, _, unit in profile.assembly.moved} == {"rad"}
 
 
 def test_a_loop_that_cannot_close_says_by_how_much():
@@ -352,9 +359,103 @@ def test_a_loop_that_cannot_close_says_by_how_much():
     assert 100.0 < float(text.split("stay ")[1].split(" mm")[0]) < 700.0
 
 
+WELD = Closure(a=Place(frame="rod"), b=Place(frame="crank", offset=(0.0, 0.0, -0.2)), kind="frame")
+"""Where the rod hangs: its ends meet always, and are turned by joint b."""
+
+
+def test_a_closure_of_frames_tells_its_turn_beside_its_gap():
+    """Degrees and millimetres are not mixed: ends at one place, turned by 60 degrees, are no gap but a turn."""
+    profile = shock_profile(four_bar(closure=(WELD,), assemble=("b",)), robot_from(FOUR_BAR))
+    assert profile.assembly.gap < 1e-15
+    assert profile.assembly.turn == pytest.approx(np.radians(60.0), rel=1e-12)
+    ((name, by, unit),) = profile.assembly.moved
+    assert (name, unit) == ("b", "rad")
+    assert by == pytest.approx(np.radians(60.0), rel=1e-9)
+    assert balance_lines(profile)[-1] == "loops closed from a gap of {:.3g} mm and 60 deg: b by 60 deg".format(
+        1e3 * profile.assembly.gap
+    )
+
+
+def test_a_closure_of_frames_that_cannot_close_says_by_how_much_it_is_turned():
+    with pytest.raises(SceneError) as refusal:
+        shock_profile(four_bar(closure=(WELD,), assemble=("c",)), robot_from(FOUR_BAR))
+    text = str(refusal.value)
+    head = 'closure "rod–crank" cannot be closed: its ends stay '
+    assert text.startswith(head)
+    apart, _, rest = text.removeprefix(head).partition(" mm apart")
+    assert float(apart) < 1e-12
+    assert rest == (
+        ' and 60 deg turned; joints that may move: "c"; let others move with --assemble, '
+        "or start from joint values nearer to the closed loop"
+    )
+
+
+SLIDE = urdf(
+    link("ground"),
+    link("arm"),
+    link("slider"),
+    joint("turn", "ground", "arm"),
+    joint("slide", "arm", "slider", "prismatic", axis="1 0 0"),
+    name="telescope",
+)
+
+
+def test_what_slides_to_close_a_loop_is_told_in_metres():
+    """A slider by millimetres, with its sign; a hinge by degrees."""
+    robot = robot_from(SLIDE)
+    closure = Closure(a=Place(frame="slider"), b=Place(frame="ground", offset=(-0.03, 0.0, 0.04)), directions=("x", "z"))
+    posture = Posture(joints={"turn": 0.0, "slide": -0.06})
+    landing = Scene(robot="t", contact=(Contact(frame="slider"),), closure=(closure,), assemble=("*",), posture=posture)
+    profile = shock_profile(landing, robot)
+    # A slider at −50 mm, on an arm that turns the world's −x up by atan(4/3) about +y.
+    assert [(name, unit) for name, _, unit in profile.assembly.moved] == [("turn", "rad"), ("slide", "m")]
+    assert [by for _, by, _ in profile.assembly.moved] == pytest.approx([np.arctan2(4, 3), 0.01], rel=1e-9)
+    assert profile.assembly.gap == pytest.approx(0.05, rel=1e-12)
+    assert balance_lines(profile)[-1] == "loops closed from a gap of 50 mm: turn by 53.1 deg, slide by 10 mm"
+
+
+PARALLEL = urdf(
+    link("ground"),
+    link("crank"),
+    link("rod"),
+    link("rocker"),
+    joint("a", "ground", "crank", axis="0 -1 0", more='<origin xyz="0.1 0 0"/>' + LIMIT),
+    joint(
+        "b",
+        "crank",
+        "rod",
+        axis="0 -1 0",
+        more='<origin xyz="0 0 -0.2"/><mimic joint="a" multiplier="-1"/>' + LIMIT,
+    ),
+    joint("c", "ground", "rocker", axis="0 -1 0", more='<origin xyz="-0.1 0 0"/><mimic joint="a"/>' + LIMIT),
+    name="parallel",
+)
+"""A parallelogram, all of whose joints follow one."""
+
+
+def parallel(reach=0.2, **changes):
+    closure = Closure(a=Place(frame="rod", offset=(-0.2, 0.0, 0.0)), b=Place(frame="rocker", offset=(0.0, 0.0, -reach)))
+    given = {
+        "robot": "p.urdf", "contact": (Contact(frame="rocker", offset=(0.0, 0.0, -0.2)),), "closure": (closure,),
+        "posture": Posture(joints_deg={"a": 20.0}),
+    }  # fmt: skip
+    return Scene(**(given | changes))
+
+
+def test_followers_are_held_by_their_leader():
+    """What follows a joint that may not move cannot close a loop, and is not offered."""
+    remedy = "; let others move with --assemble, or start from joint values nearer to the closed loop"
+    for posture, listed in ((Posture(joints_deg={"a": 20.0}), "none"), (Posture(), '"a"')):
+        with pytest.raises(SceneError) as refusal:
+            shock_profile(parallel(0.25, posture=posture), robot_from(PARALLEL))
+        assert str(refusal.value) == (
+            'closure "rod–rocker" cannot be closed: its ends stay 50 mm apart; joints that may move: ' + listed + remedy
+        )
+
+
 def test_the_command_line_says_which_joints_close_the_loop(capfd):
     out = good(capfd, "analyze", find_scene("five_bar"), "--assemble", "rear_knee", "--assemble", "front_knee")
-    assert "loops closed from a gap of 3.77 mm: front_knee by 0.0115, rear_knee by 0.0115" in out
+    assert "\nloops closed from a gap of 3.77 mm: front_knee by -0.661 deg, rear_knee by 0.661 deg\n" in out
     outcome = run(capfd, "analyze", find_scene("five_bar"), "--assemble", "rear_knee")
     assert outcome.code == 2
     assert 'closure "toe–rear_end" cannot be closed: its ends stay' in outcome.err
@@ -388,11 +489,82 @@ def test_a_closure_that_makes_no_sense_is_refused(closure, message):
     assert str(refusal.value).startswith(message)
 
 
-def test_rates_that_tear_a_loop_open_are_refused():
-    with pytest.raises(
-        SceneError, match=r'^the joint velocities open closure "rod–rocker" at .* m/s; give rates that the loop allows'
-    ):
-        shock_profile(four_bar(strike=Strike(velocity=(0.0, 0.0, -1.0), joint_velocities={"a": 1.0})), robot_from(FOUR_BAR))
+def rates_of(found, robot):
+    """Joint rates before the impact, and how fast they open the loops [m/s]."""
+    setting = setting_of(complete(found, robot), robot)
+    loops = (*robot.loops, *(loop_of(robot, closure) for closure in found.closure))
+    K = np.concatenate([row_jacobian(setting.state, closure_block(setting.state, loop).W)[0] for loop in loops])
+    return setting.before.joint_rates, float(np.abs(K @ setting.before.joint_rates).max()), K
+
+
+def swinging(**joints):
+    return Strike(velocity=(0.0, 0.0, -1.0), joint_velocities=joints)
+
+
+@pytest.mark.parametrize("leader", ["a", "b", "c"])
+def test_rates_go_along_the_loop(leader):
+    """One rate of a four-bar sets the others; the profile is the one with all of them given."""
+    robot = robot_from(FOUR_BAR)
+    rates, opening, _ = rates_of(four_bar(strike=swinging(**{leader: 1.3})), robot)
+    assert rates["abc".index(leader) + 6] == 1.3
+    assert opening < 1e-14
+    np.testing.assert_array_equal(rates[:6], 0.0)
+    assert np.abs(rates[6:]).min() > 0.1
+    one = shock_profile(four_bar(strike=swinging(**{leader: 1.3})), robot)
+    every = shock_profile(four_bar(strike=swinging(**dict(zip("abc", map(float, rates[6:]), strict=True)))), robot)
+    np.testing.assert_allclose(one.delta_qd, every.delta_qd, atol=1e-12 * np.abs(every.delta_qd).max())
+    np.testing.assert_allclose(one.contacts[0].approach, every.contacts[0].approach, atol=1e-13)
+    assert np.linalg.norm(one.contacts[0].approach - [0.0, 0.0, -1.0]) > 0.05
+
+
+def test_rates_that_are_not_given_are_the_least():
+    """A loop of five bars leaves one free: of all that closes it, the completion is the shortest; what no loop asks for rests."""
+    found = scene("five_bar")
+    robot = robot_of(found)
+    given = next(name for name in robot.joints if name.startswith("rear"))
+    found = dataclasses.replace(
+        found, strike=dataclasses.replace(found.strike, joint_velocities={given: 2.0}), contact=found.contact
+    )
+    rates, opening, K = rates_of(found, robot)
+    index = robot.model.joints[robot.model.getJointId(given)].idx_v
+    assert rates[index] == 2.0
+    assert opening < 1e-13
+    others = np.array([robot.model.joints[robot.model.getJointId(n)].idx_v for n in robot.joints if n != given])
+    expected = -np.linalg.pinv(K[:, others], rcond=1e-10) @ K[:, index] * 2.0
+    np.testing.assert_allclose(rates[others], expected, atol=1e-12)
+    assert len(others) > np.linalg.matrix_rank(K[:, others], 1e-9)
+
+
+@pytest.mark.parametrize("base", ["free", "planar"])
+def test_followers_go_with_their_leader_along_a_loop(base):
+    """The one rate of a parallelogram is given; its followers have no rate of their own to complete."""
+    rates, opening, _ = rates_of(parallel(base=base, strike=swinging(a=0.7)), robot_from(PARALLEL))
+    np.testing.assert_allclose(rates, [0.0] * 6 + [0.7, -0.7, 0.7], atol=1e-15)
+    assert opening < 1e-15
+
+
+def test_locked_joints_do_not_complete_a_loop():
+    """A four-bar with a locked joint has no rate at all."""
+    with pytest.raises(SceneError, match=r'^the joint velocities open closure "rod–rocker" at '):
+        shock_profile(four_bar(strike=swinging(a=1.0), joints=Joints(locked=("b",))), robot_from(FOUR_BAR))
+
+
+@pytest.mark.parametrize("joints", [{"a": 1.0, "b": 0.2}, {"a": 1.0, "b": 0.2, "c": 0.1}, {"a": 1.0, "c": 0.0}])
+def test_rates_that_tear_a_loop_open_are_refused(joints):
+    """Only what no completion fits, with the speed that is left; the least of all speeds where others may help."""
+    robot = robot_from(FOUR_BAR)
+    found = four_bar(strike=swinging(**joints))
+    _, _, K = rates_of(four_bar(), robot)
+    rates = np.array([joints.get(name, 0.0) for name in "abc"])
+    free = [k for k, name in enumerate("abc") if name not in joints]
+    if free:
+        rates[free] = -np.linalg.lstsq(K[:, 6:][:, free], K[:, 6:] @ rates, rcond=None)[0]
+    with pytest.raises(SceneError) as refusal:
+        shock_profile(found, robot)
+    assert str(refusal.value) == (
+        f'the joint velocities open closure "rod–rocker" at {np.abs(K[:, 6:] @ rates).max():.3g} m/s; '
+        "give rates that the loop allows, or fewer of them"
+    )
 
 
 def test_a_loop_does_not_care_where_the_tree_is_cut():

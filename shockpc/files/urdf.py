@@ -122,6 +122,7 @@ def _check_reserved(links: list[Element], joints: list[Element], file: str) -> N
 def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
     """Every joint joins two links that exist; every link but one, the root, hangs on exactly one joint; none in a circle."""
     above: dict[str, tuple[str, str]] = {}
+    known = set(links)
     for joint in joints:
         name = joint.get("name", "")
         if joint.get("type") not in _JOINT_TYPES:
@@ -133,7 +134,7 @@ def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
         for end in ("parent", "child"):
             element = joint.find(end)
             link = element.get("link", "") if element is not None else ""
-            if link not in links:
+            if link not in known:
                 said = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
                 raise RobotError(f'{file}: joint "{name}": {said}; every joint has to join two links of the file')
             ends[end] = link
@@ -144,11 +145,15 @@ def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
                 "a URDF is a tree, so cut the loop at one of them"
             )
         above[ends["child"]] = (ends["parent"], name)
+    rooted: set[str] = set()
     for link in above:
-        trail = [link]
-        while trail[-1] in above and above[trail[-1]][0] not in trail:
+        trail, met = [link], {link}
+        while trail[-1] in above and trail[-1] not in rooted and above[trail[-1]][0] not in met:
             trail.append(above[trail[-1]][0])
-        if trail[-1] in above:
+            met.add(trail[-1])
+        if trail[-1] not in above or trail[-1] in rooted:
+            rooted |= met
+        else:
             circle = trail[trail.index(above[trail[-1]][0]) :]
             through = _listed(sorted(above[member][1] for member in circle))
             said = f"joints {through} form" if len(circle) > 1 else f"joint {through} forms"

@@ -35,17 +35,17 @@ def evaluate(model: pin.Model, q: Array) -> tuple[Array, Array, Array]:
         placed.append(placed[model.parents[i]] * model.jointPlacements[i] * data.M)
         J[:, joint.idx_v : joint.idx_v + joint.nv] = placed[i].action @ data.S.reshape(6, joint.nv)
         composite[i] = placed[i].act(model.inertias[i]).matrix()
+    moves = np.zeros((model.njoints, model.nv), dtype=bool)
+    for i in range(1, model.njoints):
+        joint = model.joints[i]
+        moves[i] = moves[model.parents[i]]
+        moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
     H = np.zeros((model.nv, model.nv))
     for i in range(model.njoints - 1, 0, -1):
-        joint, parent = model.joints[i], model.parents[i]
+        joint = model.joints[i]
         own = slice(joint.idx_v, joint.idx_v + joint.nv)
-        force = composite[i] @ J[:, own]
-        above = i
-        while above > 0:
-            other = model.joints[above]
-            columns = slice(other.idx_v, other.idx_v + other.nv)
-            H[columns, own] = J[:, columns].T @ force
-            H[own, columns] = H[columns, own].T
-            above = model.parents[above]
-        composite[parent] += composite[i]
+        # The joints behind have given their part already; what moves this body is before it and itself.
+        H[moves[i], own] = J[:, moves[i]].T @ (composite[i] @ J[:, own])
+        H[own, moves[i]] = H[moves[i], own].T
+        composite[model.parents[i]] += composite[i]
     return H, J, np.stack([placement.homogeneous for placement in placed])
