@@ -61,8 +61,8 @@ class Strike:
     def vector(self, plane: Plane) -> Array:
         """The velocity (3,) in world axes [m/s]: speed · (sin θ · forward − cos θ · z).
 
-        Down is against world z, and a fall goes there, whatever the plane. Forward is the level direction in the plane that points to
-        world x, or to world y in a plane across x.
+        Down is against world z, and a fall goes there, whatever the plane. Forward is the level direction in the plane that points
+        to world x, or to world y in a plane across x.
 
         Raises:
             SceneError: it is given in two ways at once, its speed is beyond bounds, or an angle is given in a level plane.

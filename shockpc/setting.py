@@ -133,7 +133,7 @@ def _ground_normal(plane: Plane, velocity: Array) -> Array:
 
 
 def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -> tuple[Motion, np.ndarray]:
-    """How the robot moves before the impact, followers with their leaders; and which rates (nv,) the scene gives, the base's too."""
+    """How the robot moves before the impact, followers with their leaders; and which rates (nv,) are given."""
     omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
     rates, given = np.zeros(robot.model.nv), np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:

@@ -196,7 +196,12 @@ def test_followers_move_as_their_leader_does():
 # MJCF against MuJoCo itself
 
 
-def tied(inside, **qpos):
+def tied_with_refs(inside, q_ref, s_ref):
+    """The same chains, where the file draws the bodies at joint values other than zero."""
+    return tied(inside, {"q": q_ref, "s": s_ref})
+
+
+def tied(inside, refs=(), **qpos):
     """An MJCF of two chains on a trunk that turns, with an equality between them; its robot and its MuJoCo model in one posture."""
     left = body("b1", joints='<joint name="p" axis="0 1 0"/>').replace(
         "</body>", body("b2", joints='<joint name="q" axis="1 1 0"/>') + "</body>"
@@ -206,6 +211,8 @@ def tied(inside, **qpos):
     )
     trunk = body("trunk", joints='<joint name="t" axis="0 1 0"/>').replace("</body>", left + right + "</body>")
     text = mjcf(trunk, '<compiler angle="radian"/>', f"<equality>{inside}</equality>")
+    for name, ref in dict(refs).items():
+        text = text.replace(f'<joint name="{name}" ', f'<joint name="{name}" ref="{ref}" ')
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     for name, value in qpos.items():
@@ -260,6 +267,39 @@ def test_mjcf_joint_equalities_are_mujocos():
     assert K.shape == (1, 5)
     np.testing.assert_allclose(K @ G[0], 0.0, atol=1e-15)
     assert G.shape[2] == 4
+
+
+REFS = {"": (0.0, 0.0), "both": (0.4, -0.25), "follower": (0.4, 0.0), "leader": (0.0, -0.25)}
+
+
+@pytest.mark.parametrize("refs", REFS)
+@pytest.mark.parametrize("polycoef", ["0.1 -0.7 0 0 0", "0 1 0 0 0", "-0.3 2.5 0 0 0"])
+def test_joint_equalities_count_from_where_the_file_starts(refs, polycoef):
+    """MuJoCo couples q1 − q1₀ with q2 − q2₀, and q₀ is a joint's ref: where our follower stands, MuJoCo's residual is zero."""
+    robot, model, data = tied_with_refs(f'<joint joint1="q" joint2="s" polycoef="{polycoef}"/>', *REFS[refs])
+    scene = Scene(robot="m", contact=(Contact(frame="c2", offset=(0.1, 0.0, -0.2)),), posture=Posture(joints={"s": 0.3}))
+    q = shock_profile(scene, robot).q
+    for name in "tpqrs":
+        data.joint(name).qpos[0] = q[robot.model.joints[robot.model.getJointId(name)].idx_q]
+    mujoco.mj_forward(model, data)
+    residual = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+    np.testing.assert_allclose(residual, [0.0], atol=1e-15)
+    (mimic,) = robot.mimics
+    assert data.joint("s").qpos[0] == 0.3
+    assert mimic.multiplier == float(polycoef.split()[1])
+
+
+@pytest.mark.parametrize("ref", [0.0, 0.4])
+def test_a_joint_equality_without_a_leader_holds_the_joint(ref):
+    """A constant: q1 = q1₀ + a0, and the joint does not move."""
+    robot, model, data = tied_with_refs('<joint joint1="q" polycoef="0.1 0.9 0 0 0"/>', ref, 0.0)
+    profile = shock_profile(Scene(robot="m", contact=(Contact(frame="b2", offset=(0.1, 0.0, -0.2)),)), robot)
+    index = robot.model.joints[robot.model.getJointId("q")]
+    data.joint("q").qpos[0] = profile.q[index.idx_q]
+    mujoco.mj_forward(model, data)
+    assert profile.q[index.idx_q] == pytest.approx(ref + 0.1, abs=1e-15)
+    assert data.efc_pos[0] == pytest.approx(0.0, abs=1e-15)
+    assert profile.delta_qd[index.idx_v] == 0.0
 
 
 # Closing the posture

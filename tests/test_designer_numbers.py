@@ -1,5 +1,6 @@
 """Numbers that a designer asks for: loads, energy, effective masses, worst strikes, pulses, and what shock is normalised by."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pinocchio as pin
 import pytest
 from trees import known_robot
 
+from shockpc.core.contact_mass import delassus, effective_masses
 from shockpc.core.loads import joint_impulses, kinetic_energy
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.errors import SceneError
@@ -16,7 +18,7 @@ from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
 from shockpc.model.motion import twists_before
 from shockpc.model.transmission import Joints
-from shockpc.paper.landings import land, scene
+from shockpc.paper.landings import land, robot_of, scene
 from shockpc.profile import shock_profile
 from shockpc.scene import GRAVITY, Point, Scene, Strike
 from shockpc.setting import complete, setting_of
@@ -154,6 +156,63 @@ def test_effective_masses_by_their_definition():
     A = J @ np.linalg.solve(H, J.T)
     assert profile.contacts[0].mass_frictionless == pytest.approx(1.0 / A[2, 2], rel=1e-9)
     assert profile.contacts[0].mass_sticking == pytest.approx(np.linalg.inv(A)[2, 2], rel=1e-9)
+
+
+def point_rows(robot, q, frame):
+    """Rows (3, nv) of the velocity of a frame's origin along world x, y and z, from Pinocchio."""
+    model, data = robot.model, robot.model.createData()
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    return pin.getFrameJacobian(model, data, model.getFrameId(frame), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)[:3]
+
+
+def gives_way(H, J, K):
+    """How fast a point moves after a unit impulse on it along x, y and z (3, 3), while the rows K stay held: their KKT, solved."""
+    whole = np.block([[H, K.T], [K, np.zeros((len(K), len(K)))]])
+    pushed = np.concatenate([J.T, np.zeros((len(K), 3))])
+    # Rows of a planar loop repeat one another, so their own impulses are not unique; what moves is.
+    return J @ np.linalg.lstsq(whole, pushed, rcond=1e-12)[0][: len(H)]
+
+
+STANDING = ("FR_foot", "RL_foot")
+PINNED = ("rod_end", "leg_lever")
+
+
+@pytest.mark.parametrize(
+    ("name", "contact", "changes", "stands", "loop"),
+    [
+        ("go2", "FL_foot", {}, (), ()),
+        ("go2", "FL_foot", {"stance": STANDING}, STANDING, ()),
+        ("skippy", "toe", {}, (), PINNED),
+        ("skippy", "toe", {"stance": ("head",)}, ("head",), PINNED),
+    ],
+    ids=["alone", "stance", "closure", "stance and closure"],
+)
+def test_effective_masses_while_stance_and_closures_hold(name, contact, changes, stands, loop):
+    """What is held makes a point resist more: against a unit impulse on it, with those rows in the equation of motion."""
+    found = scene("fig3") if name == "skippy" else Scene(robot=name, contact=(Contact(frame=contact),))
+    found = dataclasses.replace(found, strike=Strike(joint_velocities={"*": 0.0}), **changes) if stands else found
+    profile = shock_profile(found, robot_of(found) if loop else known_robot(name))
+    robot, q = profile.robot, profile.q
+    H = pin.crba(robot.model, robot.model.createData(), q)
+    H = np.triu(H) + np.triu(H, 1).T
+    J = point_rows(robot, q, contact)
+    held = [point_rows(robot, q, frame) for frame in stands]
+    if loop:
+        held.append(point_rows(robot, q, loop[0]) - point_rows(robot, q, loop[1]))
+    K = np.concatenate([np.zeros((0, robot.model.nv)), *held])
+    A = gives_way(H, J, K)
+    np.testing.assert_allclose(delassus(H, J, K), A, rtol=0.0, atol=1e-9 * np.abs(A).max())
+    masses = profile.contacts[0].mass_frictionless, profile.contacts[0].mass_sticking
+    up = np.array([0.0, 0.0, 1.0])
+    assert masses == pytest.approx(effective_masses(A, up), rel=1e-7)
+    assert masses[0] == pytest.approx(1.0 / A[2, 2], rel=1e-9)
+    if len(K):
+        alone = gives_way(H, J, np.zeros((0, robot.model.nv)))
+        gained = np.linalg.eigvalsh(alone - A)
+        assert gained[0] > -1e-9 * np.abs(alone).max()
+        # Far above rounding, so that a wrong sign of what is held cannot pass.
+        assert gained[-1] > 1e-4 * np.abs(alone).max()
 
 
 @pytest.mark.parametrize(("name", "factor"), [("anymal_c", 0.721), ("go2", 0.780), ("solo12", 0.783), ("hyq", 0.866)])

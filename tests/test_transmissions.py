@@ -4,11 +4,12 @@ import dataclasses
 import itertools
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from robot_texts import body, floating, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError, ShockError
+from shockpc.errors import RobotError, SceneError, ShockError
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import Posture
@@ -178,6 +179,70 @@ def test_what_is_locked_is_one_body():
 )
 def test_no_number_goes_without_its_joint_model(joints, model):
     assert go2(joints).joint_model == model
+
+
+# Rotors beside the robot: an SRDF's <rotor_params>
+
+GEARED_ARM = urdf(
+    link("base"), link("upper"), link("lower"), link("hand"),
+    joint("shoulder", "base", "upper"), joint("elbow", "upper", "lower"), joint("wrist", "lower", "hand"),
+    name="arm",
+)  # fmt: skip
+
+
+def rotor_file(*rotors):
+    """An SRDF with a rotor for every (joint, mass, gear_ratio)."""
+    lines = "".join(f'<joint name="{joint}" mass="{mass}" gear_ratio="{ratio}"/>' for joint, mass, ratio in rotors)
+    return f'<robot name="arm"><rotor_params>{lines}</rotor_params></robot>'
+
+
+ROTORS = rotor_file(("shoulder", "1.5e-4", "9"), ("elbow", "2e-4", "-36.5"), ("of_another_robot", "1", "1"))
+
+
+def test_a_rotor_beside_the_robot_counts_by_the_square_of_its_gear():
+    """gear_ratio² · inertia, on the joints that the SRDF names and on no other; a joint that the robot has not is passed over."""
+    found = transmission(robot_from(GEARED_ARM, srdf=ROTORS), Joints())
+    np.testing.assert_allclose(found.armature, [0.0] * 6 + [81.0 * 1.5e-4, 36.5**2 * 2e-4, 0.0], rtol=1e-15)
+    assert found.model == "geared"
+
+
+def test_rotors_beside_the_robot_are_those_pinocchio_loads(tmp_path):
+    """Pinocchio keeps inertia and ratio apart; its own joint-space inertia holds their reflected inertia as ours does."""
+    text = ROTORS.replace('<joint name="of_another_robot" mass="1" gear_ratio="1"/>', "")
+    (tmp_path / "arm.srdf").write_text(text)
+    model = pin.buildModelFromXML(GEARED_ARM, pin.JointModelFreeFlyer())
+    pin.loadRotorParameters(model, str(tmp_path / "arm.srdf"), False)
+    robot = robot_from(GEARED_ARM, srdf=text)
+    np.testing.assert_allclose(robot.model.armature, model.rotorGearRatio**2 * model.rotorInertia, rtol=1e-15)
+    assert np.count_nonzero(robot.model.armature) == 2
+
+
+def test_rotors_beside_the_robot_reach_the_landing():
+    """What the SRDF gives is what the scene could have given joint by joint, and free drives know nothing of it."""
+    contact = (Contact(frame="hand", offset=(0.1, 0.0, -0.2)),)
+    with_rotors, bare = robot_from(GEARED_ARM, srdf=ROTORS), robot_from(GEARED_ARM)
+    given = Joints(rotor={"shoulder": Rotor(inertia=1.5e-4, gear_ratio=9.0), "elbow": Rotor(inertia=2e-4, gear_ratio=-36.5)})
+    landed = shock_profile(Scene(robot="arm", contact=contact), with_rotors)
+    assert landed.joint_model == "geared"
+    assert distance(landed, shock_profile(Scene(robot="arm", contact=contact, joints=given), bare)) < 1e-12
+    free = shock_profile(Scene(robot="arm", contact=contact, joints=Joints(model="free")), with_rotors)
+    without = shock_profile(Scene(robot="arm", contact=contact), bare)
+    assert (free.joint_model, without.joint_model) == ("free", "free")
+    assert distance(free, without) == 0.0
+    assert distance(landed, without) > 1e-2
+
+
+@pytest.mark.parametrize(
+    ("mass", "ratio"),
+    [("-1e-4", "9"), ("1e-4 2e-4", "9"), ("", "9"), ("1e-4", ""), ("1e-4", "9 9"), ("light", "9"), ("1e-4", "inf"), ("nan", "9")],
+)
+def test_a_rotor_that_is_none_is_refused(mass, ratio):
+    with pytest.raises(RobotError) as refusal:
+        robot_from(GEARED_ARM, srdf=rotor_file(("elbow", mass, ratio)))
+    assert str(refusal.value) == (
+        f'robot.srdf: the rotor of joint "elbow" has mass "{mass}" and gear_ratio "{ratio}"; '
+        "it takes one number each, the inertia of the rotor [kg m²] not below zero"
+    )
 
 
 # Refused, with one clear message each

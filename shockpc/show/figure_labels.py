@@ -18,6 +18,9 @@ REACHES = (1.0, 2.2, 3.6, 5.5, 8.0)
 SIZE = 7.5
 """Of the letters [pt]."""
 
+EDGE, ACROSS = 2.0, 0.5
+"""What it costs to hide an edge, and to stand on the other side of a body, against 0.05 for every step away from the mark."""
+
 
 class _Box(NamedTuple):
     x0: float
@@ -58,6 +61,11 @@ class Labels:
         near = [math.hypot(place[0] - (b.x0 + b.x1) / 2.0, place[1] - (b.y0 + b.y1) / 2.0) for b in self._taken]
         return min(near, default=math.inf) / self._inch
 
+    def crosses(self, start: Array, end: Array) -> bool:
+        """Whether a line between two places (2,) [m] runs over a body, a mark or a label."""
+        line = shapely.LineString([start, end])
+        return bool(shapely.intersects(self._bodies, line)) or any(line.intersects(shapely.box(*box)) for box in self._taken)
+
     def tag(self, place: Array, text: str) -> None:
         """Write a number into a ring at a place (2,) [m]."""
         self._axes.plot(*place, "o", markersize=9.5, markerfacecolor=PAPER, markeredgecolor=INK, markeredgewidth=0.5, zorder=6.5)
@@ -77,6 +85,7 @@ class Labels:
         x, y = float(mark[0]), float(mark[1])
         width = (0.62 * len(text) + 0.5) * SIZE / 72.0 * self._inch
         height = 1.25 * SIZE / 72.0 * self._inch
+        beside = not shapely.intersects_xy(self._bodies, x, y)
         chosen, least, far = _Box(x, y, x + width, y + height), math.inf, False
         for reach in REACHES:
             for right, up in SIDES:
@@ -88,7 +97,9 @@ class Labels:
                 covered = shapely.intersection(self._bodies, shapely.box(*box)).area / (width * height)
                 # Half on a body and half off it is worst: that hides an edge.
                 cost = 5.0 * sum(box.shared(other) for other in self._taken)
-                cost += (0.8 * covered * (1.0 - covered) + 0.05 * covered + 0.05 * reach) * width * height
+                cost += (EDGE * min(covered, 1.0 - covered) + 0.05 * covered + 0.05 * reach) * width * height
+                if beside and shapely.intersects(self._bodies, shapely.LineString([(x, y), (cx, cy)])):
+                    cost += ACROSS * width * height
                 if cost < least:
                     chosen, least, far = box, cost, reach > REACHES[1]
         self._taken.append(chosen)

@@ -58,13 +58,14 @@ def draw_marks(
         signs.add("centre")
         if _radius(axes, centres[i], float(profile.ropc[i]), window, whole):
             signs.add("radius")
+    # Pointers come before the labels of marks: theirs are the longest, and a short one finds its place around an arrow.
+    beyond = [i for i in (*numbers, *turning) if i in turning and i not in visible]
+    draw_pointers(axes, profile, list(dict.fromkeys(beyond)), numbers, labels, window)
     for group in _together(numbered, centres, 0.07 * window.inch):
         labels.place(centres[group[0]], ", ".join(str(numbers[i]) for i in group))
     for k, place in enumerate(sensors):
         axes.plot(*place, "D", markersize=4.2, markerfacecolor=SENSOR, markeredgecolor=INK, markeredgewidth=0.7, zorder=7)
         labels.place(place, letter(k))
-    beyond = [i for i in (*numbers, *turning) if i in turning and i not in visible]
-    draw_pointers(axes, profile, list(dict.fromkeys(beyond)), numbers, labels, window)
     return frozenset(signs | ({"pointer"} if set(beyond) & set(numbers) else set()))
 
 

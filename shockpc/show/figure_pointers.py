@@ -18,6 +18,12 @@ __all__ = ["draw_pointers"]
 APART = 0.3
 """Least distance between two numbered pointers [inches]."""
 
+LONG = 0.28
+"""Length of a numbered pointer [inches]."""
+
+MOVED = 0.6
+"""How far along the border a numbered pointer may give way to a body or a mark [inches]; further on it would mislead."""
+
 
 def draw_pointers(
     axes: Axes, profile: ShockProfile, bodies: list[int], numbers: dict[int, int], labels: Labels, window: Window
@@ -50,9 +56,9 @@ def draw_pointers(
             same.numbers.append(numbers[i])
     taken: list[Array] = []
     for mark in marks:
-        tip = _beside(mark.border, taken, window)
+        tip = _beside(mark, taken, labels, window)
         taken.append(tip)
-        tail = _arrow(axes, tip, mark.direction, window, 0.28, 10.0, INK)
+        tail = _arrow(axes, tip, mark.direction, window, LONG, 10.0, INK)
         labels.keep_free(tip, 0.05)
         labels.keep_free((tip + tail) / 2.0, 0.05)
         labels.keep_free(tail, 0.04)
@@ -82,18 +88,23 @@ def _exit(start: Array, direction: Array, window: Window) -> Array:
     return np.asarray(start + direction * float((room[moves] / direction[moves]).min()))
 
 
-def _beside(place: Array, taken: list[Array], window: Window) -> Array:
-    """The free place on the border that is nearest to the wanted one."""
+def _beside(mark: _Pointer, taken: list[Array], labels: Labels, window: Window) -> Array:
+    """The free place on the border that is nearest to the wanted one: off the bodies and marks if one is near, off other pointers."""
+    place = mark.border
     step = 0.05 * window.inch
     inset = 0.03 * window.inch
     upright = min(abs(place[0] - window.low[0]), abs(place[0] - window.high[0])) < 1.01 * inset
     along = np.array([0.0, 1.0]) if upright else np.array([1.0, 0.0])
-    for k in range(40):
-        for sign in (1.0, -1.0):
-            there = place + sign * k * step * along
-            if window.holds(there) and all(np.linalg.norm(there - other) > APART * window.inch for other in taken):
-                return np.asarray(there)
-    return place
+    shifts = [sign * k * step * along for k in range(40) for sign in (1.0, -1.0)]
+    places = [place + shift for shift in shifts if window.holds(place + shift)]
+    free = [there for there in places if all(np.linalg.norm(there - other) > APART * window.inch for other in taken)]
+    clear = (there for there in free if np.linalg.norm(there - place) < MOVED * window.inch and _clear(there, mark, labels, window))
+    return np.asarray(next(clear, free[0] if free else place))
+
+
+def _clear(tip: Array, mark: _Pointer, labels: Labels, window: Window) -> bool:
+    """Whether an arrow with its head there covers nothing."""
+    return not labels.crosses(tip, tip - LONG * window.inch * mark.direction)
 
 
 def _arrow(axes: Axes, tip: Array, direction: Array, window: Window, inches: float, head: float, colour: str) -> Array:

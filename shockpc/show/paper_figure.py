@@ -34,6 +34,9 @@ FOOT = 0.62
 LEAST, BAR = 1.6, 4.6
 """Least width of a panel, and width of the colour bar [inches]."""
 
+POINTER = 0.5
+"""Room for pointers beside a robot, beyond the pad [inches]."""
+
 WHOLE = 0.98
 """Share of a RoPc's circle that has to be in its panel for it to be drawn: arcs that run into the next panel mislead."""
 
@@ -84,12 +87,16 @@ def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> 
 def _windows(profiles: Sequence[ShockProfile], views: Sequence[View]) -> tuple[list[Window], list[float], float]:
     """The windows of all panels on one scale, their widths, and the height that they share [inches]."""
     held = [_contents(profile, view) for profile, view in zip(profiles, views, strict=True)]
+    sides = [_beyond(profile, view) for profile, view in zip(profiles, views, strict=True)]
     feet = [np.mean([to_plane(contact.point, p.plane) for contact in p.contacts], axis=0) for p in profiles]
     places = [points - foot for points, foot in zip(held, feet, strict=True)]
     inch = 1e-9
     # The arrows' length is one of paper, so what they need of the plane follows from the scale, and the scale from that.
     for _ in range(4):
-        full = [np.concatenate([one, [ARROW * inch * strike_in_plane(p)]]) for one, p in zip(places, profiles, strict=True)]
+        full = [
+            np.concatenate([one, [ARROW * inch * strike_in_plane(p)], _with_room(view, foot, side, inch)])
+            for one, p, view, foot, side in zip(places, profiles, views, feet, sides, strict=True)
+        ]
         wide = sum(float(np.ptp(one[:, 0])) for one in full) / (WIDEST - 2.0 * PAD * len(full))
         low, high = min(one[:, 1].min() for one in full), max(one[:, 1].max() for one in full)
         inch = max(wide, float(high - low) / (TALLEST - 2.0 * PAD))
@@ -112,6 +119,24 @@ def _contents(profile: ShockProfile, view: View) -> np.ndarray:
         if np.all(centre > view.low - near) and np.all(centre < view.high + near):
             places.append(centre)
     return np.array(places)
+
+
+def _beyond(profile: ShockProfile, view: View) -> set[int]:
+    """The sides of a panel at which pointers will stand: −1 left, 1 right. Only one that is far from level stands above or below."""
+    near = NEAR * view.size
+    sides = set()
+    for i in np.flatnonzero(~profile.translates):
+        centre = to_plane(profile.copc_world[i], profile.plane)
+        if np.any(centre < view.low - near) or np.any(centre > view.high + near):
+            dx, dy = centre - to_plane(profile.position[i], profile.plane)
+            sides |= {int(np.sign(dx))} if 2.0 * abs(dx) > abs(dy) else set()
+    return sides
+
+
+def _with_room(view: View, foot: np.ndarray, sides: set[int], inch: float) -> np.ndarray:
+    """Points (n, 2) beside the robot that keep room for pointers, from the contacts [m]."""
+    edge = {-1: view.low[0], 1: view.high[0]}
+    return np.array([[edge[side] + side * POINTER * inch, view.low[1]] - foot for side in sides]).reshape(-1, 2)
 
 
 def _caption(page: Axes, part: Panel, profile: ShockProfile, x: float, y: float) -> None:
