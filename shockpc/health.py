@@ -90,9 +90,12 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     )
     method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", ONE_DRAW * apart + shared
     warnings: list[str] = []
+    if np.any(apart[moving] > SUSPECT) or np.any(errors[moving] > TRUSTED):
+        # Where two solutions part visibly they may err alike at another body; samples of rounding tell.
+        sampled = shared + THREE_DRAWS * _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)
+        errors = np.maximum(errors, sampled)
     if np.any(errors[moving] > TRUSTED):
-        sampled = _sampled_rounding(robot, state, bodies, rows, equation.G)
-        candidates = {JOINT_SPACE: shared + THREE_DRAWS * _relative(robot, sampled, motion, held)}
+        candidates = {JOINT_SPACE: sampled}
         if other is not None and spread is not None:
             candidates[MAXIMAL] = shared + THREE_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
