@@ -203,7 +203,7 @@ def tied_with_refs(inside, q_ref, s_ref):
     return tied(inside, {"q": q_ref, "s": s_ref})
 
 
-def tied(inside, refs=(), **qpos):
+def tied(inside, refs=(), default="", **qpos):
     """An MJCF of two chains on a trunk that turns, with an equality between them; its robot and its MuJoCo model in one posture."""
     left = body("b1", joints='<joint name="p" axis="0 1 0"/>').replace(
         "</body>", body("b2", joints='<joint name="q" axis="1 1 0"/>') + "</body>"
@@ -212,7 +212,8 @@ def tied(inside, refs=(), **qpos):
         "</body>", body("c2", joints='<joint name="s" axis="0 1 0.5"/>') + "</body>"
     )
     trunk = body("trunk", joints='<joint name="t" axis="0 1 0"/>').replace("</body>", left + right + "</body>")
-    text = mjcf(trunk, '<compiler angle="radian"/>', f"<equality>{inside}</equality>")
+    before = f'<compiler angle="radian"/><default>{default}</default>'
+    text = mjcf(trunk, before, f"<equality>{inside}</equality>")
     for name, ref in dict(refs).items():
         text = text.replace(f'<joint name="{name}" ', f'<joint name="{name}" ref="{ref}" ')
     model = mujoco.MjModel.from_xml_string(text)
@@ -269,6 +270,33 @@ def test_mjcf_joint_equalities_are_mujocos():
     assert K.shape == (1, 5)
     np.testing.assert_allclose(K @ G[0], 0.0, atol=1e-15)
     assert G.shape[2] == 4
+
+
+CONNECT = '<connect body1="b2" body2="c2" anchor="0.05 0.02 -0.1"{}/>'
+FOLLOW = '<joint joint1="q" joint2="s" polycoef="0.1 -0.7 0 0 0"{}/>'
+WELDED = '<weld body1="b2" body2="c2"{}/>'
+
+
+@pytest.mark.parametrize(
+    ("default", "words", "active"),
+    [
+        ("", "", True),
+        ("", ' active="true"', True),
+        ("", ' active="false"', False),
+        ('<equality active="false"/>', "", False),
+        ('<equality active="false"/>', ' active="true"', True),
+        ('<default class="off"><equality active="false"/></default>', "", True),
+        ('<default class="off"><equality active="false"/></default>', ' class="off"', False),
+        ('<default class="off"><equality active="false"/></default>', ' class="off" active="true"', True),
+        ('<equality active="false"/><default class="on"><equality active="true"/></default>', ' class="on"', True),
+        ('<equality active="false"/><default class="same"/>', ' class="same"', False),
+    ],
+)
+def test_equalities_that_are_not_active_are_left_out(default, words, active):
+    """As MuJoCo says it: by the equality itself, else by its class, else by the class above that."""
+    robot, model, _ = tied("".join(tie.format(words) for tie in (CONNECT, FOLLOW, WELDED)), default=default)
+    assert model.eq_active0.tolist() == [active] * 3
+    assert (len(robot.loops), len(robot.mimics)) == ((2, 1) if active else (0, 0))
 
 
 REFS = {"": (0.0, 0.0), "both": (0.4, -0.25), "follower": (0.4, 0.0), "leader": (0.0, -0.25)}
@@ -371,9 +399,7 @@ def test_a_closure_of_frames_tells_its_turn_beside_its_gap():
     ((name, by, unit),) = profile.assembly.moved
     assert (name, unit) == ("b", "rad")
     assert by == pytest.approx(np.radians(60.0), rel=1e-9)
-    assert balance_lines(profile)[-1] == "loops closed from a gap of {:.3g} mm and 60 deg: b by 60 deg".format(
-        1e3 * profile.assembly.gap
-    )
+    assert balance_lines(profile)[-1] == f"loops closed from a gap of {1e3 * profile.assembly.gap:.3g} mm and 60 deg: b by 60 deg"
 
 
 def test_a_closure_of_frames_that_cannot_close_says_by_how_much_it_is_turned():
@@ -455,7 +481,7 @@ def test_followers_are_held_by_their_leader():
 
 def test_the_command_line_says_which_joints_close_the_loop(capfd):
     out = good(capfd, "analyze", find_scene("five_bar"), "--assemble", "rear_knee", "--assemble", "front_knee")
-    assert "\nloops closed from a gap of 3.77 mm: front_knee by -0.661 deg, rear_knee by 0.661 deg\n" in out
+    assert "\nloops closed from a gap of 4.16 mm: front_knee by -0.659 deg, rear_knee by 0.659 deg\n" in out
     outcome = run(capfd, "analyze", find_scene("five_bar"), "--assemble", "rear_knee")
     assert outcome.code == 2
     assert 'closure "toe–rear_end" cannot be closed: its ends stay' in outcome.err

@@ -11,6 +11,7 @@ from robot_texts import body, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError
+from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.motion import velocity_before
 from shockpc.model.posture import Posture
@@ -380,6 +381,28 @@ def test_across_the_plane_of_a_planar_base_no_impulse_is_needed():
     )
     np.testing.assert_allclose(planar.contacts[0].impulse, free.contacts[0].impulse, atol=1e-12)
     assert planar.contacts[0].friction_needed == pytest.approx(free.contacts[0].friction_needed)
+
+
+def test_no_mitigation_where_the_joints_can_do_nothing():
+    """Across the plane of a planar mechanism the factor would be zero whatever its joints are; so it would on a loop to the world."""
+    leg = shock_profile(Scene(robot="leg", contact=(Contact(frame="heel"),)), known_robot("leg"))
+    assert [contact.mitigation for contact in leg.contacts] == [None]
+    # A robot all of whose joints are locked, or that has none, mitigates nothing, and that is a number.
+    assert box([corner(0)]).contacts[0].mitigation == pytest.approx(0.0, abs=1e-12)
+    loose = anymal((Contact(frame="LF_FOOT"),))
+    assert 0.0 < loose.contacts[0].mitigation < 1.0
+    state = {"robot": "anymal_b", "contact": (Contact(frame="LF_FOOT"),), "strike": Strike(velocity=(0.3, 0.1, -1.0))}
+    there = tuple(map(float, loose.position[0]))
+    tie = Closure(a=Place(frame="base"), b=Place(frame="universe", offset=there))
+    tied = shock_profile(Scene(**state, closure=(tie,)), known_robot("anymal_b"))
+    assert [contact.mitigation for contact in tied.contacts] == [None]
+    # A loop within the robot ties it to nothing.
+    feet = [known_robot("anymal_b").frame(foot) for foot in ("LH_FOOT", "RH_FOOT")]
+    left, right = (loose.position[f.body] + loose.rotation[f.body] @ f.offset for f in feet)
+    body = loose.rotation[feet[0].body] @ feet[0].rotation
+    inner = Closure(a=Place(frame="LH_FOOT", offset=tuple(map(float, body.T @ (right - left)))), b=Place(frame="RH_FOOT"))
+    within = shock_profile(Scene(**state, closure=(inner,)), known_robot("anymal_b"))
+    assert 0.0 < within.contacts[0].mitigation < 1.0
 
 
 def test_two_contacts_at_one_point_are_refused():

@@ -45,6 +45,29 @@ def test_namespace_holds_no_way_in(name: str, tmp_path: Path):
     assert f"name '{name}' is not defined" in refusal(tmp_path, xacro(f'<link name="${{python.{name}(1)}}"/>'))
 
 
+POWERS = ("9**65", "9**-65", "9**64.5", "9**9**9", "2**(3 + 4)", "2**len([1, 2])", "2**'3'")
+
+
+@pytest.mark.parametrize("expression", [*(f"${{{power}}}" for power in POWERS), *(f"$(eval {power})" for power in POWERS)])
+def test_powers_that_might_never_end_are_not_raised(expression: str, tmp_path: Path):
+    """A number of a million digits takes as long as a robot file may not."""
+    assert refusal(tmp_path, xacro(f'<link name="{expression}"/>')) == (
+        f"dog.urdf.xacro: the xacro expression {expression} raises to a power that is not a plain number up to 64; "
+        "it might never end, so it is not evaluated"
+    )
+
+
+REPEATED = ("'ab' * 3", "3 * 'ab'", "len('ab' * 1000000000)", "[1] * 3", "len((1, 2) * 3)", "2 * 'a' * 2")
+
+
+@pytest.mark.parametrize("expression", [*(f"${{{text}}}" for text in REPEATED), *(f"$(eval {text})" for text in REPEATED)])
+def test_texts_are_not_repeated(expression: str, tmp_path: Path):
+    """A short line could fill the memory."""
+    assert refusal(tmp_path, xacro(f'<link name="{expression}"/>')) == (
+        f"dog.urdf.xacro: the xacro expression {expression} repeats a text, which might fill the memory; write it out"
+    )
+
+
 def test_harmless_expressions_still_compute(tmp_path: Path):
     """Arithmetic, comprehensions, text and arguments work, in both ways to write them."""
     numbers = {
@@ -53,8 +76,14 @@ def test_harmless_expressions_still_compute(tmp_path: Path):
         "${python.sum([x**2 for x in [1, 2]])}": "5",
         "${radians(180) / pi}": "1.0",
         "${int(dict(a=7)['a'])}": "7",
+        "${2**64}": "18446744073709551616",
+        "${2**-2}": "0.25",
+        "${4**+0.5}": "2.0",
+        "${2**n}": "8",
+        "${2**-n}": "0.125",
+        "$(eval 2**3)": "8",
     }
     for expression, value in numbers.items():
-        text = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass=expression))
+        text = xacro('<xacro:arg name="payload" default="1.5"/><xacro:property name="n" value="3"/>', link("base", mass=expression))
         (tmp_path / "dog.urdf.xacro").write_text(text)
         assert f'<mass value="{value}"/>' in read_source(str(tmp_path / "dog.urdf.xacro")).xml

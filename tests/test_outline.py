@@ -214,6 +214,21 @@ def test_a_flat_mesh_keeps_its_vertices(tmp_path):
     assert len(shapes[0].points) == 5
 
 
+@pytest.mark.parametrize("rim", [30, 300, 3000])
+def test_a_cone_reaches_as_far_as_its_rim_and_tip(tmp_path, rim):
+    """A tip with hundreds of neighbours is more than coal's hull can hold; its vertices reach as far without one."""
+    angle = 2.0 * np.pi * np.arange(rim) / rim
+    cone = np.vstack([[0.0, 0.0, 0.5], np.column_stack([0.2 * np.cos(angle), 0.2 * np.sin(angle), np.zeros(rim)])])
+    sides = [(0, k + 1, (k + 1) % rim + 1) for k in range(rim)]
+    lines = [*(f"v {x:.17g} {y:.17g} {z:.17g}" for x, y, z in cone), *("f " + " ".join(str(i + 1) for i in f) for f in sides)]
+    (tmp_path / "cone.obj").write_text("\n".join(lines))
+    found = outline(robot(tmp_path, '<mesh filename="cone.obj"/>'), "collision")
+    (shapes,) = found.shapes
+    assert found.warnings == ()
+    reach = support(shapes, DIRECTIONS) - DIRECTIONS @ OFFSET
+    np.testing.assert_allclose(reach, (LOCAL @ cone.T).max(axis=1), atol=1e-12)
+
+
 BROKEN = {
     "empty.stl": b"",
     "cut.stl": b"\0" * 80 + struct.pack("<I", 7),

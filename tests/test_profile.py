@@ -1,6 +1,7 @@
 """A profile whole: redundant and contradicting contacts, strikes and planes, and what it says about itself."""
 
 import math
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from shockpc.errors import SceneError, ShockError, SolveError
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
 from shockpc.model.transmission import Joints
-from shockpc.profile import shock_profile
+from shockpc.profile import ROUNDED, shock_profile
 from shockpc.scene import GRAVITY, Point, Scene, Strike
 
 CORNERS = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)]
@@ -451,6 +452,34 @@ def test_every_refusal_is_a_shock_error():
 
 
 # What a profile says of itself
+
+
+def test_a_profile_is_sealed():
+    """No array of it can be written to, and sealing it seals nothing else."""
+    robot = known_robot("anymal_b")
+    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), robot)
+    arrays = {f.name: getattr(profile, f.name) for f in fields(profile) if isinstance(getattr(profile, f.name), np.ndarray)}
+    assert arrays.keys() >= {"delta_v", "delta_omega", "copc", "ropc", "translates", "shock_com", "q", "maps", "total_moment"}
+    for array in arrays.values():
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+    mine = np.ones(len(profile.bodies))
+    changed = replace(profile, shock_com=mine)
+    mine[0] = 2.0
+    with pytest.raises(ValueError, match="read-only"):
+        changed.shock_com[0] = 3.0
+
+
+@pytest.mark.parametrize(("share", "translates"), [(0.5, True), (2.0, False)])
+@pytest.mark.parametrize("speed", [1e-3, 1.0, 1e3])
+def test_a_turn_that_rounding_in_a_file_explains_is_none(share, translates, speed):
+    """A box struck so little beside its centre that its own size turns by a share of ROUNDED, at every speed."""
+    gyration = math.sqrt(0.1 / 2.0)
+    beside = share * ROUNDED * gyration
+    profile = land(box(), [Contact(frame="box", offset=(beside, 0.0, 0.0))], (0.0, 0.0, -speed))
+    assert profile.translates.tolist() == [translates]
+    assert profile.ropc[0] == (math.inf if translates else pytest.approx(gyration / (share * ROUNDED), rel=1e-6))
+    assert np.isnan(profile.copc).all() == np.isnan(profile.pitch[0]) == translates
 
 
 def test_a_profile_says_all_that_was_computed():

@@ -1,6 +1,7 @@
 """`shockpc bench`: how far to trust a number, measured."""
 
 import enum
+import gc
 import os
 import sys
 from pathlib import Path
@@ -38,6 +39,7 @@ def bench(
     # Set before numpy is loaded: a clock that counts other threads' work measures nothing.
     for name in THREADS:
         os.environ[name] = "1"
+    gc.enable()  # a long run makes garbage that a short command need not mind
     from shockpc.errors import SceneError
 
     if compliant != (scene is not None):
@@ -46,10 +48,24 @@ def bench(
         )
     if scene is not None:
         _compliant(scene, out)
-    elif soak is not None:
+        return
+    _require("mpmath")
+    if soak is not None:
         _soak(seed, soak, workers)
     else:
         _suite(suite.value, out or Path("out/bench"))
+
+
+def _require(package: str) -> None:
+    """Refuse in words where the bench's own packages are not installed."""
+    from importlib.util import find_spec
+
+    from shockpc.errors import ShockError
+
+    if find_spec(package) is None:
+        raise ShockError(
+            f'the bench needs the package {package}, which is not installed; install it with: pip install "shockpc[bench]"'
+        )
 
 
 def _suite(suite: str, out: Path) -> None:
