@@ -299,6 +299,37 @@ def test_equalities_that_are_not_active_are_left_out(default, words, active):
     assert (len(robot.loops), len(robot.mimics)) == ((2, 1) if active else (0, 0))
 
 
+SECOND = '<connect{} body1="b2" body2="c2" anchor="0.05 0.32 -0.1"/>'
+FIRST = SECOND.replace("0.32", "0.02")
+
+
+@pytest.mark.parametrize("names", [("", ""), (' name="x"', ""), ("", ' name="equality 0"'), (' name="x"', ' name="y"')])
+def test_two_points_between_two_bodies_are_a_hinge(names):
+    """Both are there, named or not: their rows span what MuJoCo's do."""
+    robot, model, data = tied(FIRST.format(names[0]) + SECOND.format(names[1]))
+    assert [loop.name for loop in robot.loops] == ["b2–c2"] * 2
+    state = dynamics(robot, np.array(data.qpos)[None])
+    ours = np.concatenate([row_jacobian(state, closure_block(state, loop).W)[0] for loop in robot.loops])
+    theirs = equality_rows(model, data)
+    assert np.linalg.matrix_rank(theirs, 1e-9) > np.linalg.matrix_rank(theirs[:3], 1e-9)
+    np.testing.assert_allclose(row_space(ours), row_space(theirs), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "tie",
+    [
+        '<weld{} body1="b2" body2="c2" torquescale="0"/>',
+        '<joint{} joint1="q" joint2="s" polycoef="0 1 0.5 0 0"/>',
+    ],
+)
+def test_what_is_not_active_needs_no_remedy(tie):
+    """An equality that could not be computed is left out like any other, by its own word or its class's."""
+    off = '<default class="off"><equality active="false"/></default>'
+    for words in (' active="false"', ' class="off"'):
+        robot, _, _ = tied(tie.format(words), default=off)
+        assert (robot.loops, robot.mimics) == ((), ())
+
+
 REFS = {"": (0.0, 0.0), "both": (0.4, -0.25), "follower": (0.4, 0.0), "leader": (0.0, -0.25)}
 
 

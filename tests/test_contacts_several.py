@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from commands import good
-from robot_texts import body, joint, link, mjcf, urdf
+from robot_texts import body, floating, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError
@@ -384,7 +384,7 @@ def test_across_the_plane_of_a_planar_base_no_impulse_is_needed():
 
 
 def test_no_mitigation_where_the_joints_can_do_nothing():
-    """Across the plane of a planar mechanism the factor would be zero whatever its joints are; so it would on a loop to the world."""
+    """Across the plane of a planar mechanism the factor would be zero whatever its joints are."""
     leg = shock_profile(Scene(robot="leg", contact=(Contact(frame="heel"),)), known_robot("leg"))
     assert [contact.mitigation for contact in leg.contacts] == [None]
     # A robot all of whose joints are locked, or that has none, mitigates nothing, and that is a number.
@@ -392,10 +392,6 @@ def test_no_mitigation_where_the_joints_can_do_nothing():
     loose = anymal((Contact(frame="LF_FOOT"),))
     assert 0.0 < loose.contacts[0].mitigation < 1.0
     state = {"robot": "anymal_b", "contact": (Contact(frame="LF_FOOT"),), "strike": Strike(velocity=(0.3, 0.1, -1.0))}
-    there = tuple(map(float, loose.position[0]))
-    tie = Closure(a=Place(frame="base"), b=Place(frame="universe", offset=there))
-    tied = shock_profile(Scene(**state, closure=(tie,)), known_robot("anymal_b"))
-    assert [contact.mitigation for contact in tied.contacts] == [None]
     # A loop within the robot ties it to nothing.
     feet = [known_robot("anymal_b").frame(foot) for foot in ("LH_FOOT", "RH_FOOT")]
     left, right = (loose.position[f.body] + loose.rotation[f.body] @ f.offset for f in feet)
@@ -403,6 +399,18 @@ def test_no_mitigation_where_the_joints_can_do_nothing():
     inner = Closure(a=Place(frame="LH_FOOT", offset=tuple(map(float, body.T @ (right - left)))), b=Place(frame="RH_FOOT"))
     within = shock_profile(Scene(**state, closure=(inner,)), known_robot("anymal_b"))
     assert 0.0 < within.contacts[0].mitigation < 1.0
+
+
+@pytest.mark.parametrize(("other", "told"), [('body2="arm"', True), ("", False)], ids=["to its own arm", "to the world"])
+def test_no_mitigation_on_a_robot_tied_to_the_world(other, told):
+    """Its base is free in name only."""
+    hips = '<joint name="h1" axis="1 0 0"/><joint name="h2" axis="0 1 0"/><joint name="h3" axis="0 0 1"/>'
+    limbs = body("leg", joints=hips) + body("arm", joints=hips.replace('"h', '"a'))
+    tie = f'<equality><connect body1="base" {other} anchor="-0.2 0.1 0.1"/></equality>'
+    robot = robot_from(mjcf(floating(limbs), after=tie), ".xml")
+    contact = Contact(frame="leg", offset=(0.1, 0.05, -0.3))
+    (found,) = shock_profile(Scene(robot="m", contact=(contact,)), robot).contacts
+    assert (found.mitigation is not None) == told
 
 
 def test_two_contacts_at_one_point_are_refused():

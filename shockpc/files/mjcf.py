@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element
 from shockpc.errors import RobotError
 from shockpc.files.markup import read_markup
 from shockpc.files.mjcf_places import ORIENTATIONS, write_out_places
-from shockpc.files.mjcf_refusals import check_bodies, check_numbers, check_sections
+from shockpc.files.mjcf_refusals import check_bodies, check_numbers, check_sections, check_ties
 from shockpc.files.mjcf_weights import weighed_by_geoms
 from shockpc.files.reach import Reach
 from shockpc.files.urdf_numbers import vector
@@ -44,6 +44,10 @@ def plain_mjcf(root: Element, reach: Reach) -> tuple[str, tuple[str, ...]]:
         raise RobotError(f"{file} has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?")
     compiler = root.find("compiler")
     _write_out_defaults(root, world, file)
+    check_ties(root, file)
+    for k, tie in enumerate(root.findall("equality/*")):
+        # Of two without a name between the same bodies, such as a hinge of two points, Pinocchio keeps one.
+        tie.set("name", f"equality {k}")
     _name_bodies(world)
     check_numbers(world, file)
     write_out_places(world, compiler, file)

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 from shockpc.errors import RobotError
 from shockpc.files.urdf_numbers import vector
 
-__all__ = ["check_bodies", "check_numbers", "check_sections"]
+__all__ = ["check_bodies", "check_numbers", "check_sections", "check_ties"]
 
 _REMEDY = (
     'Have MuJoCo work it out: compile the file once with <compiler saveinertial="true"/> and give what mujoco.mj_saveLastXML writes'
@@ -51,9 +51,6 @@ def check_sections(root: Element, file: str) -> None:
         value = " ".join(compiler.get(key, harmless[0]).split()) if compiler is not None else ""
         if value not in harmless:
             raise RobotError(f'{file}: <compiler {key}="{value}"> {effect}, which Pinocchio does not. {_REMEDY}')
-    for tie in root.findall("equality/*"):
-        if tie.get("active", "true") != "false":
-            _check_tie(tie, file)
     for kind, path in (("tendon", "tendon/*"), ("actuator", "actuator/*"), ("default", "default//*")):
         for element in root.findall(path):
             if kind == "default" and element.tag in ("joint", "default"):
@@ -63,6 +60,16 @@ def check_sections(root: Element, file: str) -> None:
                     f"{file}: <{element.tag}> has armature {element.get('armature')}, which Pinocchio reads at joints only; "
                     "give the joint that armature, times gear² for an actuator"
                 )
+
+
+def check_ties(root: Element, file: str) -> None:
+    """Refuse an equality that is not computed; those that are not active are gone by now.
+
+    Raises:
+        RobotError: naming the element.
+    """
+    for tie in root.findall("equality/*"):
+        _check_tie(tie, file)
 
 
 def _check_tie(tie: Element, file: str) -> None:
