@@ -48,7 +48,9 @@ def test_namespace_holds_no_way_in(name: str, tmp_path: Path):
 POWERS = ("9**65", "9**-65", "9**64.5", "9**9**9", "2**(3 + 4)", "2**len([1, 2])", "2**'3'")
 
 
-@pytest.mark.parametrize("expression", [*(f"${{{power}}}" for power in POWERS), *(f"$(eval {power})" for power in POWERS if ")" not in power)])
+@pytest.mark.parametrize(
+    "expression", [*(f"${{{power}}}" for power in POWERS), *(f"$(eval {power})" for power in POWERS if ")" not in power)]
+)
 def test_powers_that_might_never_end_are_not_raised(expression: str, tmp_path: Path):
     """A number of a million digits takes as long as a robot file may not."""
     assert refusal(tmp_path, xacro(f'<link name="{expression}"/>')) == (
@@ -60,7 +62,9 @@ def test_powers_that_might_never_end_are_not_raised(expression: str, tmp_path: P
 REPEATED = ("'ab' * 3", "3 * 'ab'", "len('ab' * 1000000000)", "[1] * 3", "len((1, 2) * 3)", "2 * 'a' * 2")
 
 
-@pytest.mark.parametrize("expression", [*(f"${{{text}}}" for text in REPEATED), *(f"$(eval {text})" for text in REPEATED if ")" not in text)])
+@pytest.mark.parametrize(
+    "expression", [*(f"${{{text}}}" for text in REPEATED), *(f"$(eval {text})" for text in REPEATED if ")" not in text)]
+)
 def test_texts_are_not_repeated(expression: str, tmp_path: Path):
     """A short line could fill the memory."""
     assert refusal(tmp_path, xacro(f'<link name="{expression}"/>')) == (
