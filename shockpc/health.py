@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.blame import contradiction, ill_conditioned
 from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
 from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows
@@ -66,7 +67,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     b, delta = equation.b[0, :, -1:], impact.delta_qd[0, :, -1:]
     momentum, contact = residuals(equation.H[0], equation.J_c[0], b, delta, impact.impulse[0, :, -1:])
     if contact.max() > 1e-6:
-        raise SceneError(_contradiction(rows, int(np.argmax(contact)), (equation.J_c[0] @ delta + b)[:, 0]))
+        raise SceneError(contradiction(rows, int(np.argmax(contact)), (equation.J_c[0] @ delta + b)[:, 0]))
 
     chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]), impact.dead[0])
     W = rows.W[0].copy()
@@ -100,7 +101,8 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
             candidates[MAXIMAL] = shared + THREE_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
         errors, method = candidates[chosen], f"{chosen}, the steadier of two solutions"
-        warnings.append(_ill(robot, apart, errors, moving, chosen))
+        still_apart, left = np.where(moving, apart, 0.0), float(np.max(errors[moving]))
+        warnings.append(ill_conditioned(robot, rows, float(impact.weakest[0]), still_apart, left, TRUSTED, chosen))
         if other is not None and chosen == MAXIMAL:
             solution = _from_maximal(robot, state, other, solution, chosen_rows)
     still = int(np.sum(~moving & ~held & (_size(robot, motion) > 0.0)))
@@ -212,37 +214,3 @@ def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, befor
         impulse = np.linalg.lstsq(J_c.T, J_c[chosen].T @ impulse, rcond=1e-12)[0]
     impact = before.impact._replace(delta_qd=delta_y, impulse=impulse[None])
     return Solution(before.equation, impact, delta_qd, jumps)
-
-
-def _ill(robot: Robot, apart: Array, better: Array, moving: np.ndarray, chosen: str) -> str:
-    """The warning for two solutions that part: where, how far, what is to blame, what was done about it."""
-    names = [body.name for body in robot.bodies]
-    worst = int(np.argmax(np.where(moving, apart, 0.0)))
-    left = float(np.max(better[moving]))
-    mass = np.array([body.mass for body in robot.bodies])
-    light, heavy = int(np.argmin(mass)), int(np.argmax(mass))
-    ratio = mass[heavy] / mass[light] if mass[light] > 0.0 else np.inf
-    blame = (
-        f'the masses of "{names[light]}" ({mass[light]:.3g} kg) and "{names[heavy]}" ({mass[heavy]:.3g} kg) lie far apart'
-        if ratio > 1e4
-        else f"a chain of {len(names)} bodies hardly passes the shock on"
-        if len(names) > 20
-        else "the mechanism is close to a posture in which it cannot give way"
-    )
-    seen = (
-        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}"'
-        if apart[worst] > TRUSTED
-        else "rounding in the placements shows"
-    )
-    return f"{seen}: {blame}; the numbers are those of {chosen}, good to about {left:.0e} of each body's motion"
-
-
-def _contradiction(rows: Rows, row: int, left: Array) -> str:
-    """The message for a row that cannot be met: whose it is, along what, by how much."""
-    block, own = next((block, own) for block, own in zip(rows.blocks, rows.slices, strict=True) if row < own.stop)
-    axis = " ".join(f"{u:.3g}" for u in block.axes[row - own.start] + 0.0)
-    return (
-        f"{block.name} cannot be stopped: {abs(left[row]):.3g} m/s are left along ({axis}), because the mechanism cannot move that "
-        "way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
-        "or free the base"
-    )

@@ -22,6 +22,7 @@ LAYERS = (
     {"model"},
     {"scene"},
     {"scene_file", "setting", "record"},
+    {"blame"},
     {"health", "readings"},
     {"profile"},
     {"studies", "paper"},

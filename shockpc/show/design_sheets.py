@@ -69,10 +69,14 @@ def balance_lines(profile: ShockProfile) -> list[str]:
     share = "" if profile.energy_share is None else f", {100.0 * profile.energy_share:.3g} % of what there was"
     lines = [f"energy lost  {profile.energy_lost:.4g} J{share}"]
     for contact in profile.contacts:
-        mitigation = "" if contact.mitigation is None else f", impact mitigation factor {contact.mitigation:.3f}"
+        mitigation = (
+            "no impact mitigation factor (it needs a free base, and joints that can give way in every direction)"
+            if contact.mitigation is None
+            else f"impact mitigation factor {contact.mitigation:.3f}"
+        )
         lines.append(
             f"{contact.frame}: effective mass {contact.mass_sticking:.4g} kg sticking, "
-            f"{contact.mass_frictionless:.4g} kg frictionless{mitigation}"
+            f"{contact.mass_frictionless:.4g} kg frictionless, {mitigation}"
         )
     if profile.assembly is not None:
         found = profile.assembly
