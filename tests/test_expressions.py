@@ -91,3 +91,25 @@ def test_harmless_expressions_still_compute(tmp_path: Path):
         text = xacro('<xacro:arg name="payload" default="1.5"/><xacro:property name="n" value="3"/>', link("base", mass=expression))
         (tmp_path / "dog.urdf.xacro").write_text(text)
         assert f'<mass value="{value}"/>' in read_source(str(tmp_path / "dog.urdf.xacro")).xml
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ("2**big", "raises to a power that is not a plain number up to 64; it might never end, so it is not evaluated"),
+        ("len(big*s)", "repeats a text, which might fill the memory; write it out"),
+    ],
+)
+def test_properties_hide_neither_powers_nor_repeated_texts(tmp_path: Path, written: str, told: str):
+    """What a property holds is looked at when the expression is evaluated; ordinary sums, products and powers are as ever."""
+    text = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+      <xacro:property name="big" value="100000"/><xacro:property name="s" value="ab"/><xacro:property name="n" value="3"/>
+      <link name="base"><inertial><mass value="${%s}"/>
+      <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+    path = tmp_path / "r.urdf.xacro"
+    path.write_text(text % "2*n**2 + 0.5*n")
+    assert '<mass value="19.5"/>' in read_source(str(path)).xml
+    path.write_text(text % written)
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path))
+    assert str(caught.value) == f"r.urdf.xacro: the xacro expression ${{{written}}} {told}"

@@ -31,8 +31,12 @@ def checked_expression(evaluate: Callable[..., Any], file: str) -> Callable[...,
     """
 
     def checked(expression: str, *names: Any) -> Any:
-        _check(expression, f"{file}: the xacro expression ${{{expression}}}")
-        return evaluate(expression, *names)
+        shown = f"{file}: the xacro expression ${{{expression}}}"
+        tree = _check(expression, shown)
+        if tree is None or not any(isinstance(node, ast.Pow | ast.Mult) for node in ast.walk(tree)):
+            return evaluate(expression, *names)
+        names[0].update(_guards(shown))
+        return evaluate(ast.unparse(ast.fix_missing_locations(_Guarded().visit(tree))), *names)
 
     return checked
 
@@ -63,14 +67,48 @@ def _check(expression: str, shown: str) -> ast.AST | None:
         if isinstance(node, ast.Name) and node.id.startswith("__"):
             raise _refused(shown, node.id)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and not _small(node.right):
-            raise RobotError(
-                f"{shown} raises to a power that is not a plain number up to 64; it might never end, so it is not evaluated"
-            )
+            raise _endless(shown)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult) and (_text(node.left) or _text(node.right)):
-            raise RobotError(f"{shown} repeats a text, which might fill the memory; write it out")
+            raise _filling(shown)
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and "__" in node.value:
             raise _refused(shown, node.value)
     return tree
+
+
+class _Guarded(ast.NodeTransformer):
+    """Turns powers and products into calls that look at their values first: a property may hold any of them."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        """Replace a power or a product, inner ones first."""
+        self.generic_visit(node)
+        name = {ast.Pow: "guarded_power", ast.Mult: "guarded_product"}.get(type(node.op))
+        return node if name is None else ast.Call(ast.Name(name, ast.Load()), [node.left, node.right], [])
+
+
+def _guards(shown: str) -> dict[str, Callable[[Any, Any], Any]]:
+    """The calls that stand for powers and products in an expression."""
+
+    def power(base: Any, exponent: Any) -> Any:
+        if abs(exponent) > 64:
+            raise _endless(shown)
+        return base**exponent
+
+    def product(a: Any, b: Any) -> Any:
+        if isinstance(a, str | list | tuple) or isinstance(b, str | list | tuple):
+            raise _filling(shown)
+        return a * b
+
+    return {"guarded_power": power, "guarded_product": product}
+
+
+def _endless(shown: str) -> RobotError:
+    """The error for a power that might never end."""
+    return RobotError(f"{shown} raises to a power that is not a plain number up to 64; it might never end, so it is not evaluated")
+
+
+def _filling(shown: str) -> RobotError:
+    """The error for a text that is repeated."""
+    return RobotError(f"{shown} repeats a text, which might fill the memory; write it out")
 
 
 def _small(node: ast.AST) -> bool:
