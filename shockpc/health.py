@@ -17,10 +17,16 @@ from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, row_jacobian
 from shockpc.record import Health
 
-__all__ = ["TRUSTED", "UNMOVED", "Verdict", "gyration_radii", "judge"]
+__all__ = ["DOUBTFUL", "PROMISED", "TRUSTED", "UNMOVED", "Verdict", "gyration_radii", "judge"]
 
 TRUSTED = 1e-9
-"""Two solutions that differ by more than this at any body call for the better one, and a warning."""
+"""Every number is right to this share of its body's own motion, or carries a warning."""
+
+PROMISED = 10.0
+"""The true error is never more than so many times the estimate."""
+
+DOUBTFUL = TRUSTED / PROMISED
+"""An estimate above this no longer vouches for `TRUSTED`: it calls for the better of two solutions, and a warning."""
 
 SUSPECT = 1e-12
 """From here on the second solution is refined first, for it may be the one that is off."""
@@ -49,7 +55,7 @@ class Verdict(NamedTuple):
 def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Verdict:
     """Hold a solution against one in maximal coordinates, for the scene's strike (the last column).
 
-    While the two agree to 1e-9 of every body's own motion, the first stands and their difference is its error estimate. Where they
+    While the two agree to 1e-10 of every body's own motion, the first stands and their difference is its error estimate. Where they
     part, the second is refined, what rounding in the data does to each of them is sampled, and the steadier one is reported.
 
     Args:
@@ -91,18 +97,18 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     )
     method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", ONE_DRAW * apart + shared
     warnings: list[str] = []
-    if np.any(apart[moving] > SUSPECT) or np.any(errors[moving] > TRUSTED):
+    if np.any(apart[moving] > SUSPECT) or np.any(errors[moving] > DOUBTFUL):
         # Where two solutions part visibly they may err alike at another body; samples of rounding tell.
         sampled = shared + THREE_DRAWS * _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)
         errors = np.maximum(errors, sampled)
-    if np.any(errors[moving] > TRUSTED):
+    if np.any(errors[moving] > DOUBTFUL):
         candidates = {JOINT_SPACE: sampled}
         if other is not None and spread is not None:
             candidates[MAXIMAL] = shared + THREE_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
         errors, method = candidates[chosen], f"{chosen}, the steadier of two solutions"
         still_apart, left = np.where(moving, apart, 0.0), float(np.max(errors[moving]))
-        warnings.append(ill_conditioned(robot, rows, float(impact.weakest[0]), still_apart, left, TRUSTED, chosen))
+        warnings.append(ill_conditioned(robot, rows, float(impact.weakest[0]), still_apart, left, DOUBTFUL, chosen))
         if other is not None and chosen == MAXIMAL:
             solution = _from_maximal(robot, state, other, solution, chosen_rows)
     still = int(np.sum(~moving & ~held & (_size(robot, motion) > 0.0)))

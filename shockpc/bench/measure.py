@@ -13,7 +13,7 @@ from shockpc.bench.system import System, Unsuited, system_of
 from shockpc.bench.timing import Timing, timed
 from shockpc.core.spatial import Array
 from shockpc.errors import ShockError, SolveError
-from shockpc.health import TRUSTED
+from shockpc.health import PROMISED, TRUSTED
 
 __all__ = ["OUTCOMES", "CaseResult", "MethodResult", "measure"]
 
@@ -152,4 +152,4 @@ def _try(system: System, truth: Reference | None, method: Method, budget: float)
 
 def _held_against(errors: Array, estimate: Array) -> tuple[float, float]:
     """The worst estimate, and how near the promise came to being broken at any body."""
-    return float(estimate.max()), float(np.max(errors / (10.0 * estimate + 1e-14)))
+    return float(estimate.max()), float(np.max(errors / (PROMISED * estimate + 1e-14)))

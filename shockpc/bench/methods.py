@@ -10,7 +10,7 @@ import pinocchio as pin
 from shockpc.bench.system import System, Unsuited, assembler, bodies_from, columns_at, rows_at, velocity_at_impact
 from shockpc.core.maximal import solve_maximal
 from shockpc.core.spatial import Array
-from shockpc.health import TRUSTED
+from shockpc.health import DOUBTFUL
 from shockpc.model.dynamics import dynamics, tree
 from shockpc.model.equation import solve
 from shockpc.profile import shock_profile
@@ -216,7 +216,7 @@ def _analyze(system: System) -> Prepared:
     return Prepared(
         lambda: shock_profile(system.scene, system.robot),
         lambda profile: np.concatenate([profile.delta_omega, profile.delta_v], axis=1),
-        lambda profile: profile.health.error_estimate > TRUSTED and bool(profile.health.warnings),
+        lambda profile: profile.health.error_estimate > DOUBTFUL and bool(profile.health.warnings),
         lambda profile: np.array(profile.health.body_errors),
     )
 

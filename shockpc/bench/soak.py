@@ -16,6 +16,7 @@ from shockpc.bench.cases import Case
 from shockpc.bench.measure import MethodResult, measure
 from shockpc.bench.methods import DIRECT
 from shockpc.core.spatial import Array
+from shockpc.health import DOUBTFUL
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
@@ -63,7 +64,7 @@ class Tally:
         silent: error above 1e-9 without a warning.
         failed: not a number, a library's exception, or an answer where there is none.
         loose: estimate above 1000 × the error.
-        warned: error or estimate above 1e-9, and said so.
+        warned: estimate above 1e-10, and said so.
         offenders: numbers of the trees that broke a promise.
     """
 
@@ -97,7 +98,7 @@ class Tally:
             self.broken += result.margin > 1.0
             self.silent += result.outcome == "wrong"
             self.loose += result.estimate > LOOSE * max(result.error, 2.0**-53)
-            self.warned += result.outcome == "told" or result.estimate > 1e-9
+            self.warned += result.outcome == "told" or result.estimate > DOUBTFUL
             bad = result.margin > 1.0 or result.outcome == "wrong"
         if bad:
             self.offenders = (*self.offenders, one.number)
