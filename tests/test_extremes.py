@@ -6,10 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from shockpc.core.extremes import shock_extremes
+from shockpc.core.extremes import Pieces, shock_extremes
 from shockpc.core.percussion import shock_at
 
 SEEDS = st.integers(0, 2**32 - 1)
+
+
+def one_piece(omega, v, points, radius, v_in):
+    """Extremes over a body that is one piece."""
+    least, greatest = shock_extremes(omega[None], v[None], Pieces.of([[(points, radius)]]), v_in)
+    return float(least[0]), float(greatest[0])
 
 
 def least_over_hull(omega, v, points):
@@ -39,7 +45,7 @@ def draw(seed, k, centre=2.0):
 def test_extremes_of_a_hull_match_a_minimiser(seed, k):
     """The greatest shock is that of a corner, the least that of the nearest convex combination of corners."""
     _, omega, v, points = draw(seed, k)
-    least, greatest = shock_extremes(omega, v, points, 0.0, 2.0)
+    least, greatest = one_piece(omega, v, points, 0.0, 2.0)
     assert greatest == pytest.approx(shock_at(omega, v, points, 2.0).max(), rel=1e-12)
     assert least == pytest.approx(least_over_hull(omega, v, points) / 2.0, abs=1e-5)  # the minimiser's own accuracy
 
@@ -48,7 +54,7 @@ def test_extremes_of_a_hull_match_a_minimiser(seed, k):
 def test_no_point_of_a_rounded_hull_is_outside_the_extremes(seed, k, radius):
     """Every point of the piece feels no less than the least and no more than the greatest; both are reached to sampling."""
     rng, omega, v, points = draw(seed, k)
-    least, greatest = shock_extremes(omega, v, points, radius, 1.0)
+    least, greatest = one_piece(omega, v, points, radius, 1.0)
     weights = np.concatenate([rng.dirichlet(np.full(k, 0.3), 400), np.eye(k)])
     inside = rng.normal(size=(len(weights), 3))
     inside /= np.linalg.norm(inside, axis=1, keepdims=True)
@@ -67,7 +73,7 @@ def test_extremes_of_a_sphere_are_those_of_its_screw(seed, radius):
     foot = np.cross(omega, v) / spin**2
     d = np.linalg.norm(np.cross(axis, centre[0] - foot))
     expected = [np.hypot(along, spin * reach) for reach in (max(0.0, d - radius), d + radius)]
-    np.testing.assert_allclose(shock_extremes(omega, v, centre, radius, 1.0), expected, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(one_piece(omega, v, centre, radius, 1.0), expected, rtol=1e-10, atol=1e-12)
 
 
 @given(SEEDS, st.floats(0.01, 1.0))
@@ -80,7 +86,7 @@ def test_extremes_of_a_capsule_match_dense_sampling(seed, radius):
     segment = (1.0 - t) * ends[0] + t * ends[1]
     d = np.linalg.norm(np.cross(axis, segment - np.cross(omega, v) / spin**2), axis=1)
     expected = [np.hypot(axis @ v, spin * reach) for reach in (max(0.0, d.min() - radius), d.max() + radius)]
-    np.testing.assert_allclose(shock_extremes(omega, v, ends, radius, 1.0), expected, atol=1e-3)  # 1e-4 of a length up to ten
+    np.testing.assert_allclose(one_piece(omega, v, ends, radius, 1.0), expected, atol=1e-3)  # 1e-4 of a length up to ten
 
 
 @given(SEEDS, st.integers(3, 10))
@@ -90,9 +96,9 @@ def test_a_hull_that_holds_the_axis_has_only_the_pitch_for_least_shock(seed, k):
     axis = np.cross(omega, v) / (omega @ omega)
     points = np.concatenate([axis + points, 2.0 * axis - (axis + points)])
     pitch = abs(omega @ v) / np.linalg.norm(omega)
-    assert shock_extremes(omega, v, points, 0.0, 1.0)[0] == pytest.approx(pitch, abs=1e-7)  # hypot of the root of rounding
+    assert one_piece(omega, v, points, 0.0, 1.0)[0] == pytest.approx(pitch, abs=1e-7)  # hypot of the root of rounding
     flat = v - omega * (omega @ v) / (omega @ omega)
-    assert shock_extremes(omega, flat, points, 0.0, 1.0)[0] == pytest.approx(0.0, abs=1e-7)
+    assert one_piece(omega, flat, points, 0.0, 1.0)[0] == pytest.approx(0.0, abs=1e-7)
     assert rng is not None
 
 
@@ -101,9 +107,7 @@ def test_repeated_and_inner_points_change_nothing(seed, k):
     """Extremes belong to the hull, not to the list of points that spans it."""
     rng, omega, v, points = draw(seed, k)
     more = np.concatenate([points, points[::-1], rng.dirichlet(np.ones(k), 5) @ points])
-    np.testing.assert_allclose(
-        shock_extremes(omega, v, more, 0.1, 1.0), shock_extremes(omega, v, points, 0.1, 1.0), rtol=1e-9, atol=1e-12
-    )
+    np.testing.assert_allclose(one_piece(omega, v, more, 0.1, 1.0), one_piece(omega, v, points, 0.1, 1.0), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -121,7 +125,7 @@ def test_repeated_and_inner_points_change_nothing(seed, k):
 )
 def test_degenerate_pieces_are_measured_too(points, least):
     """A point, a segment through the axis or seen end on, a triangle with a corner on the axis; spin 1 about z."""
-    found = shock_extremes(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.array(points), 0.0, 1.0)
+    found = one_piece(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.array(points), 0.0, 1.0)
     assert found[0] == pytest.approx(least, abs=1e-15)
     assert found[1] == pytest.approx(np.linalg.norm(np.array(points)[:, :2], axis=1).max(), rel=1e-15)
 
@@ -129,7 +133,7 @@ def test_degenerate_pieces_are_measured_too(points, least):
 @pytest.mark.parametrize("spin", [0.0, 1e-300, 1e-17])
 def test_a_translation_is_uniform(spin):
     """Without rotation, or with one too small to matter, the whole body feels |Δv|."""
-    found = shock_extremes(np.array([0.0, spin, 0.0]), np.array([3.0, 0.0, 4.0]), np.eye(3), 0.5, 2.0)
+    found = one_piece(np.array([0.0, spin, 0.0]), np.array([3.0, 0.0, 4.0]), np.eye(3), 0.5, 2.0)
     np.testing.assert_allclose(found, (2.5, 2.5), rtol=1e-15)
 
 
@@ -138,8 +142,8 @@ def test_extremes_scale_with_the_jump_and_not_with_the_speed(seed, speed):
     """Jump and strike scaled together leave the normalised shock where it was."""
     _, omega, v, points = draw(seed, 6)
     np.testing.assert_allclose(
-        shock_extremes(speed * omega, speed * v, points, 0.2, speed),
-        shock_extremes(omega, v, points, 0.2, 1.0),
+        one_piece(speed * omega, speed * v, points, 0.2, speed),
+        one_piece(omega, v, points, 0.2, 1.0),
         rtol=1e-9,
         atol=1e-12,
     )
@@ -150,4 +154,22 @@ def test_a_number_that_is_none_comes_back_as_none(flaw):
     """NaN in, NaN out, and an end: never a search that does not stop."""
     given_ = {"omega": np.ones(3), "v": np.ones(3), "points": np.eye(3) + 5.0}
     given_[flaw] = given_[flaw] * np.nan
-    assert np.isnan(shock_extremes(given_["omega"], given_["v"], given_["points"], 0.0, 1.0)).any()
+    assert np.isnan(one_piece(given_["omega"], given_["v"], given_["points"], 0.0, 1.0)).any()
+
+
+@given(SEEDS)
+def test_all_bodies_at_once_are_the_bodies_one_by_one(seed):
+    """A body feels the least and the most of its pieces, whatever the others are; NaN for one without pieces."""
+    rng = np.random.default_rng(seed)
+    counts = [2, 0, 1, 4]
+    bodies = [
+        [(rng.normal(rng.normal(0.0, 1.0, 3), 1.0, (int(rng.integers(1, 9)), 3)), float(rng.choice((0.0, 0.2)))) for _ in range(n)]
+        for n in counts
+    ]
+    omega, v = rng.normal(size=(2, 4, 3))
+    omega[2] *= rng.integers(2)
+    least, greatest = shock_extremes(omega, v, Pieces.of(bodies), 0.7)
+    for i, own in enumerate(bodies):
+        alone = [one_piece(omega[i], v[i], points, radius, 0.7) for points, radius in own]
+        assert least[i] == pytest.approx(min((low for low, _ in alone), default=np.nan), rel=1e-14, nan_ok=True)
+        assert greatest[i] == pytest.approx(max((high for _, high in alone), default=np.nan), rel=1e-14, nan_ok=True)

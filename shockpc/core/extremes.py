@@ -1,70 +1,127 @@
-"""The least and the greatest shock over a body's geometry.
+"""The least and the greatest shock over the bodies' geometry.
 
 Geometry is a union of convex pieces, each the convex hull of some points, rounded by a radius (a sphere is one point with a
 radius, a capsule two). |Δv(r)| is convex, so its greatest value lies on the hull; its least is the distance of a projected
-convex set from the screw axis.
+convex set from the screw axis. All pieces of all bodies are measured at once.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.spatial import Array
 
-__all__ = ["shock_extremes"]
+__all__ = ["Pieces", "shock_extremes"]
 
 
-def shock_extremes(delta_omega: Array, delta_v: Array, points: Array, radius: float, v_in: float) -> tuple[float, float]:
-    """Least and greatest |Δv + Δω × r| / v_in over one convex piece, exact for the hull of `points` rounded by `radius`.
+class Pieces(NamedTuple):
+    """Convex pieces of bodies, one after the other.
+
+    Attributes:
+        points: (k, 3) points whose hulls the pieces are, each in its body's frame [m].
+        start: (n,) where each piece's points begin; every piece has at least one.
+        radius: (n,) rounding of each hull [m].
+        body: (n,) index of the body each piece belongs to, ascending.
+        piece: (k,) the piece each point belongs to.
+    """
+
+    points: Array
+    start: np.ndarray
+    radius: Array
+    body: np.ndarray
+    piece: np.ndarray
+
+    @staticmethod
+    def of(bodies: list[list[tuple[Array, float]]]) -> "Pieces":
+        """From every body's hulls. Args: bodies, for each of them a list of (points (k, 3), radius) [m]."""
+        hulls = [(i, points, radius) for i, own in enumerate(bodies) for points, radius in own]
+        counts = np.array([len(points) for _, points, _ in hulls], dtype=int)
+        return Pieces(
+            np.concatenate([np.zeros((0, 3)), *(points for _, points, _ in hulls)]),
+            np.cumsum(counts) - counts,
+            np.array([radius for *_, radius in hulls], dtype=float),
+            np.array([i for i, *_ in hulls], dtype=int),
+            np.repeat(np.arange(len(hulls)), counts),
+        )
+
+
+def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: float) -> tuple[Array, Array]:
+    """Least and greatest |Δv + Δω × r| / v_in over every body, exact for rounded hulls.
 
     The velocity splits into a part along ω, the same everywhere, and a part across it, which is the distance from the screw axis
     times |ω|. Velocities across the axis form a flat convex polygon: its farthest point is a corner, its nearest lies on an edge,
     or is the axis itself if the polygon holds it.
 
     Args:
-        delta_omega: (3,) jump of angular velocity [rad/s].
-        delta_v: (3,) jump of velocity of the body frame's origin [m/s].
-        points: (k, 3) points whose convex hull is the piece, body frame [m].
-        radius: rounding of that hull [m].
+        delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s].
+        delta_v: (nb, 3) jump of velocity of the body frame's origin, body axes [m/s].
+        pieces: what the bodies consist of.
         v_in: speed of the strike [m/s].
+
+    Returns: least (nb,), greatest (nb,) [1]; NaN for a body without pieces, and where a number is none.
     """
-    spin = float(np.linalg.norm(delta_omega))
-    v = velocity_at(delta_omega, delta_v, points)
-    if spin == 0.0:
-        uniform = float(np.linalg.norm(delta_v)) / v_in
-        return uniform, uniform
-    axis = delta_omega / spin
-    e1 = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    e1 /= np.linalg.norm(e1)
-    across = v @ np.stack([e1, np.cross(axis, e1)], axis=1)
-    along = float(axis @ delta_v)
-    reach = spin * radius
-    nearest = max(0.0, _distance_to_hull(across) - reach)
-    farthest = float(np.linalg.norm(across, axis=-1).max()) + reach
-    return float(np.hypot(nearest, along)) / v_in, float(np.hypot(farthest, along)) / v_in
+    spin = np.linalg.norm(delta_omega, axis=-1)
+    # A body that does not turn has one velocity everywhere, along and across any axis.
+    axis = np.where(spin[:, None] == 0.0, [0.0, 0.0, 1.0], delta_omega / np.where(spin == 0.0, 1.0, spin)[:, None])
+    e1 = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=-1)])
+    e1 /= np.linalg.norm(e1, axis=-1, keepdims=True)
+    e = np.stack([e1, np.cross(axis, e1)], axis=1)
+    # e · (Δv + Δω × r) = e · Δv + (e × Δω) · r, point by point in columns.
+    offset, turning = (e @ delta_v[..., None])[..., 0], np.cross(e, delta_omega[:, None, :])
+    body, points = pieces.body[pieces.piece], pieces.points
+    across = np.array([offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3)) for k in range(2)])
+    along = np.sum(axis * delta_v, axis=-1)[pieces.body]
+    reach = spin[pieces.body] * pieces.radius
+    nearest = np.maximum(0.0, _distances(across, pieces) - reach)
+    farthest = np.sqrt(np.maximum.reduceat(_dot(across, across), pieces.start)) + reach
+    least, greatest = np.full(len(spin), np.nan), np.full(len(spin), np.nan)
+    whose, first = np.unique(pieces.body, return_index=True)
+    least[whose] = np.minimum.reduceat(np.hypot(nearest, along), first) / v_in
+    greatest[whose] = np.maximum.reduceat(np.hypot(farthest, along), first) / v_in
+    return least, greatest
 
 
-def _distance_to_hull(p: Array) -> float:
-    """Distance of the origin from the convex hull of p (k, 2); 0 inside.
+def _distances(p: Array, pieces: Pieces) -> Array:
+    """Distance (n,) of the origin from the convex hull of every piece's points p (2, k); 0 inside, NaN where one is not finite.
 
-    The origin is inside unless two neighbours in angle are more than half a turn apart. Outside, Wolfe's step in the plane: from
+    The origin is inside unless all points, seen from it, lie within less than half a turn. Outside, Wolfe's step in the plane: from
     the nearest point found so far, fetch the corner that lies furthest towards the origin and keep the better of the two edges to
     it; every round comes strictly nearer, and there are finitely many edges.
     """
-    angle = np.sort(np.arctan2(p[:, 1], p[:, 0]))
-    if np.diff(angle, append=angle[0] + 2 * np.pi).max() <= np.pi:
-        return 0.0
-    a = b = nearest = p[np.argmin(np.linalg.norm(p, axis=-1))]
+    start, piece = pieces.start, pieces.piece
+    lost = ~np.isfinite(np.add.reduceat(_dot(p, p), start))
+    p = np.where(lost[piece], 0.0, p)
+    corner = p[:, _lowest(_dot(p, p), pieces)]
+    x, y = corner[0][piece], corner[1][piece]
+    angle = np.arctan2(x * p[1] - y * p[0], x * p[0] + y * p[1])
+    outside = np.maximum.reduceat(angle, start) - np.minimum.reduceat(angle, start) < np.pi
+    a = b = nearest = np.where(outside, corner, 0.0)
     while True:
-        corner = p[np.argmin(p @ nearest)]
-        near_a, near_b = _nearest_on_segment(a, corner), _nearest_on_segment(b, corner)
-        following = min(near_a, near_b, key=np.linalg.norm)
-        if not np.linalg.norm(following) < np.linalg.norm(nearest):
-            return float(np.linalg.norm(nearest))
-        a, b, nearest = (a if following is near_a else b), corner, following
+        corner = p[:, _lowest(nearest[0][piece] * p[0] + nearest[1][piece] * p[1], pieces)]
+        near_a, near_b = _nearest_on_segments(a, corner), _nearest_on_segments(b, corner)
+        from_a = _dot(near_a, near_a) <= _dot(near_b, near_b)
+        following = np.where(from_a, near_a, near_b)
+        closer = _dot(following, following) < _dot(nearest, nearest)
+        if not closer.any():
+            return np.where(lost, np.nan, np.sqrt(_dot(nearest, nearest)))
+        a = np.where(closer & ~from_a, b, a)
+        b, nearest = np.where(closer, corner, b), np.where(closer, following, nearest)
 
 
-def _nearest_on_segment(a: Array, b: Array) -> Array:
-    """The point of the segment a–b nearest to the origin, both (2,)."""
+def _dot(a: Array, b: Array) -> Array:
+    """Scalar products (n,) of the columns of a and b (2, n)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1])
+
+
+def _lowest(values: Array, pieces: Pieces) -> np.ndarray:
+    """Index (n,) of each piece's first point with its least value (k,)."""
+    hits = np.flatnonzero(values == np.minimum.reduceat(values, pieces.start)[pieces.piece])
+    return np.asarray(hits[np.searchsorted(hits, pieces.start)])
+
+
+def _nearest_on_segments(a: Array, b: Array) -> Array:
+    """The points of the segments a–b nearest to the origin, all (2, n)."""
     towards = b - a
-    squared = float(towards @ towards)
-    t = min(1.0, max(0.0, -float(towards @ a) / squared)) if squared > 0.0 else 0.0
+    squared = _dot(towards, towards)
+    t = np.clip(-_dot(towards, a) / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0)
     return np.asarray(a + t * towards)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import coal
 import numpy as np
 
+from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
 from shockpc.model.geometry import Geometries, Kind, Piece, read_geometries
 from shockpc.model.meshes import Mesh
@@ -59,10 +60,12 @@ class Outline(NamedTuple):
 
     Attributes:
         shapes: one tuple for each body, in the order of `robot.bodies`; empty for a body that has no such geometry.
+        pieces: the same as points in one array.
         warnings: at most one line, about the shapes that could not be read.
     """
 
     shapes: tuple[tuple[Shape, ...], ...]
+    pieces: Pieces
     warnings: tuple[str, ...]
 
 
@@ -89,7 +92,8 @@ def outline(robot: Robot, kind: Kind) -> Outline:
             shape = _shape(piece, rotation, offset, hulls)
             if shape is not None:
                 shapes[frame.body].append(shape)
-    return Outline(tuple(map(tuple, shapes)), _warnings(robot, kind, read, shapes))
+    pieces = Pieces.of([[(shape.points, shape.radius) for shape in own] for own in shapes])
+    return Outline(tuple(map(tuple, shapes)), pieces, _warnings(robot, kind, read, shapes))
 
 
 def inertia_box(body: Body) -> Shape | None:

@@ -1,7 +1,5 @@
 """The least and the greatest shock over every body's geometry."""
 
-import numpy as np
-
 from shockpc.core.extremes import shock_extremes
 from shockpc.core.spatial import Array
 from shockpc.model.outline import outline
@@ -22,9 +20,4 @@ def shock_ranges(robot: Robot, delta_omega: Array, delta_v: Array, v_in: float) 
     Returns: least (nb,), greatest (nb,) [1], NaN for a body without geometry; warnings.
     """
     seen = outline(robot, "collision" if robot.source.kind == "mjcf" or "<collision" in robot.source.xml else "visual")
-    least, greatest = np.full(len(robot.bodies), np.nan), np.full(len(robot.bodies), np.nan)
-    for i, shapes in enumerate(seen.shapes):
-        if shapes:
-            found = [shock_extremes(delta_omega[i], delta_v[i], shape.points, shape.radius, v_in) for shape in shapes]
-            least[i], greatest[i] = min(low for low, _ in found), max(high for _, high in found)
-    return least, greatest, seen.warnings
+    return *shock_extremes(delta_omega, delta_v, seen.pieces, v_in), seen.warnings
