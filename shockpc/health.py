@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.blame import contradiction, ill_conditioned
 from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
-from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows
+from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows, units_of
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.core.tree import Tree
 from shockpc.errors import SceneError, SolveError
@@ -17,7 +17,7 @@ from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, row_jacobian
 from shockpc.record import Health
 
-__all__ = ["DOUBTFUL", "PROMISED", "TRUSTED", "UNMOVED", "Verdict", "gyration_radii", "judge"]
+__all__ = ["DOUBTFUL", "PROMISED", "SAMPLES", "TRUSTED", "UNMOVED", "Verdict", "gyration_radii", "judge"]
 
 TRUSTED = 1e-9
 """Every number is right to this share of its body's own motion, or carries a warning."""
@@ -31,14 +31,14 @@ DOUBTFUL = TRUSTED / PROMISED
 SUSPECT = 1e-12
 """From here on the second solution is refined first, for it may be the one that is off."""
 
-ONE_DRAW, THREE_DRAWS = 10.0, 5.0
-"""A difference of two solutions is one draw of what the error may be, the largest of a few samples is three; so many times that
+ONE_DRAW, SIX_DRAWS = 10.0, 5.0
+"""A difference of two solutions is one draw of what the error may be, the largest of the samples is six; so many times that
 covers what such draws may miss."""
 
 UNMOVED = 1e-13
 """A body that moves by less than this share of the fastest one is not told from one that does not move."""
 
-SAMPLES = 3
+SAMPLES = 6
 """Random changes that sample what rounding does."""
 
 JOINT_SPACE = "joint space (Eq. 4)"
@@ -78,7 +78,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]), impact.dead[0])
     W = rows.W[0].copy()
     W[..., :3] -= np.cross(bodies.com, W[..., 3:])
-    held = _held(state, equation.G)
+    held, units = _held(state, equation.G), units_of(state.rotation[0])
     motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
     try:
         other = solve_maximal(bodies, W[chosen_rows], rows.b[0, chosen_rows])
@@ -88,23 +88,21 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     spread = None
     apart, moving = _compare(robot, motion, other, held)
     if other is not None and np.any(apart[moving] > SUSPECT):
-        other, spread = refine(bodies, W[chosen_rows], other, SAMPLES)
+        other, spread = refine(bodies, W[chosen_rows], other, SAMPLES, units)
         apart, moving = _compare(robot, motion, other, held)
     # Both solutions read the same rounded placements, so no difference between them tells what those do to rows that are small
     # differences of large terms, or that nearly repeat one another.
-    shared = np.where(
-        held, 0.0, 0.5 * np.finfo(float).eps * (8.0 + _cancellation(state, rows, impact.dead[0])) / float(impact.weakest[0])
-    )
+    shared = np.where(held, 0.0, units * (1.0 + _cancellation(state, rows, impact.dead[0]) / 8.0) / float(impact.weakest[0]))
     method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", ONE_DRAW * apart + shared
     warnings: list[str] = []
     if np.any(apart[moving] > SUSPECT) or np.any(errors[moving] > DOUBTFUL):
         # Where two solutions part visibly they may err alike at another body; samples of rounding tell.
-        sampled = shared + THREE_DRAWS * _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)
+        sampled = shared + SIX_DRAWS * _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)
         errors = np.maximum(errors, sampled)
     if np.any(errors[moving] > DOUBTFUL):
         candidates = {JOINT_SPACE: sampled}
         if other is not None and spread is not None:
-            candidates[MAXIMAL] = shared + THREE_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
+            candidates[MAXIMAL] = shared + SIX_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
         errors, method = candidates[chosen], f"{chosen}, the steadier of two solutions"
         still_apart, left = np.where(moving, apart, 0.0), float(np.max(errors[moving]))
@@ -184,19 +182,19 @@ def _sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G
     Sampled with a few mechanisms that rounding cannot tell from this one, at the centres of mass; infinite where one of them
     cannot be solved.
     """
-    draw = np.random.default_rng(0)
+    draw, units = np.random.default_rng(0), units_of(state.rotation[0])
     size = max(float(np.abs(bodies.com).max()), float(np.abs(bodies.joint).max()))
 
     def repeated(values: Array) -> Array:
         return np.broadcast_to(values, (SAMPLES, *values.shape[1:]))
 
     several = state._replace(
-        H=shaken_inertia(draw, repeated(state.H)),
-        J=shaken_jacobian(draw, repeated(state.J), size),
+        H=shaken_inertia(draw, units, repeated(state.H)),
+        J=shaken_jacobian(draw, units, repeated(state.J), size),
         rotation=repeated(state.rotation),
         position=repeated(state.position),
     )
-    shaken = rows._replace(W=shaken_rows(draw, repeated(rows.W), size), b=repeated(rows.b[..., -1:]))
+    shaken = rows._replace(W=shaken_rows(draw, units, repeated(rows.W), size), b=repeated(rows.b[..., -1:]))
     try:
         found = solve(robot, several, shaken, bodies.armature, None if G is None else repeated(G)).jumps[..., 0]
         exact = solve(robot, state, rows, bodies.armature, G).jumps[0, ..., -1]

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from trees import STICKS, Hit, Landing
 
 from shockpc.core.maximal import refine, solve_maximal
+from shockpc.core.rounding import UNITS
+from shockpc.health import SAMPLES
 from shockpc.model.dynamics import dynamics, tree
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -24,7 +26,7 @@ def solved(landing, **how):
     rows = rows.reshape(len(rows), -1, 6)[:, order]
     np.testing.assert_allclose(bodies.com + origin, landing.mechanism.com[order], atol=1e-12)
     plain = solve_maximal(bodies, rows, undone[:, None])
-    refined, spread = refine(bodies, rows, plain, 3)
+    refined, spread = refine(bodies, rows, plain, SAMPLES, UNITS)
     back = np.argsort(order)
     return plain.twists[back, :, 0], refined.twists[back, :, 0], spread[back, :, 0], profile
 

@@ -117,6 +117,8 @@ def _work(robot: Robot, landing: Scene, everything: bool) -> None:
     if not everything:
         return
     from shockpc.core.maximal import refine, solve_maximal
+    from shockpc.core.rounding import units_of
+    from shockpc.health import SAMPLES
     from shockpc.model.checkup import check_robot
     from shockpc.show.figure import save_figure
 
@@ -129,7 +131,7 @@ def _work(robot: Robot, landing: Scene, everything: bool) -> None:
     bodies = tree(robot, state, no_inertia, nothing_held)
     W = rows.W[0].copy()
     W[..., :3] -= np.cross(bodies.com, W[..., 3:])
-    refine(bodies, W, solve_maximal(bodies, W, rows.b[0]), samples=3)
+    refine(bodies, W, solve_maximal(bodies, W, rows.b[0]), SAMPLES, units_of(state.rotation[0]))
     with tempfile.TemporaryDirectory() as folder:
         save_figure(shock_profile(landing, robot), Path(folder))
 

@@ -67,7 +67,7 @@ def solve_maximal(tree: Tree, W: Array, b: Array) -> MaximalSolution:
     return _unpack(tree, nc, _solve(entries, rhs, nb), entries, scale, rhs)
 
 
-def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int) -> tuple[MaximalSolution, Array]:
+def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int, units: float) -> tuple[MaximalSolution, Array]:
     """One step of iterative refinement with the residual in extended precision, and what rounding in the data can still do.
 
     The refined unknowns solve the system as it stands in double precision; the numbers in it carry rounding themselves, so the
@@ -78,6 +78,7 @@ def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int) -> tup
         W: (nc, nb, 6) rows, as they were solved with.
         solution: of `solve_maximal`.
         samples: how many different mechanisms.
+        units: size of the rounding in them [1].
 
     Returns: the refined solution, and the spread (nb, 6, k) that rounding makes of its twists.
     """
@@ -89,7 +90,7 @@ def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int) -> tup
     draw = np.random.default_rng(0)
     size = max(float(np.abs(tree.com).max()), float(np.abs(tree.joint).max()))
     for _ in range(samples):
-        rows, columns, values = _entries(shaken_tree(draw, tree, size), shaken_rows(draw, W, size))
+        rows, columns, values = _entries(shaken_tree(draw, units, tree, size), shaken_rows(draw, units, W, size))
         side = rhs.copy()
         np.subtract.at(side, rows, (values * scale[rows] * scale[columns])[:, None] * x[columns])
         sides.append(side)
