@@ -39,7 +39,7 @@ bench: .venv/.dev
 # The promise of the error estimate on random trees; it ends with an error if it is broken once.
 TREES ?= 100000
 soak: .venv/.dev
-	@"$(BIN)/shockpc" bench --soak "$(TREES)"
+	@"$(BIN)/shockpc" bench --soak "$(TREES)" --out out/soak
 
 install: .venv/.run
 

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from shockpc.bench import soak as soaking
 from shockpc.bench.cases import FAMILIES, family, suite
 from shockpc.bench.cases.robots import FOOTED, feet_of
 from shockpc.bench.measure import CaseResult, measure
 from shockpc.bench.methods import DIRECT
-from shockpc.bench.soak import LOOSE, Tally, random_landing, soak, soak_one
+from shockpc.bench.random_trees import random_landing
+from shockpc.bench.soak import LOOSE, Tally, soak, soak_one
+from shockpc.bench.store import Store
 from shockpc.core.rounding import UNITS, units_of
 from shockpc.files.catalogue import catalogue
 from shockpc.model.dynamics import dynamics
@@ -108,9 +111,7 @@ def test_a_strike_through_the_centre_turns_to_translation_without_noise(variant)
 
 def test_random_trees_keep_the_promise():
     """A few hundred of the trees of `make soak`, of all joint kinds, with masses over eight decades, contacts and loops."""
-    tally = Tally()
-    for one in soak(0, 200, workers=1):
-        tally.add(one)
+    tally = sum(soak(0, 200, workers=1), Tally())
     assert (tally.offenders, tally.violations) == ((), 0)
     assert tally.solved > 0.9 * tally.trees
     assert tally.loose <= 0.1 * tally.solved
@@ -141,5 +142,33 @@ def test_a_tree_is_the_same_whoever_draws_it():
     (robot, scene), (again, same) = random_landing(5), random_landing(5)
     assert scene == same
     assert [body.mass for body in robot.bodies] == [body.mass for body in again.bodies]
-    one, other = next(soak(5, 1, workers=1)).result, soak_one(5).result
+    one = soak_one(5).result
+    soak_one(4)
+    other = soak_one(5).result
     assert (one.error, one.estimate) == (other.error, other.estimate)
+
+
+def test_a_soak_that_was_broken_off_goes_on(tmp_path, monkeypatch):
+    """Finished blocks are kept and not tried again; the counts are those of a run without a break."""
+    tried = []
+
+    def broken_off(number):
+        if number == 4:
+            raise KeyboardInterrupt
+        return soak_one(number)
+
+    def noted(number):
+        tried.append(number)
+        return soak_one(number)
+
+    monkeypatch.setattr(soaking, "BLOCK", 2)
+    monkeypatch.setattr(soaking, "soak_one", broken_off)
+    with pytest.raises(KeyboardInterrupt):
+        sum(soak(0, 5, workers=1, store=Store(tmp_path, "as it is")), Tally())
+    monkeypatch.setattr(soaking, "soak_one", noted)
+    found = sum(soak(0, 5, workers=1, store=Store(tmp_path, "as it is")), Tally())
+    assert tried == [4]
+    assert found == sum(soak(0, 5, workers=1), Tally())
+    tried.clear()
+    sum(soak(0, 5, workers=1, store=Store(tmp_path, "changed since")), Tally())
+    assert tried == [0, 1, 2, 3, 4]

@@ -10,11 +10,12 @@
     simulate      landing by simulation: a stiff contact on Pinocchio's ABA …
     mujoco_peer   … and in MuJoCo
     timing        warmed up, repeated, median and quartiles
-    precision     part 1 and 2 of the report: every case by every method
+    measure       part 1 and 2 of the report: every case by every method
     saving        part 3: what leaving out saves
     throughput    part 4: many postures, against peers on the same work
     compliant     one's own scene: from which stiffness on the rigid answer holds
-    soak          random trees by the thousand
+    random_trees  trees that nobody would think of, and their landings
+    soak          such trees by the thousand
     report        Markdown, CSV, JSON and figures
 
 Nothing in the product imports this package, and what no user needs lives here and not there.

@@ -1,36 +1,20 @@
-"""Random trees by the thousand: is the error estimate ever too small?
-
-Tree number n is the same on every machine: 1 to 30 bodies, masses over eight decades, joints of every kind, one to three contacts,
-and now and then a closed loop.
-"""
+"""Random trees by the thousand: is the error estimate ever too small?"""
 
 import multiprocessing
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 
-import numpy as np
-import pinocchio as pin
-
-from shockpc.bench.build import Link, robot_of
 from shockpc.bench.cases import Case
 from shockpc.bench.measure import MethodResult, measure
 from shockpc.bench.methods import DIRECT
-from shockpc.core.spatial import Array
+from shockpc.bench.random_trees import random_landing
+from shockpc.bench.store import Store
 from shockpc.health import DOUBTFUL
-from shockpc.model.closure import Closure, Place
-from shockpc.model.contact import Contact
-from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import Posture, configuration
-from shockpc.model.robot import Robot
-from shockpc.scene import Scene, Strike
 
-__all__ = ["LOOSE", "Soaked", "Tally", "random_landing", "soak", "soak_one", "tally_text"]
+__all__ = ["LOOSE", "Soaked", "Tally", "soak", "soak_one", "tally_text"]
 
-DECADES = (-4.0, 4.0)
-"""Masses lie between 1e-4 and 1e4 kg."""
-
-KINDS = (("revolute", "continuous", "prismatic"), ("revolute", "prismatic", "spherical", "planar"))
-"""Joints of even trees and of odd ones."""
+BLOCK = 50
+"""Trees that are tried and kept together: a few seconds."""
 
 LOOSE = 1000.0
 """An estimate more than so many times the error is loose; errors below rounding itself count as rounding."""
@@ -79,6 +63,10 @@ class Tally:
     warned: int = 0
     offenders: tuple[int, ...] = ()
 
+    def __add__(self, other: "Tally") -> "Tally":
+        """Both together."""
+        return Tally(*(getattr(self, each.name) + getattr(other, each.name) for each in fields(self)))
+
     def add(self, one: Soaked) -> None:
         """Count one more."""
         self.trees += 1
@@ -109,14 +97,46 @@ class Tally:
         return self.broken + self.silent + self.failed
 
 
-def soak(first: int, count: int, workers: int) -> Iterator[Soaked]:
-    """Try trees number `first` to `first + count − 1`, in as many processes, in their order."""
-    numbers = range(first, first + count)
-    if workers <= 1:
-        yield from map(soak_one, numbers)
+def soak(first: int, count: int, workers: int, store: Store | None = None) -> Iterator[Tally]:
+    """Try trees number `first` to `first + count − 1`, in as many processes.
+
+    Args:
+        first: number of the first tree.
+        count: how many trees.
+        workers: processes.
+        store: keeps the counts of finished blocks, so that a run that was broken off goes on from there.
+
+    Yields: the counts of one block of trees after another, in no order.
+    """
+    blocks = [(begin, min(begin + BLOCK, first + count)) for begin in range(first, first + count, BLOCK)]
+    kept = {block: None if store is None else store.get(_name(block)) for block in blocks}
+    yield from (Tally(**(part | {"offenders": tuple(part["offenders"])})) for part in kept.values() if part is not None)
+    left = [block for block, part in kept.items() if part is None]
+    if workers <= 1 or len(left) <= 1:
+        found = map(_soak_block, left)
+        yield from (_keep(store, *each) for each in found)
         return
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        yield from pool.imap(soak_one, numbers, chunksize=16)
+    with multiprocessing.get_context("spawn").Pool(min(workers, len(left))) as pool:
+        yield from (_keep(store, *each) for each in pool.imap_unordered(_soak_block, left))
+
+
+def _soak_block(block: tuple[int, int]) -> tuple[tuple[int, int], Tally]:
+    """The counts of a block of trees, and which it was."""
+    tally = Tally()
+    for number in range(*block):
+        tally.add(soak_one(number))
+    return block, tally
+
+
+def _keep(store: Store | None, block: tuple[int, int], tally: Tally) -> Tally:
+    """The counts, kept."""
+    if store is not None:
+        store.put(_name(block), asdict(tally))
+    return tally
+
+
+def _name(block: tuple[int, int]) -> str:
+    return f"trees {block[0]} to {block[1] - 1}"
 
 
 def soak_one(number: int) -> Soaked:
@@ -128,63 +148,6 @@ def soak_one(number: int) -> Soaked:
         word in found.message for word in ("cannot be closed", "no impact", "one point of one body")
     )
     return Soaked(number, len(robot.bodies), None if none else found)
-
-
-def random_landing(number: int) -> tuple[Robot, Scene]:
-    """Tree number n and its landing."""
-    rng = np.random.default_rng([2021, number])
-    # A URDF has continuous joints, an MJCF has ball joints and planar ones: every other tree is written as the one or the other.
-    kinds = KINDS[number % 2]
-    n = int(rng.integers(1, 31))
-    links = [_link(rng, int(rng.integers(max(0, i - 3), i)) if i else -1, str(rng.choice(kinds))) for i in range(n)]
-    robot = robot_of(links, f"tree{number}")
-    joints = {
-        name: float(rng.uniform(-1.5, 1.5)) for name in robot.joints if robot.model.joints[robot.model.getJointId(name)].nv == 1
-    }
-    quaternion = tuple(float(c) for c in _unit(rng, 4))
-    posture = Posture(base_quaternion=quaternion, joints=joints)  # type: ignore[arg-type]
-    e = float(rng.choice((0.0, 0.0, 0.5, 1.0)))
-    contacts = tuple(_contact(rng, n, e) for _ in range(int(rng.integers(1, 4))))
-    strike = Strike(velocity=(float(rng.uniform(-1, 1)), float(rng.uniform(-1, 1)), -float(rng.uniform(0.2, 1.0))))
-    closure = (_closure(rng, robot, posture, n),) if n > 3 and rng.random() < 0.25 else ()
-    return robot, Scene(robot=f"tree{number}", posture=posture, strike=strike, contact=contacts, closure=closure)
-
-
-def _unit(rng: np.random.Generator, n: int) -> Array:
-    v = rng.normal(size=n)
-    return np.asarray(v / np.linalg.norm(v))
-
-
-def _link(rng: np.random.Generator, parent: int, kind: str) -> Link:
-    """A box of random sides, anywhere within its reach."""
-    mass = float(10.0 ** rng.uniform(*DECADES))
-    sides = 10.0 ** rng.uniform(-1.5, 0.0, 3)
-    turn = pin.Quaternion(*_unit(rng, 4)).matrix()
-    moments = mass / 12.0 * (np.sum(sides**2) - sides**2)
-    inertia = turn @ np.diag(moments) @ turn.T
-    rpy = tuple(float(a) for a in rng.uniform(-1.5, 1.5, 3))
-    origin, com = rng.normal(0.0, 0.3, 3), rng.normal(0.0, 0.2, 3)
-    return Link(parent, kind, origin, _unit(rng, 3), mass, com, 0.5 * (inertia + inertia.T), rpy)  # type: ignore[arg-type]
-
-
-def _contact(rng: np.random.Generator, n: int, e: float) -> Contact:
-    """A point of any link, sticking, sliding, or stopped along a slant."""
-    kept = (("x", "y", "z"), ("z",), ((0.6, 0.0, 0.8),))[int(rng.integers(3))]
-    offset = tuple(float(x) for x in rng.normal(0.0, 0.3, 3))
-    return Contact(frame=f"link{int(rng.integers(n))}", offset=offset, directions=kept, restitution=e)  # type: ignore[arg-type]
-
-
-def _closure(rng: np.random.Generator, robot: Robot, posture: Posture, n: int) -> Closure:
-    """Two links held together where a point of the first is: the loop is closed as drawn."""
-    a, b = (int(i) for i in rng.choice(n, 2, replace=False))
-    state = dynamics(robot, configuration(robot, posture)[None])
-    index = {body.name: i for i, body in enumerate(robot.bodies)}
-    i, j = index[f"link{a}"], index[f"link{b}"]
-    point = rng.normal(0.0, 0.3, 3)
-    place = state.position[0, i] + state.rotation[0, i] @ point
-    other = state.rotation[0, j].T @ (place - state.position[0, j])
-    ends = [tuple(float(x) for x in values) for values in (point, other)]
-    return Closure(a=Place(frame=f"link{a}", offset=ends[0]), b=Place(frame=f"link{b}", offset=ends[1]))  # type: ignore[arg-type]
 
 
 def tally_text(tally: Tally) -> str:
@@ -203,5 +166,5 @@ def tally_text(tally: Tally) -> str:
         f"  not a number, exception, invented answer       {tally.failed}",
     ]
     if tally.offenders:
-        lines.append(f"numbers of the trees: {', '.join(map(str, tally.offenders[:20]))} (--soak 1 --seed NUMBER)")
+        lines.append(f"numbers of the trees: {', '.join(map(str, sorted(tally.offenders)[:20]))} (--soak 1 --seed NUMBER)")
     return "\n".join(lines) + "\n"

@@ -26,7 +26,11 @@ def bench(
     scene: Annotated[Path | None, typer.Argument(help="A scene (TOML) to simulate with --compliant.")] = None,
     suite: Annotated[Suite, typer.Option(help="Quick takes about two minutes, full half an hour.")] = Suite.QUICK,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the report; an interrupted bench goes on from there. [out/bench]")
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder of the report, or of the soak's counts; what was interrupted goes on from there. [out/bench]",
+        ),
     ] = None,
     compliant: Annotated[
         bool, typer.Option("--compliant", help="Land the scene on softer and harder ground, and compare.")
@@ -51,7 +55,7 @@ def bench(
         return
     _require("mpmath")
     if soak is not None:
-        _soak(seed, soak, workers)
+        _soak(seed, soak, workers, out)
     else:
         _suite(suite.value, out or Path("out/bench"))
 
@@ -98,14 +102,15 @@ def _compliant(path: Path, out: Path | None) -> None:
     sys.stdout.write(as_text(sheet))
 
 
-def _soak(first: int, count: int, workers: int) -> None:
+def _soak(first: int, count: int, workers: int, out: Path | None) -> None:
     """Random trees; ends with 1 if a promise was broken."""
     from shockpc.bench.soak import Tally, soak, tally_text
+    from shockpc.bench.store import Store, fingerprint
 
     tally = Tally()
-    for one in soak(first, count, workers):
-        tally.add(one)
-        if sys.stderr.isatty() and tally.trees % 10 == 0:
+    for block in soak(first, count, workers, None if out is None else Store(out, fingerprint("soak"))):
+        tally += block
+        if sys.stderr.isatty():
             sys.stderr.write(f"\r\x1b[K{tally.trees} of {count} trees, {tally.violations} violations")
             sys.stderr.flush()
     if sys.stderr.isatty():
