@@ -134,6 +134,52 @@ def test_a_planar_loop_closed_by_a_point_in_space_repeats_a_row():
         assert not profile.health.warnings
 
 
+SLOT = urdf(
+    link("base"),
+    link("bar"),
+    link("slider"),
+    joint("j1", "base", "bar", axis="0 -1 0", more=LIMIT),
+    joint("j2", "base", "slider", axis="0 -1 0", more='<origin xyz="0.2 0 -0.3"/>' + LIMIT),
+    name="slot",
+)
+
+
+@pytest.mark.parametrize("bodies", [(1, 2), (2, 1), (0, 2), (-1, 1), (1, -1)])
+def test_rows_of_a_closure_are_the_rate_of_its_gap(bodies):
+    """Also where the ends are apart along an axis that is left free, and while a loop is still open: held against differences."""
+    robot = robot_from(SLOT)
+    ends = {"a": Place(frame="bar", offset=(0.1, 0.2, 0.4)), "b": Place(frame="slider", offset=(-0.3, 0.1, -0.2))}
+    loop = loop_of(robot, Closure(**ends, directions=("x", (0.3, -0.5, 0.8))))._replace(bodies=bodies)
+    rng = np.random.default_rng(3)
+    q = pin.integrate(robot.model, pin.neutral(robot.model), rng.normal(size=robot.model.nv))
+    K = row_jacobian(dynamics(robot, q[None]), closure_block(dynamics(robot, q[None]), loop).W)[0]
+    h = 1e-6
+    for column, step in zip(K.T, np.eye(robot.model.nv), strict=True):
+        after, before = (
+            closure_gap(dynamics(robot, pin.integrate(robot.model, q, by)[None]), loop)[0] for by in (h * step, -h * step)
+        )
+        np.testing.assert_allclose(column, (after - before) / (2.0 * h), atol=1e-8)
+
+
+def test_a_slot_is_the_same_wherever_its_origin_lies_along_it():
+    """A pin in a slot: the slot's frame moved along the slot changes no number, and the momentum is what the contact gave."""
+    robot = robot_from(SLOT)
+    posture = Posture(joints={"j1": float(np.arctan2(-0.3, 0.2)), "j2": 0.2})
+    tip = Contact(frame="slider", offset=(0.4, 0.0, -0.1))
+    found = []
+    for along in (0.0, 0.1, float(np.hypot(0.2, 0.3)), 1.0):
+        slot = Closure(a=Place(frame="bar", offset=(along, 0.0, 0.0)), b=Place(frame="slider"), directions=("z",))
+        profile = shock_profile(Scene(robot="slot.urdf", contact=(tip,), closure=(slot,), posture=posture), robot)
+        found.append(np.concatenate([profile.delta_omega, profile.delta_v]))
+        moment, (contact,) = np.zeros(3), profile.contacts
+        for i, one in enumerate(profile.robot.bodies):
+            R, omega = profile.rotation[i], profile.delta_omega[i]
+            momentum = R @ (one.mass * (profile.delta_v[i] + np.cross(omega, one.com)))
+            moment += np.cross(profile.position[i] + R @ one.com, momentum) + R @ one.inertia @ omega
+        np.testing.assert_allclose(moment, np.cross(contact.point, contact.impulse), atol=1e-12)
+    np.testing.assert_allclose(found[1:], np.broadcast_to(found[0], (3, *found[0].shape)), atol=1e-11)
+
+
 def test_directions_leave_the_repeated_row_out():
     one = shock_profile(four_bar(), robot_from(FOUR_BAR))
     other = shock_profile(four_bar(closure=(dataclasses.replace(LOOP, directions=("x", "z")),)), robot_from(FOUR_BAR))

@@ -79,24 +79,18 @@ def _stance_rows(robot: Robot, scene: Scene, found: Mechanism, read: Reader) -> 
 
 
 def _loop_rows(found: Mechanism, loop: Loop, read: Reader) -> list[Row]:
-    """Rows of a loop: its ends may not part along the axes of its first end.
-
-    The ends meet to rounding only, or to what the posture was assembled to. In a mechanism that is shaken they meet exactly, so
-    that a row which lives by that gap alone shows itself.
-    """
+    """Rows of a loop: along the axes of its first end, the first body goes where the second end goes."""
     frame = rotation_nearest(loop.rotations[0], read)
     if loop.bodies[0] >= 0:
         frame = found.rotation[loop.bodies[0]] @ frame
-    places = [_point(found, body, read(point)) for body, point in zip(loop.bodies, loop.points, strict=True)]
-    if read is not widen:
-        places = [(places[0] + places[1]) / 2] * 2
-    pairs = [[_force(place, frame @ axis) for place in places] for axis in widen(loop.axes)]
+    end = _point(found, loop.bodies[1], read(loop.points[1]))
+    wrenches = [_force(end, frame @ axis) for axis in widen(loop.axes)]
     if loop.turns:
-        pairs += [[np.concatenate([frame @ axis, widen(np.zeros(3))])] * 2 for axis in widen(np.eye(3))]
+        wrenches += [np.concatenate([frame @ axis, widen(np.zeros(3))]) for axis in widen(np.eye(3))]
     rows = []
-    for a, b in pairs:
+    for unit in wrenches:
         wrench: dict[int, Exact] = {}
-        for body, part in ((loop.bodies[0], a), (loop.bodies[1], -b)):
+        for body, part in ((loop.bodies[0], unit), (loop.bodies[1], -unit)):
             if body >= 0:
                 wrench[body] = part
         rows.append(Row(wrench, {}, mp.zero))

@@ -17,7 +17,7 @@ from shockpc.model.contact import unit_directions
 from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.robot import Robot
-from shockpc.model.rows import Block, moment_block, point_block
+from shockpc.model.rows import Block, force_block, moment_block
 
 __all__ = ["Closure", "Place", "closure_block", "closure_gap", "loop_of"]
 
@@ -79,11 +79,16 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
 
 
 def closure_block(state: Dynamics, loop: Loop) -> Block:
-    """The rows of a loop: the two ends may not part."""
-    (a, b), (p_a, p_b) = loop.bodies, loop.points
+    """The rows of a loop: the two ends may not part along the loop's axes, which turn with its first body.
+
+    Both bodies feel a row at the second end: along an axis that is left free the first may be elsewhere, and a pair of opposite
+    impulses at two places would turn the robot. It is also what makes the rows the derivative of `closure_gap`.
+    """
+    a, b = loop.bodies
     frame = _orientation(state, a, loop.rotations[0])
     axes = loop.axes @ np.swapaxes(frame, -1, -2)
-    W = point_block(state, a, p_a, axes) - point_block(state, b, p_b, axes)
+    end = _position(state, b, loop.points[1])
+    W = force_block(state, a, end, axes) - force_block(state, b, end, axes)
     if loop.turns:
         about = np.swapaxes(frame, -1, -2)
         W = np.concatenate([W, moment_block(state, a, about) - moment_block(state, b, about)], axis=1)

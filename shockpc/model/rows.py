@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
 
-__all__ = ["Block", "Rows", "moment_block", "point_block", "row_jacobian", "stack"]
+__all__ = ["Block", "Rows", "force_block", "moment_block", "point_block", "row_jacobian", "stack"]
 
 
 class Block(NamedTuple):
@@ -49,7 +49,7 @@ class Rows(NamedTuple):
 
 
 def point_block(state: Dynamics, body: int, point: Array, axes: Array) -> Array:
-    """Wrenches (N, n, nb, 6) of unit impulses along axes at a point of a body; none at all on the world (body −1).
+    """Wrenches (N, n, nb, 6) of unit impulses along axes at a point of a body.
 
     Args:
         state: the robot in N postures.
@@ -57,12 +57,16 @@ def point_block(state: Dynamics, body: int, point: Array, axes: Array) -> Array:
         point: (3,) in the body's frame [m].
         axes: (n, 3) unit vectors, world axes; or (N, n, 3) where they turn with the posture.
     """
+    return force_block(state, body, state.position[:, body] + state.rotation[:, body] @ point, axes)
+
+
+def force_block(state: Dynamics, body: int, place: Array, axes: Array) -> Array:
+    """The same with the point given by where it is (N, 3), world axes, from the base [m]; none at all on the world (body −1)."""
     n = len(state.H)
     axes = np.broadcast_to(axes, (n, *axes.shape[-2:]))
     W = np.zeros((n, axes.shape[1], len(state.moves), 6))
     if body >= 0:
-        p = state.position[:, body] + state.rotation[:, body] @ point
-        W[:, :, body, :3] = np.cross(p[:, None, :], axes)
+        W[:, :, body, :3] = np.cross(place[:, None, :], axes)
         W[:, :, body, 3:] = axes
     return W
 
