@@ -6,7 +6,7 @@ from shockpc.core.spatial import Array
 from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows
 
-__all__ = ["contradiction", "ill_conditioned"]
+__all__ = ["contradiction", "ill_conditioned", "nearly_repeated"]
 
 
 def ill_conditioned(robot: Robot, rows: Rows, weakest: float, apart: Array, left: float, trusted: float, chosen: str) -> str:
@@ -41,6 +41,15 @@ def ill_conditioned(robot: Robot, rows: Rows, weakest: float, apart: Array, left
         else "rounding in the placements shows"
     )
     return f"{seen}: {blame}; the numbers are those of {chosen}, good to about {left:.0e} of each body's motion"
+
+
+def nearly_repeated(rows: Rows) -> str:
+    """The warning for rows of which nobody can tell whether they repeat one another."""
+    return (
+        f"the rows of {', '.join(block.name for block in rows.blocks)} repeat one another so nearly that rounding decides whether "
+        "one more of them holds; they were taken to repeat, and if they do not, no digit below is right: put their points "
+        "exactly together, or farther apart than a billionth of the robot"
+    )
 
 
 def contradiction(rows: Rows, row: int, left: Array) -> str:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.blame import contradiction, ill_conditioned
+from shockpc.blame import contradiction, ill_conditioned, nearly_repeated
 from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
 from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows, units_of
@@ -31,7 +31,7 @@ DOUBTFUL = TRUSTED / PROMISED
 SUSPECT = 1e-12
 """From here on the second solution is refined first, for it may be the one that is off."""
 
-ONE_DRAW, SIX_DRAWS = 10.0, 5.0
+ONE_DRAW, SIX_DRAWS = 10.0, 3.0
 """A difference of two solutions is one draw of what the error may be, the largest of the samples is six; so many times that
 covers what such draws may miss."""
 
@@ -104,11 +104,18 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         if other is not None and spread is not None:
             candidates[MAXIMAL] = shared + SIX_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
-        errors, method = candidates[chosen], f"{chosen}, the steadier of two solutions"
+        errors = candidates[chosen]
+        if np.any((apart > PROMISED * sum(candidates.values()))[moving]):
+            # A difference that no sample explains is an error of one of the two, and nobody can tell of which.
+            errors = np.maximum(errors, ONE_DRAW * apart)
+        method = f"{chosen}, the steadier of two solutions"
         still_apart, left = np.where(moving, apart, 0.0), float(np.max(errors[moving]))
         warnings.append(ill_conditioned(robot, rows, float(impact.weakest[0]), still_apart, left, DOUBTFUL, chosen))
         if other is not None and chosen == MAXIMAL:
             solution = _from_maximal(robot, state, other, solution, chosen_rows)
+    if impact.marginal[0]:
+        errors = np.where(held, errors, np.maximum(errors, 1.0))
+        warnings.append(nearly_repeated(rows))
     still = int(np.sum(~moving & ~held & (_size(robot, motion) > 0.0)))
     if still:
         warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
@@ -189,7 +196,7 @@ def _sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G
         return np.broadcast_to(values, (SAMPLES, *values.shape[1:]))
 
     several = state._replace(
-        H=shaken_inertia(draw, units, repeated(state.H)),
+        H=shaken_inertia(draw, units, repeated(state.H), _inertia_terms(state, bodies)),
         J=shaken_jacobian(draw, units, repeated(state.J), size),
         rotation=repeated(state.rotation),
         position=repeated(state.position),
@@ -201,6 +208,13 @@ def _sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G
     except SolveError:
         return np.full((len(robot.bodies), 6), np.inf)
     return np.asarray(np.abs(np.stack([_at_com(robot, state, jump - exact) for jump in found])).max(axis=0))
+
+
+def _inertia_terms(state: Dynamics, bodies: Tree) -> Array:
+    """Size (nv,) of the terms that the diagonal of H is a sum of: masses times squares of moments of speed about the base."""
+    reach = np.linalg.norm(bodies.com, axis=-1)
+    turns, slides = np.linalg.norm(state.J[0, :3], axis=0), np.linalg.norm(state.J[0, 3:], axis=0)
+    return np.asarray(bodies.mass @ np.where(state.moves, slides + reach[:, None] * turns, 0.0) ** 2)
 
 
 def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, chosen: np.ndarray) -> Solution:

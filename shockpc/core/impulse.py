@@ -28,6 +28,7 @@ class Impact(NamedTuple):
         dead: (..., nc) rows that nothing can move along.
         rank: (...) how many rows are independent.
         weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
+        marginal: (...) whether one was left out that is larger than what rounding makes of rows that repeat one another.
     """
 
     delta_qd: Array
@@ -36,6 +37,11 @@ class Impact(NamedTuple):
     dead: np.ndarray
     rank: np.ndarray
     weakest: Array
+    marginal: np.ndarray
+
+
+MARGIN = 1.0 / 32.0
+"""Share of the tolerance that rounding makes of a zero in fact: between the two, nobody can tell a zero."""
 
 
 def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
@@ -43,7 +49,8 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
 
     H = L Lᵀ turns the contact rows into X = L⁻¹ J_cᵀ, and the singular values of X (with H scaled to a unit diagonal and the
     columns of X to unit length) decide the rank; working on X and not on XᵀX keeps twice the digits. Rows count as repeated when a
-    singular value falls below 8 n ε / min(L_ii), which bounds what rounding in H can make of a zero. No damping.
+    singular value falls below 8 n ε / min(L_ii), which bounds what rounding in H can make of a zero; `marginal` tells where one
+    came near that. No damping.
 
     Args:
         H: (..., nv, nv) joint-space inertia, symmetric positive definite [kg, kg m, kg m²].
@@ -75,6 +82,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     c = np.where(dead, 0.0, 1.0 / np.where(dead, 1.0, length))
     U, s, Vt = np.linalg.svd(X * c[..., None, :], full_matrices=False)
     kept = s > tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
+    marginal = np.any(~kept & (s > MARGIN * tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)), axis=-1)
     s_inv = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
 
     largest = s.max(axis=-1, initial=0.0)
@@ -87,7 +95,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, dead, kept.sum(axis=-1), weakest)
+    return Impact(delta_qd, impulse, unique, dead, kept.sum(axis=-1), weakest, marginal)
 
 
 def _substitute(L: Array, B: Array) -> Array:

@@ -59,9 +59,16 @@ def shaken_jacobian(draw: np.random.Generator, units: float, J: Array, size: flo
     return np.concatenate([_directions(draw, units, J[..., :3, :]), _positions(draw, units, J[..., 3:, :], size)], axis=-2)
 
 
-def shaken_inertia(draw: np.random.Generator, units: float, H: Array) -> Array:
-    """A joint-space inertia (..., nv, nv), changed by rounding of the terms that its entries are sums of."""
-    d = np.sqrt(np.abs(np.diagonal(H, axis1=-2, axis2=-1)))
+def shaken_inertia(draw: np.random.Generator, units: float, H: Array, terms: Array) -> Array:
+    """A joint-space inertia (..., nv, nv), changed by rounding of the terms that its entries are sums of.
+
+    Args:
+        draw: of random numbers.
+        units: size of the changes.
+        H: the inertia.
+        terms: (nv,) size of the terms of its diagonal; they may be far larger than what is left of them.
+    """
+    d = np.sqrt(np.maximum(np.abs(np.diagonal(H, axis1=-2, axis2=-1)), terms))
     wobble = np.where(H == 0.0, 0.0, d[..., :, None] * d[..., None, :] * _noise(draw, units, H))
     upper = np.triu(wobble)
     return H + upper + np.swapaxes(np.triu(upper, 1), -1, -2)
