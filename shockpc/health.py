@@ -7,17 +7,29 @@ import numpy as np
 from shockpc.blame import contradiction, ill_conditioned, nearly_repeated
 from shockpc.core.impulse import independent_rows, residuals
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
-from shockpc.core.rounding import shaken_inertia, shaken_jacobian, shaken_rows, units_of
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.rounding import units_of
+from shockpc.core.spatial import Array
 from shockpc.core.tree import Tree
-from shockpc.errors import SceneError, SolveError
+from shockpc.errors import SceneError
+from shockpc.model.bodies import at_com, speed_of
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.equation import Solution, solve
+from shockpc.model.equation import Solution
 from shockpc.model.robot import Robot
-from shockpc.model.rows import Rows, row_jacobian
+from shockpc.model.rows import Rows, about_com, row_jacobian
+from shockpc.model.sampling import sampled_rounding
 from shockpc.record import Health
 
-__all__ = ["DOUBTFUL", "PROMISED", "SAMPLES", "TRUSTED", "UNMOVED", "Verdict", "gyration_radii", "judge"]
+__all__ = [
+    "DOUBTFUL",
+    "ONE_DRAW",
+    "PROMISED",
+    "SAMPLES",
+    "TRUSTED",
+    "UNMOVED",
+    "Second",
+    "Verdict",
+    "judge",
+]
 
 TRUSTED = 1e-9
 """Every number is right to this share of its body's own motion, or carries a warning."""
@@ -45,11 +57,30 @@ JOINT_SPACE = "joint space (Eq. 4)"
 MAXIMAL = "maximal coordinates, refined"
 
 
+class Second(NamedTuple):
+    """The solution in maximal coordinates.
+
+    Attributes:
+        found: for the unit strikes along x, y and z, then the scene's own.
+        rows: indices of the rows it was found with, independent of one another.
+    """
+
+    found: MaximalSolution
+    rows: np.ndarray
+
+
 class Verdict(NamedTuple):
-    """A solution, the better of two, and how far to trust it."""
+    """A solution, the better of two, and how far to trust it.
+
+    Attributes:
+        solution: the one to report.
+        health: how far to trust its jumps.
+        second: the other opinion, if there is one.
+    """
 
     solution: Solution
     health: Health
+    second: Second | None
 
 
 def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Verdict:
@@ -76,10 +107,9 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         raise SceneError(contradiction(rows, int(np.argmax(contact)), (equation.J_c[0] @ delta + b)[:, 0]))
 
     chosen_rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]), impact.dead[0])
-    W = rows.W[0].copy()
-    W[..., :3] -= np.cross(bodies.com, W[..., 3:])
+    W = about_com(rows.W[0], bodies)
     held, units = _held(state, equation.G), units_of(state.rotation[0])
-    motion = _at_com(robot, state, solution.jumps[0, :, :, -1])
+    motion = at_com(robot, state, solution.jumps[0, :, :, -1])
     try:
         other = solve_maximal(bodies, W[chosen_rows], rows.b[0, chosen_rows])
     except np.linalg.LinAlgError:
@@ -97,7 +127,9 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     warnings: list[str] = []
     if np.any(apart[moving] > SUSPECT) or np.any(errors[moving] > DOUBTFUL):
         # Where two solutions part visibly they may err alike at another body; samples of rounding tell.
-        sampled = shared + SIX_DRAWS * _relative(robot, _sampled_rounding(robot, state, bodies, rows, equation.G), motion, held)
+        sampled = shared + SIX_DRAWS * _relative(
+            robot, sampled_rounding(robot, state, bodies, rows, equation.G, SAMPLES), motion, held
+        )
         errors = np.maximum(errors, sampled)
     if np.any(errors[moving] > DOUBTFUL):
         candidates = {JOINT_SPACE: sampled}
@@ -116,7 +148,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
     if impact.marginal[0]:
         errors = np.where(held, errors, np.maximum(errors, 1.0))
         warnings.append(nearly_repeated(rows))
-    still = int(np.sum(~moving & ~held & (_size(robot, motion) > 0.0)))
+    still = int(np.sum(~moving & ~held & (speed_of(robot, motion) > 0.0)))
     if still:
         warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
     health = Health(
@@ -128,30 +160,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         method=method,
         warnings=tuple(warnings),
     )
-    return Verdict(solution, health)
-
-
-def gyration_radii(robot: Robot) -> Array:
-    """Radius of gyration of every body about its centre of mass, for the mean axis (nb,) [m]; 0 for a body without mass."""
-    mass = np.array([body.mass for body in robot.bodies])
-    trace = np.array([np.trace(body.inertia) for body in robot.bodies])
-    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf)))
-
-
-def _at_com(robot: Robot, state: Dynamics, jump: Array) -> Array:
-    """Jumps (nb, 6) from body axes at the body frames to world axes at the centres of mass."""
-    com = np.stack([body.com for body in robot.bodies])
-    v_com = velocity_at(jump[:, :3], jump[:, 3:], com)
-    rotation = state.rotation[0]
-    return np.concatenate([(rotation @ jump[:, :3, None])[..., 0], (rotation @ v_com[..., None])[..., 0]], axis=1)
-
-
-def _size(robot: Robot, twist: Array) -> Array:
-    """Size (nb,) of a twist (nb, 6) at the centre of mass as a speed: translation, and rotation times radius of gyration."""
-    radius = gyration_radii(robot)
-    # A body without inertia of its own is measured by the smallest length that the others have.
-    length = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
-    return np.asarray(np.hypot(np.linalg.norm(twist[:, 3:], axis=-1), length * np.linalg.norm(twist[:, :3], axis=-1)))
+    return Verdict(solution, health, None if other is None else Second(other, chosen_rows))
 
 
 def _held(state: Dynamics, G: Array | None) -> np.ndarray:
@@ -172,49 +181,15 @@ def _compare(robot: Robot, motion: Array, other: MaximalSolution | None, held: n
     """How far two solutions are apart at every body (nb,), infinitely without a second one; and which bodies move (nb,)."""
     found = motion if other is None else other.twists[..., -1]
     apart = np.where(held, 0.0, np.inf) if other is None else _relative(robot, motion - found, found, held)
-    speed = _size(robot, found)
+    speed = speed_of(robot, found)
     return apart, ~held & (speed > UNMOVED * speed.max())
 
 
 def _relative(robot: Robot, difference: Array, motion: Array, held: np.ndarray) -> Array:
     """Size of a difference relative to each body's own motion (nb,); 0 for bodies that are held."""
-    own = _size(robot, motion)
-    apart = np.where(held, 0.0, _size(robot, difference))
+    own = speed_of(robot, motion)
+    apart = np.where(held, 0.0, speed_of(robot, difference))
     return np.where(apart > 0.0, apart / np.where(own > 0.0, own, np.finfo(float).tiny), 0.0)
-
-
-def _sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G: Array | None) -> Array:
-    """What rounding in H and J does to the joint-space solution: the largest change (nb, 6) of every body's jump.
-
-    Sampled with a few mechanisms that rounding cannot tell from this one, at the centres of mass; infinite where one of them
-    cannot be solved.
-    """
-    draw, units = np.random.default_rng(0), units_of(state.rotation[0])
-    size = max(float(np.abs(bodies.com).max()), float(np.abs(bodies.joint).max()))
-
-    def repeated(values: Array) -> Array:
-        return np.broadcast_to(values, (SAMPLES, *values.shape[1:]))
-
-    several = state._replace(
-        H=shaken_inertia(draw, units, repeated(state.H), _inertia_terms(state, bodies)),
-        J=shaken_jacobian(draw, units, repeated(state.J), size),
-        rotation=repeated(state.rotation),
-        position=repeated(state.position),
-    )
-    shaken = rows._replace(W=shaken_rows(draw, units, repeated(rows.W), size), b=repeated(rows.b[..., -1:]))
-    try:
-        found = solve(robot, several, shaken, bodies.armature, None if G is None else repeated(G)).jumps[..., 0]
-        exact = solve(robot, state, rows, bodies.armature, G).jumps[0, ..., -1]
-    except SolveError:
-        return np.full((len(robot.bodies), 6), np.inf)
-    return np.asarray(np.abs(np.stack([_at_com(robot, state, jump - exact) for jump in found])).max(axis=0))
-
-
-def _inertia_terms(state: Dynamics, bodies: Tree) -> Array:
-    """Size (nv,) of the terms that the diagonal of H is a sum of: masses times squares of moments of speed about the base."""
-    reach = np.linalg.norm(bodies.com, axis=-1)
-    turns, slides = np.linalg.norm(state.J[0, :3], axis=0), np.linalg.norm(state.J[0, 3:], axis=0)
-    return np.asarray(bodies.mass @ np.where(state.moves, slides + reach[:, None] * turns, 0.0) ** 2)
 
 
 def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, chosen: np.ndarray) -> Solution:

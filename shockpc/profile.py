@@ -17,14 +17,23 @@ from shockpc.core.percussion import off_plane_share, percussion, shock_at
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
-from shockpc.health import gyration_radii, judge
+from shockpc.health import judge
 from shockpc.ledger import Ledger
+from shockpc.model.bodies import gyration_radii
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
 from shockpc.model.motion import velocity_before
 from shockpc.model.robot import Robot, load_robot
 from shockpc.readings.bracket import drive_bracket
 from shockpc.readings.contacts import contact_impulses, stance_impulses, total_impulse
+from shockpc.readings.doubts import (
+    direction_doubts,
+    impulse_doubts,
+    load_doubts,
+    mass_doubts,
+    percussion_doubts,
+    turn_errors,
+)
 from shockpc.readings.geometry import shock_ranges
 from shockpc.readings.loads import energy, joint_loads
 from shockpc.readings.points import point_maps, point_shocks, spots
@@ -64,14 +73,16 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         solution = solve(robot, state, rows, setting.drives.armature, setting.G)
     with ledger.stage("check in maximal coordinates"):
         bodies = tree(robot, state, setting.drives.armature, setting.G)
-        solution, health = judge(robot, state, bodies, rows, solution)
+        verdict = judge(robot, state, bodies, rows, solution)
+        solution, health = verdict.solution, verdict.health
         maps, jump = solution.jumps[0, ..., :3], solution.jumps[0, ..., 3]
         delta_omega, delta_v = jump[:, :3], jump[:, 3:]
     with ledger.stage("step 3: centres and radii of percussion"):
         rotation, position = state.rotation[0], state.position[0] + state.origin[0]
         normal = setting.plane.normal @ rotation
-        tolerance = np.maximum(ROUNDED, np.array(health.body_errors))
-        reduced = percussion(delta_omega, delta_v, normal, v_in, _size(robot, setting), tolerance)
+        size, turn_error = _size(robot, setting), turn_errors(robot, state, verdict)
+        reduced = percussion(delta_omega, delta_v, normal, v_in, size, ROUNDED, turn_error)
+        unsure = percussion_doubts(robot, np.sum(delta_omega * normal, axis=-1), turn_error, reduced.translates)
         off_plane = off_plane_share(delta_omega, velocity_at(delta_omega, delta_v, com), normal, gyration_radii(robot))
     with ledger.stage("shock over geometry"):
         shock_min, shock_max, unseen = shock_ranges(robot, delta_omega, delta_v, v_in)
@@ -87,8 +98,16 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         loads = joint_loads(robot, state, bodies, rows, solution)
         lost, share = energy(robot, state, bodies, rows, solution, setting.before, floating)
         gained = (*_gained(lost, robot.mass, setting), *_saturated(scene, points))
-        bracket = drive_bracket(robot, scene, setting, solution, found, v_in)
-    _left_out(ledger, robot, scene, setting)
+        bracket, unchecked = drive_bracket(robot, scene, setting, solution, found, v_in)
+    with ledger.stage("doubts about what follows from the jumps"):
+        unsure += (
+            *direction_doubts(robot, state, verdict),
+            *impulse_doubts(rows, verdict),
+            *load_doubts(robot, loads, verdict, size),
+            *mass_doubts(robot, state, bodies, setting.touches, rows, verdict, contacts, up),
+            *unchecked,
+        )
+    _left_out(ledger, scene, setting, points)
     return ShockProfile(
         scene=scene,
         robot=robot,
@@ -124,7 +143,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         assembly=setting.assembly,
         joint_model=setting.drives.model,
         health=replace(
-            health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *pulled, *dragged, *gained, *unseen)
+            health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *unsure, *pulled, *dragged, *gained, *unseen)
         ),
     )
 
@@ -189,17 +208,19 @@ def _size(robot: Robot, setting: Setting) -> float:
     return size or 1.0
 
 
-def _left_out(ledger: Ledger, robot: Robot, scene: Scene, setting: Setting) -> None:
+def _left_out(ledger: Ledger, scene: Scene, setting: Setting, points: tuple[PointShock, ...]) -> None:
     """Note what this scene did not need."""
     if setting.assembly is None:
         ledger.skip("closure rows and assembly", "nothing closes a loop")
     if setting.G is None:
-        ledger.skip("reduction to free velocities (Eq. 7)", "every joint velocity is free")
+        ledger.skip("reduction to free velocities (Eq. 7)", "every joint velocity is free, save where the bracket locks the drives")
     if not setting.drives.armature.any():
         ledger.skip("reflected inertia", "no drive has any")
     if not scene.stance:
         ledger.skip("stance rows", "no foot stands already")
     if scene.pulse is None:
         ledger.skip("peak accelerations", "no pulse is given")
-    if all(len(contact.directions) == 3 for contact in scene.contact):
+    if not points:
+        ledger.skip("sensors and points", "the robot has no sensor, and no point is asked for")
+    if all(np.linalg.matrix_rank(touch.directions) == 3 for touch in setting.touches):
         ledger.skip("sliding", "every contact sticks")

@@ -438,6 +438,7 @@ STAGES = [
     "shock over geometry",
     "sensors, points and contacts",
     "loads, energy and the bracket of drives",
+    "doubts about what follows from the jumps",
     "output",
 ]
 
@@ -459,7 +460,7 @@ def test_explain(capfd, here):
     assert stages == STAGES
     assert left_out == {
         "closure rows and assembly": "nothing closes a loop",
-        "reduction to free velocities (Eq. 7)": "every joint velocity is free",
+        "reduction to free velocities (Eq. 7)": "every joint velocity is free, save where the bracket locks the drives",
         "reflected inertia": "no drive has any",
         "stance rows": "no foot stands already",
         "peak accelerations": "no pulse is given",
@@ -474,6 +475,14 @@ def test_explain_adds_up(capfd, here):
     stages, left_out = explained(capfd, *DOG, *words)
     assert stages == STAGES
     assert set(left_out) == {"closure rows and assembly", "stance rows"}
+
+
+def test_explain_tells_what_a_robot_has_none_of(capfd, here):
+    """No sensor, no point: said. One direction given three times does not stick."""
+    (here / "one.toml").write_text('robot = "leg"\n\n[[contact]]\nframe = "lower_leg"\ndirections = ["z", "z", "z"]\n')
+    _, left_out = explained(capfd, "one.toml")
+    assert left_out["sensors and points"] == "the robot has no sensor, and no point is asked for"
+    assert "sliding" not in left_out
 
 
 # Files

@@ -45,7 +45,7 @@ def test_joint_impulses_balance_to_the_root(name, joints):
     setting = setting_of(found, robot)
     bodies = tree(robot, setting.state, setting.drives.armature, setting.G)
     solution = solve(robot, setting.state, setting.rows, setting.drives.armature, setting.G)
-    solution, _ = judge(robot, setting.state, bodies, setting.rows, solution)
+    solution, *_ = judge(robot, setting.state, bodies, setting.rows, solution)
     jump = solution.jumps[0, :, :, -1]
     R = setting.state.rotation[0]
     com = np.stack([body.com for body in robot.bodies])

@@ -9,7 +9,8 @@ from mpmath import mp
 from shockpc.bench.exact import DIGITS, Exact, cross, widen
 from shockpc.bench.reference import Reference
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.health import UNMOVED, gyration_radii
+from shockpc.health import UNMOVED
+from shockpc.model.bodies import gyration_radii
 from shockpc.model.robot import Robot
 
 __all__ = ["Errors", "apart", "body_errors"]

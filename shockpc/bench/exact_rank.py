@@ -61,7 +61,7 @@ def least_impulse(A: Exact, b: Exact, shake: Callable[[int], Exact]) -> tuple[Ex
 def _steady(squares: list[mpmath.mpf]) -> bool:
     """Whether eigenvalues, squares of singular values, are one and the same but for rounding."""
     roots = [mp.sqrt(max(square, mp.zero)) for square in squares]
-    return max(roots) < STEADY * min(roots)
+    return bool(max(roots) < STEADY * min(roots))
 
 
 def _spectrum(A: Exact, alive: list[int]) -> tuple[Exact, Exact, Exact]:

@@ -13,6 +13,7 @@ from shockpc.core.spatial import Array
 from shockpc.health import DOUBTFUL
 from shockpc.model.dynamics import dynamics, tree
 from shockpc.model.equation import solve
+from shockpc.model.rows import about_com
 from shockpc.profile import shock_profile
 
 __all__ = ["DIRECT", "Method", "Prepared", "dense_kkt", "partition", "reduced", "schur_cholesky"]
@@ -186,8 +187,7 @@ def _maximal(system: System) -> Prepared:
         state = dynamics(system.robot, system.setting.q[None])
         rows = rows_at(system, state)
         bodies = tree(system.robot, state, system.setting.drives.armature, columns_at(system, state))
-        W = rows.W[0].copy()
-        W[..., :3] -= np.cross(bodies.com, W[..., 3:])
+        W = about_com(rows.W[0], bodies)
         return state, solve_maximal(bodies, W, rows.b[0, :, -1:]).twists[..., 0]
 
     def read(raw: Any) -> Array:

@@ -20,6 +20,7 @@ from shockpc.model.contact import Contact
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
 from shockpc.model.robot import Robot, load_robot
+from shockpc.model.rows import about_com
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
 
@@ -129,8 +130,7 @@ def _work(robot: Robot, landing: Scene, everything: bool) -> None:
     no_inertia = np.full(nv, np.finfo(float).tiny)
     solve(robot, state, rows, no_inertia, nothing_held)
     bodies = tree(robot, state, no_inertia, nothing_held)
-    W = rows.W[0].copy()
-    W[..., :3] -= np.cross(bodies.com, W[..., 3:])
+    W = about_com(rows.W[0], bodies)
     refine(bodies, W, solve_maximal(bodies, W, rows.b[0]), SAMPLES, units_of(state.rotation[0]))
     with tempfile.TemporaryDirectory() as folder:
         save_figure(shock_profile(landing, robot), Path(folder))

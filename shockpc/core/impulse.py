@@ -28,6 +28,7 @@ class Impact(NamedTuple):
         dead: (..., nc) rows that nothing can move along.
         rank: (...) how many rows are independent.
         weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
+        condition: (...) how many times rounding in the inertia is enlarged, 1 / min(L_ii)² of its Cholesky factor, at least [1].
         marginal: (...) whether one was left out that is larger than what rounding makes of rows that repeat one another.
     """
 
@@ -37,6 +38,7 @@ class Impact(NamedTuple):
     dead: np.ndarray
     rank: np.ndarray
     weakest: Array
+    condition: Array
     marginal: np.ndarray
 
 
@@ -75,7 +77,8 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     X = _substitute(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
 
     n = max(H.shape[-1], J_c.shape[-2])
-    tolerance = 8 * n * eps / np.diagonal(L, axis1=-2, axis2=-1).min(axis=-1, initial=1.0)
+    least = np.diagonal(L, axis1=-2, axis2=-1).min(axis=-1, initial=1.0)
+    tolerance = 8 * n * eps / least
     length = np.linalg.norm(X, axis=-2)
     # A row that nothing can move along is a zero, however loudly its rounding would speak once scaled to unit length.
     dead = length <= tolerance[..., None] * length.max(axis=-1, keepdims=True, initial=0.0)
@@ -95,7 +98,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, dead, kept.sum(axis=-1), weakest, marginal)
+    return Impact(delta_qd, impulse, unique, dead, kept.sum(axis=-1), weakest, 1.0 / least**2, marginal)
 
 
 def _substitute(L: Array, B: Array) -> Array:

@@ -17,7 +17,7 @@ from shockpc.core.rounding import shaken_rows, shaken_tree
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.core.tree import Tree
 
-__all__ = ["MaximalSolution", "refine", "solve_maximal"]
+__all__ = ["MaximalSolution", "mobility", "refine", "solve_maximal"]
 
 DENSE = 120
 """Bodies up to which a dense factorisation is quicker than loading and running a sparse one."""
@@ -30,6 +30,7 @@ class MaximalSolution(NamedTuple):
         twists: (nb, 6, k) jumps (Δω, Δv at the centre of mass) of every body, world axes [rad/s, m/s].
         delta_y: (ny, k) jumps of the free joint velocities.
         impulse: (nc, k) impulse along each row [N s].
+        through: (nb, 6, k) moment about each body's joint [N m s] and force [N s] on the body from its parent, world axes.
         x: (n, k) all unknowns of the equilibrated system.
         entries: (rows, columns, values) of the equilibrated matrix.
         scale: (n,) its equilibration.
@@ -39,6 +40,7 @@ class MaximalSolution(NamedTuple):
     twists: Array
     delta_y: Array
     impulse: Array
+    through: Array
     x: Array
     entries: tuple[np.ndarray, np.ndarray, Array]
     scale: Array
@@ -56,15 +58,30 @@ def solve_maximal(tree: Tree, W: Array, b: Array) -> MaximalSolution:
     Raises:
         numpy.linalg.LinAlgError: the system is singular.
     """
-    nb, ny, nc = len(tree.mass), tree.free, len(W)
-    nx = 6 * nb + ny
-    rows, columns, values = _entries(tree, W)
-    size = nx + 6 * nb + nc
-    scale = _equilibrate(rows, columns, np.abs(values), size)
-    entries = (rows, columns, values * scale[rows] * scale[columns])
-    rhs = np.zeros((size, b.shape[1]))
-    rhs[nx + 6 * nb :] = -scale[nx + 6 * nb :, None] * b
-    return _unpack(tree, nc, _solve(entries, rhs, nb), entries, scale, rhs)
+    entries, scale = _equilibrated(tree, W)
+    rhs = np.zeros((len(scale), b.shape[1]))
+    held = slice(len(scale) - len(b), None)
+    rhs[held] = -scale[held, None] * b
+    return _unpack(tree, _solve(entries, rhs, len(tree.mass)), entries, scale, rhs)
+
+
+def mobility(tree: Tree, W: Array, at: Array) -> Array:
+    """How a mechanism gives way: the speed (n, n) along each of n unit wrenches for a unit impulse along each [1/kg].
+
+    Args:
+        tree: bodies and joints.
+        W: (nc, nb, 6) rows that stay held, independent of one another.
+        at: (n, nb, 6) the wrenches, in duality with the bodies' twists (ω, v at the centre of mass).
+
+    Raises:
+        numpy.linalg.LinAlgError: the system is singular.
+    """
+    nb = len(tree.mass)
+    entries, scale = _equilibrated(tree, W)
+    push = at.reshape(len(at), 6 * nb)
+    rhs = np.zeros((len(scale), len(at)))
+    rhs[: 6 * nb] = scale[: 6 * nb, None] * push.T
+    return np.asarray(push @ (scale[:, None] * _solve(entries, rhs, nb))[: 6 * nb])
 
 
 def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int, units: float) -> tuple[MaximalSolution, Array]:
@@ -96,7 +113,7 @@ def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int, units:
         sides.append(side)
     steps = _solve(solution.entries, np.concatenate(sides, axis=1), nb)
     k = rhs.shape[1]
-    refined = _unpack(tree, len(W), x + steps[:, :k], solution.entries, scale, rhs)
+    refined = _unpack(tree, x + steps[:, :k], solution.entries, scale, rhs)
     moved = (scale[:, None] * steps)[: 6 * nb].reshape(nb, 6, samples + 1, k)
     spread = np.abs(moved[:, :, 1:] - moved[:, :, :1]).max(axis=2, initial=0.0)
     # What one step leaves is the square of what it changed, relative to the whole.
@@ -104,15 +121,20 @@ def refine(tree: Tree, W: Array, solution: MaximalSolution, samples: int, units:
     return refined, spread + slow * np.abs(moved[:, :, 0])
 
 
-def _unpack(
-    tree: Tree, nc: int, x: Array, entries: tuple[np.ndarray, np.ndarray, Array], scale: Array, rhs: Array
-) -> MaximalSolution:
+def _unpack(tree: Tree, x: Array, entries: tuple[np.ndarray, np.ndarray, Array], scale: Array, rhs: Array) -> MaximalSolution:
     """Undo the scaling and take the unknowns apart."""
     nb, ny = len(tree.mass), tree.free
     found = scale[:, None] * x
-    twists = found[: 6 * nb].reshape(nb, 6, -1)
-    # The multiplier of W V = −b pushes against the motion; the impulse is that of the ground on the robot.
-    return MaximalSolution(twists, found[6 * nb : 6 * nb + ny], -found[len(found) - nc :], x, entries, scale, rhs)
+    twists, delta_y, through, impulse = np.split(found, np.cumsum([6 * nb, ny, 6 * nb]))
+    # Multipliers push against the motion; the impulses are those of the ground on the robot, of the parent on the body.
+    return MaximalSolution(twists.reshape(nb, 6, -1), delta_y, -impulse, -through.reshape(nb, 6, -1), x, entries, scale, rhs)
+
+
+def _equilibrated(tree: Tree, W: Array) -> tuple[tuple[np.ndarray, np.ndarray, Array], Array]:
+    """The entries of the equilibrated system, and its scaling."""
+    rows, columns, values = _entries(tree, W)
+    scale = _equilibrate(rows, columns, np.abs(values), 12 * len(tree.mass) + tree.free + len(W))
+    return (rows, columns, values * scale[rows] * scale[columns]), scale
 
 
 def _entries(tree: Tree, W: Array) -> tuple[np.ndarray, np.ndarray, Array]:

@@ -38,11 +38,12 @@ def percussion(
     v_in: float | Array,
     length: float | Array,
     tolerance: float | Array,
+    turn_error: float | Array = 0.0,
 ) -> Percussion:
     """The planar centre p = n × Δv / (n·Δω) and radius r_p = |v_in| / |n·Δω|.
 
-    A body translates when its rotation moves no point within `length` by more than `tolerance` of v_in or of its own velocity: in
-    double precision that is how a pure translation looks, never an exact zero.
+    A body translates when its rotation moves no point within `length` by more than `tolerance` of v_in or of its own velocity, or
+    is no larger than its own error: in double precision that is how a pure translation looks, never an exact zero.
 
     Args:
         delta_omega: (..., 3) jump of angular velocity [rad/s].
@@ -51,10 +52,11 @@ def percussion(
         v_in: speed of the strike [m/s], above zero.
         length: size of the robot [m], above zero.
         tolerance: relative size of rounding in the velocities [1].
+        turn_error: error of the jump of angular velocity [rad/s].
     """
     turn = np.sum(delta_omega * normal, axis=-1)
     spin = np.linalg.norm(delta_omega, axis=-1)
-    floor = tolerance * np.maximum(v_in, np.linalg.norm(delta_v, axis=-1)) / length
+    floor = np.maximum(tolerance * np.maximum(v_in, np.linalg.norm(delta_v, axis=-1)) / length, turn_error)
     translates = np.abs(turn) <= floor
     still = spin <= floor
     safe_turn = np.where(translates, 1.0, turn)

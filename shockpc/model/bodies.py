@@ -5,10 +5,11 @@ The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leave
 
 import numpy as np
 
-from shockpc.core.spatial import Array, cross_matrix
+from shockpc.core.spatial import Array, cross_matrix, velocity_at
 from shockpc.model.dynamics import Dynamics
+from shockpc.model.robot import Robot
 
-__all__ = ["body_jumps"]
+__all__ = ["at_com", "body_jumps", "gyration_radii", "speed_of"]
 
 
 def body_jumps(state: Dynamics, delta_qd: Array) -> Array:
@@ -31,3 +32,26 @@ def body_jumps(state: Dynamics, delta_qd: Array) -> Array:
     v = v_origin - cross_matrix(state.position) @ omega
     to_body = np.swapaxes(state.rotation, -1, -2)
     return np.concatenate([to_body @ omega, to_body @ v], axis=2)
+
+
+def gyration_radii(robot: Robot) -> Array:
+    """Radius of gyration of every body about its centre of mass, for the mean axis (nb,) [m]; 0 for a body without mass."""
+    mass = np.array([body.mass for body in robot.bodies])
+    trace = np.array([np.trace(body.inertia) for body in robot.bodies])
+    return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf)))
+
+
+def at_com(robot: Robot, state: Dynamics, jump: Array) -> Array:
+    """Jumps (nb, 6) from body axes at the body frames to world axes at the centres of mass."""
+    com = np.stack([body.com for body in robot.bodies])
+    v_com = velocity_at(jump[:, :3], jump[:, 3:], com)
+    rotation = state.rotation[0]
+    return np.concatenate([(rotation @ jump[:, :3, None])[..., 0], (rotation @ v_com[..., None])[..., 0]], axis=1)
+
+
+def speed_of(robot: Robot, twist: Array) -> Array:
+    """Size (nb,) of a twist (nb, 6) at the centre of mass as a speed: translation, and rotation times radius of gyration."""
+    radius = gyration_radii(robot)
+    # A body without inertia of its own is measured by the smallest length that the others have.
+    length = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
+    return np.asarray(np.hypot(np.linalg.norm(twist[:, 3:], axis=-1), length * np.linalg.norm(twist[:, :3], axis=-1)))

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.core.tree import Tree
 from shockpc.model.dynamics import Dynamics
 
-__all__ = ["Block", "Rows", "force_block", "moment_block", "point_block", "row_jacobian", "stack"]
+__all__ = ["Block", "Rows", "about_com", "force_block", "moment_block", "point_block", "row_jacobian", "stack"]
 
 
 class Block(NamedTuple):
@@ -87,6 +88,11 @@ def stack(blocks: list[Block]) -> Rows:
     slices = tuple(slice(int(end) - block.W.shape[1], int(end)) for end, block in zip(ends, blocks, strict=True))
     W = np.concatenate([block.W for block in blocks], axis=1)
     return Rows(W, np.concatenate([block.b for block in blocks], axis=1), slices, tuple(blocks))
+
+
+def about_com(W: Array, bodies: Tree) -> Array:
+    """Wrenches (..., nb, 6) about the common origin, written about every body's centre of mass."""
+    return np.concatenate([W[..., :3] - np.cross(bodies.com, W[..., 3:]), W[..., 3:]], axis=-1)
 
 
 def row_jacobian(state: Dynamics, W: Array) -> Array:

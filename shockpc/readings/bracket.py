@@ -4,9 +4,12 @@ import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError, SolveError
+from shockpc.health import DOUBTFUL, judge
+from shockpc.model.dynamics import tree
 from shockpc.model.equation import Solution, solve
 from shockpc.model.freedom import freedom
 from shockpc.model.robot import Robot
+from shockpc.readings.doubts import ill_posed
 from shockpc.readings.points import Spot
 from shockpc.record import Bracket
 from shockpc.scene import Scene
@@ -17,8 +20,8 @@ __all__ = ["drive_bracket"]
 
 def drive_bracket(
     robot: Robot, scene: Scene, setting: Setting, modelled: Solution, spots: tuple[Spot, ...], v_in: float
-) -> tuple[Bracket, ...]:
-    """Shock at the heaviest body's centre of mass and at every sensor, for three models of the drives.
+) -> tuple[tuple[Bracket, ...], tuple[str, ...]]:
+    """Shock at the heaviest body's centre of mass and at every sensor, for three models of the drives; and a warning if in doubt.
 
     Args:
         robot: the robot.
@@ -34,23 +37,30 @@ def drive_bracket(
     if robot.free_base:
         every[:6] = False
 
-    def solution(locked: np.ndarray) -> Solution | None:
+    state, doubtful = setting.state, dict[str, float]()
+
+    def solution(drives: str, locked: np.ndarray) -> Solution | None:
         """None where this model of the drives leaves nothing to move, or cannot be solved."""
         try:
-            G = freedom(robot, scene.base or "free", setting.plane, setting.state.rotation[:, 0], locked)
-            found = solve(robot, setting.state, setting.rows, np.zeros(nv), G)
+            G = freedom(robot, scene.base or "free", setting.plane, state.rotation[:, 0], locked)
+            found = solve(robot, state, setting.rows, np.zeros(nv), G)
+            if ill_posed(state, float(found.impact.condition[0])):
+                found, health, _ = judge(robot, state, tree(robot, state, np.zeros(nv), G), setting.rows, found)
+                if health.error_estimate > DOUBTFUL:
+                    doubtful[drives] = health.error_estimate
         except (SceneError, SolveError):
             return None
         b = found.equation.b[0, :, -1]
         left = found.equation.J_c[0] @ found.impact.delta_qd[0, :, -1] + b
         return found if np.abs(left).max() <= 1e-6 * np.abs(b).max() else None
 
-    free = modelled if setting.drives.model == "free" else solution(none)
-    locked = modelled if setting.drives.model == "locked" else solution(every)
+    free = modelled if setting.drives.model == "free" else solution("free", none)
+    locked = modelled if setting.drives.model == "locked" else solution("locked", every)
     heaviest = max(range(len(robot.bodies)), key=lambda i: robot.bodies[i].mass)
     places = [(robot.bodies[heaviest].name, heaviest, robot.bodies[heaviest].com)]
     places += [(spot.label, spot.frame.body, spot.r) for spot in spots if spot.frame.body >= 0]
-    return tuple(
+    warnings = tuple(f"shock with {drives} drives: good to about {off:.0e} of it only" for drives, off in doubtful.items())
+    found = tuple(
         Bracket(
             place=name,
             free=_shock(free, body, r, v_in),
@@ -59,6 +69,7 @@ def drive_bracket(
         )
         for name, body, r in places
     )
+    return found, warnings
 
 
 def _shock(solution: Solution | None, body: int, r: Array, v_in: float) -> float | None:

@@ -1,0 +1,159 @@
+"""Numbers that are known to fewer digits than the jumps of the bodies: a warning for each kind.
+
+The jumps carry their own estimate. What is computed from them, or from the same equations, may lose more digits on the way (an
+impulse of a light foot, the load of a joint that hardly carries any), so each is held against the solution in maximal coordinates,
+and said to be doubtful where ten times what they are apart is more than 1e-9.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from shockpc.core.contact_mass import effective_masses
+from shockpc.core.impulse import independent_rows, solve_impact
+from shockpc.core.maximal import mobility
+from shockpc.core.rounding import units_of
+from shockpc.core.spatial import Array
+from shockpc.core.tree import Tree
+from shockpc.health import DOUBTFUL, ONE_DRAW, TRUSTED, UNMOVED, Verdict
+from shockpc.model.bodies import at_com, gyration_radii, speed_of
+from shockpc.model.contact import Touch
+from shockpc.model.dynamics import Dynamics
+from shockpc.model.robot import Robot
+from shockpc.model.rows import Rows, about_com, point_block
+from shockpc.record import ContactImpulse, JointLoad
+
+__all__ = ["direction_doubts", "ill_posed", "impulse_doubts", "load_doubts", "mass_doubts", "percussion_doubts", "turn_errors"]
+
+
+def ill_posed(state: Dynamics, condition: float) -> bool:
+    """Whether an inertia enlarges rounding so far that numbers which were solved for with it have to be held against others."""
+    return units_of(state.rotation[0]) * condition > 1e-2 * DOUBTFUL
+
+
+def turn_errors(robot: Robot, state: Dynamics, verdict: Verdict) -> Array:
+    """Estimated error (nb,) of every body's jump of angular velocity [rad/s]: its share of the body's motion, all of it turning."""
+    motion = at_com(robot, state, verdict.solution.jumps[0, ..., -1])
+    radius = gyration_radii(robot)
+    # A body without inertia of its own is measured by the smallest length that the others have.
+    radius = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=np.inf))
+    return np.asarray(np.array(verdict.health.body_errors) * speed_of(robot, motion) / radius)
+
+
+def percussion_doubts(robot: Robot, turn: Array, error: Array, translates: np.ndarray) -> tuple[str, ...]:
+    """Bodies that turn so little that their centre and radius of percussion are known to few digits.
+
+    Args:
+        robot: the robot.
+        turn: (nb,) jump of angular velocity about the plane's normal [rad/s].
+        error: (nb,) of `turn_errors`.
+        translates: (nb,) bodies without such numbers.
+    """
+    share = np.where(translates, 0.0, error / np.where(translates, 1.0, np.abs(turn)))
+    return _doubt("centre and radius of percussion", [body.name for body in robot.bodies], share)
+
+
+def impulse_doubts(rows: Rows, verdict: Verdict) -> tuple[str, ...]:
+    """Contacts, feet and closures whose impulse is known to few digits."""
+    if verdict.second is None:
+        return ()
+    impact, chosen = verdict.solution.impact, verdict.second.rows
+    alone = np.flatnonzero(impact.unique[0, chosen])
+    ours, theirs = impact.impulse[0, chosen[alone], -1], verdict.second.found.impulse[alone, -1]
+    names, apart = [], []
+    for block, own in zip(rows.blocks, rows.slices, strict=True):
+        of_block = (chosen[alone] >= own.start) & (chosen[alone] < own.stop)
+        names.append(block.name)
+        apart.append([np.linalg.norm((ours - theirs)[of_block]), np.linalg.norm(theirs[of_block])])
+    return _doubt("impulse", names, ONE_DRAW * _share(*np.array(apart).T))
+
+
+def load_doubts(robot: Robot, loads: Sequence[JointLoad], verdict: Verdict, size: float) -> tuple[str, ...]:
+    """Joints whose load is known to few digits, and how many carry next to nothing; nothing where the loads are not unique.
+
+    Args:
+        robot: the robot.
+        loads: of its joints, in its order.
+        verdict: with the second solution.
+        size: of the robot, by which moments are compared with forces [m].
+    """
+    if verdict.second is None or not loads or not verdict.solution.impact.unique.all():
+        return ()
+    names = [robot.model.names[body.joint] for body in robot.bodies]
+    through = verdict.second.found.through[[names.index(load.joint) for load in loads], :, -1]
+    scale = np.array([1.0 / size] * 3 + [1.0] * 3)
+    carried = np.linalg.norm(through * scale, axis=1)
+    apart = np.linalg.norm((np.array([[*load.moment, *load.force] for load in loads]) - through) * scale, axis=1)
+    least = UNMOVED * carried.max()
+    idle = int(np.sum((carried > 0.0) & (carried <= least)))
+    share = np.where(carried > least, _share(apart, carried), 0.0)
+    found = _doubt("load", [f'joint "{load.joint}"' for load in loads], ONE_DRAW * share)
+    if idle and np.any(apart[carried <= least] > TRUSTED * carried[carried <= least]):
+        found += (f"{idle} joints carry less than {UNMOVED:.0e} of the largest load; their loads are rounding",)
+    return found
+
+
+def direction_doubts(robot: Robot, state: Dynamics, verdict: Verdict) -> tuple[str, ...]:
+    """Bodies for which strikes from other directions, and so the worst and the kindest, are known to few digits."""
+    if verdict.second is None:
+        return ()
+    columns = range(3)
+    ours = [at_com(robot, state, verdict.solution.jumps[0, ..., k]) for k in columns]
+    theirs = [verdict.second.found.twists[..., k] for k in columns]
+    size = np.linalg.norm([speed_of(robot, motion) for motion in theirs], axis=0)
+    apart = np.linalg.norm([speed_of(robot, one - other) for one, other in zip(ours, theirs, strict=True)], axis=0)
+    # A strike's own estimate covers what is wrong with every body alike.
+    share = np.where(size > UNMOVED * size.max(), ONE_DRAW * _share(apart, size), 0.0)
+    return _doubt("worst and kindest strike", [body.name for body in robot.bodies], share)
+
+
+def mass_doubts(
+    robot: Robot, state: Dynamics, bodies: Tree, touches: tuple[Touch, ...], rows: Rows, verdict: Verdict,
+    contacts: tuple[ContactImpulse, ...], up: Array,
+) -> tuple[str, ...]:  # fmt: skip
+    """Contacts whose effective masses are known to few digits, where the inertia is so ill-conditioned that they may be.
+
+    Args:
+        robot: the robot.
+        state: first posture.
+        bodies: the same as free bodies and joints.
+        touches: the contacts; their rows come first.
+        rows: what is held.
+        verdict: on the solution.
+        contacts: what is reported of the touches.
+        up: (3,) unit normal of the ground.
+    """
+    equation, impact = verdict.solution.equation, verdict.solution.impact
+    H, K = equation.H[0], equation.J_c[0, rows.slices[len(touches) - 1].stop :]
+    names, shares = list[str](), list[float]()
+    for found, contact in zip(touches, contacts, strict=True):
+        enlarged = max(1.0, contact.mass_sticking / contact.mass_frictionless, contact.mass_sticking / robot.mass)
+        if not (np.isfinite(enlarged) and ill_posed(state, float(impact.condition[0]) * enlarged)):
+            continue
+        held = solve_impact(H, K, np.zeros((len(K), 1)))
+        kept = len(equation.J_c[0]) - len(K) + independent_rows(H, K, int(held.rank), held.dead)
+        at = about_com(point_block(state, found.body, found.point, np.eye(3))[0], bodies)
+        try:
+            A = mobility(bodies, about_com(rows.W[0], bodies)[kept], at)
+        except np.linalg.LinAlgError:
+            names, shares = [*names, f'contact "{contact.frame}"'], [*shares, np.inf]
+            continue
+        free, stuck = effective_masses(0.5 * (A + A.T), up)
+        apart = [abs(free / contact.mass_frictionless - 1.0), abs(stuck / contact.mass_sticking - 1.0)]
+        names, shares = [*names, f'contact "{contact.frame}"'], [*shares, ONE_DRAW * max(apart)]
+    return _doubt("effective masses", names, np.array(shares))
+
+
+def _share(apart: Array, whole: Array) -> Array:
+    """A difference as a share of the whole, elementwise; nothing where there is no difference."""
+    return np.where(apart > 0.0, apart / np.where(whole > 0.0, whole, np.finfo(float).tiny), 0.0)
+
+
+def _doubt(what: str, names: Sequence[str], share: Array) -> tuple[str, ...]:
+    """The warning for a kind of number; nothing if all of it is trustworthy. Args: share (n,), estimated relative error [1]."""
+    share = np.nan_to_num(np.asarray(share, dtype=float), nan=np.inf)
+    bad = [name for name, one in zip(names, share, strict=True) if one > TRUSTED]
+    if not bad:
+        return ()
+    listed = ", ".join(bad[:4]) + (f" and {len(bad) - 4} more" if len(bad) > 4 else "")
+    return (f"{what} of {listed}: good to about {min(float(share.max()), 1.0):.0e} of itself only",)
