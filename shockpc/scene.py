@@ -97,9 +97,8 @@ class Strike:
             return -speed * up
         if abs(plane.normal[2]) > 1.0 - 1e-9:
             raise SceneError("a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity")
-        forward = plane.e1 if plane.e1[0] > 1e-9 or (abs(plane.e1[0]) <= 1e-9 and plane.e1[1] > 0.0) else -plane.e1
         theta = math.radians(degrees)
-        return np.asarray(speed * (math.sin(theta) * forward - math.cos(theta) * up))
+        return np.asarray(speed * (math.sin(theta) * plane.forward - math.cos(theta) * up))
 
 
 def _check_speed(speed: float) -> None:

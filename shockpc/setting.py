@@ -25,7 +25,7 @@ from shockpc.scene import Scene, plane_of, refuse_nonsense
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is bolted to it unless the scene says otherwise."""
 
-__all__ = ["Setting", "complete", "setting_of"]
+__all__ = ["Setting", "complete", "ground_normal", "setting_of"]
 
 
 class Setting(NamedTuple):
@@ -97,7 +97,7 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     """
     plane = plane_of(scene)
     velocity = scene.strike.vector(plane)
-    up = _ground_normal(plane, velocity)
+    up = ground_normal(plane, velocity)
     drives = transmission(robot, scene.joints)
     q = configuration(robot, scene.posture)
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure))
@@ -126,8 +126,8 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     )
 
 
-def _ground_normal(plane: Plane, velocity: Array) -> Array:
-    """World z; in a plane seen from above, and struck within it, the plane's own upward direction."""
+def ground_normal(plane: Plane, velocity: Array) -> Array:
+    """(3,) world z; in a plane seen from above, and struck within it, the plane's own upward direction. Args: velocity (3,)."""
     level = abs(plane.normal[2]) > 1.0 - 1e-9
     return plane.e2 if level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 

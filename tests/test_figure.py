@@ -26,6 +26,7 @@ from shockpc.show.figure_bodies import layers
 from shockpc.show.figure_field import Field, below, field_of
 from shockpc.show.figure_view import view_of
 from shockpc.show.palette import BANDS, EDGES, band
+from shockpc.show.sheets import header_lines
 from shockpc.show.silhouette import silhouette, to_plane
 
 SAGITTAL = plane_from((0.0, -1.0, 0.0))
@@ -291,6 +292,19 @@ def test_what_bears_on_the_numbers_is_said():
     posture, strike = line.split("; ")
     assert posture.endswith("1 joint set, base pitch −15°, base moves in the plane only")
     assert strike == "strike 2 m/s, 30° from the vertical, restitution 0.5, free to slide"
+
+
+def test_the_figure_tells_the_strike_of_the_report():
+    """With a robot that turns, one speed and one angle in both: those of the contact's velocity."""
+    strike = Strike(angular_velocity=(0.0, 5.0, 0.0))
+    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=strike))
+    x, _, z = profile.strike
+    angle = f"{np.degrees(np.arctan2(x, -z)):.4g}"
+    assert angle == "-40.06"
+    assert dict(header_lines(profile))["strike"].startswith(
+        f"3.723 m/s, {angle} deg from the vertical: velocity (-2.396, 0, -2.85)"
+    )
+    assert "posture standing; strike 3.72 m/s, −40.06° from the vertical" in words(draw(profile))
 
 
 def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):

@@ -39,6 +39,12 @@ def test_a_plane_is_a_right_handed_frame_with_e2_up(normal):
         assert e2[2] > 0.0
 
 
+@pytest.mark.parametrize(("normal", "forward"), [((0, -1, 0), X), ((0, 1, 0), X), ((1, 0, 0), Y), ((-1, 0, 0), Y), ((0, 0, 1), X)])
+def test_forward_does_not_hang_on_the_side_a_plane_is_seen_from(normal, forward):
+    """It goes to world x, or to y in a plane across x, where e1 turns about with the normal."""
+    np.testing.assert_allclose(plane_from(normal).forward, forward, atol=1e-15)
+
+
 @given(VECTORS.filter(lambda n: np.hypot(n[0], n[1]) > 0.1), st.floats(1e-12, 1e12))
 def test_the_length_of_a_normal_does_not_matter(normal, factor):
     """A plane is known by the direction of its normal alone."""

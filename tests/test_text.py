@@ -14,6 +14,7 @@ from trees import robot_from
 from shockpc import Contact, Health, Point, Posture, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.record import ContactImpulse, StanceImpulse
+from shockpc.show.design_sheets import directions_sheet
 from shockpc.show.sheets import Sheet, contacts_sheet, fits
 from shockpc.show.text import as_csv, as_markdown, as_text, csv_report, markdown_report, text_report
 
@@ -47,14 +48,12 @@ def landings():
     return [landing("pivot"), landing("center")]
 
 
-FREE = "free (no reflected inertia: drives offer no resistance; a stiff gearbox changes these numbers a lot)"
-
-TABLES = f"""\
+TABLES = """\
 robot        beam (beam, 1 kg, 1 moving body)
 posture      neutral; base free
 contact      pivot at (0.000, 0.000, 0.000) m, sticks
 strike       1 m/s, 0 deg from the vertical: velocity (0, 0, -1) m/s
-joint model  {FREE}
+joint model  none (no joint that could be driven)
 plane        xz (sagittal)
 
 bodies (CoPc in body coordinates; shock relative to the strike)
@@ -75,19 +74,13 @@ contact  impulse x  impulse y  impulse z  friction to stick
 ───────  ─────────  ─────────  ─────────  ─────────────────
 pivot            0          0     0.2500                  0
 
-what the drives make of it (the choice that moves these numbers most)
-shock at     drives free  as modelled  drives locked
-                     [-]          [-]            [-]
-───────────  ───────────  ───────────  ─────────────
-beam              0.2500       0.2500         0.2500
-tip:0,0,0.1       0.5220       0.5220         0.5220
-
 worst and kindest strike (direction of the velocity, world axes)
-place         worst  from x  y        z  kindest  from x        y  z
+place         worst  from x  y        z  kindest  from x        y  z  way
                 [-]                          [-]
-───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─
-CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
-tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
+───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─  ─────
+CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0  level
+tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0  level
+(among all directions, towards the ground or along it: one that is level is no landing)
 
 energy lost  0.125 J, 25 % of what there was
 pivot: effective mass 0.25 kg sticking, 0.25 kg frictionless, impact mitigation factor 0.000
@@ -98,7 +91,7 @@ robot        beam (beam, 1 kg, 1 moving body)
 posture      neutral; base free
 contact      center at (0.500, 0.000, 0.000) m, sticks
 strike       1 m/s, 0 deg from the vertical: velocity (0, 0, -1) m/s
-joint model  {FREE}
+joint model  none (no joint that could be driven)
 plane        xz (sagittal)
 
 bodies (CoPc in body coordinates; shock relative to the strike)
@@ -119,19 +112,13 @@ contact  impulse x  impulse y  impulse z  friction to stick
 ───────  ─────────  ─────────  ─────────  ─────────────────
 center           0          0     1.0000                  0
 
-what the drives make of it (the choice that moves these numbers most)
-shock at     drives free  as modelled  drives locked
-                     [-]          [-]            [-]
-───────────  ───────────  ───────────  ─────────────
-beam              1.0000       1.0000         1.0000
-tip:0,0,0.1       1.0000       1.0000         1.0000
-
 worst and kindest strike (direction of the velocity, world axes)
-place         worst  from x  y        z  kindest  from x        y  z
+place         worst  from x  y        z  kindest  from x        y  z  way
                 [-]                          [-]
-───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─
-CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
-tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0
+───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─  ─────
+CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0  level
+tip:0,0,0.1  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0  level
+(among all directions, towards the ground or along it: one that is level is no landing)
 
 energy lost  0.5 J, 100 % of what there was
 center: effective mass 1 kg sticking, 1 kg frictionless, impact mitigation factor 0.000
@@ -145,14 +132,14 @@ beam            0.2500  1.0000
 at tip:0,0,0.1  0.5220  1.0000
 """
 
-MARKDOWN = f"""\
+MARKDOWN = """\
 ## Shock of beam landing on pivot
 
 - **robot**: beam (beam, 1 kg, 1 moving body)
 - **posture**: neutral; base free
 - **contact**: pivot at (0.000, 0.000, 0.000) m, sticks
 - **strike**: 1 m/s, 0 deg from the vertical: velocity (0, 0, -1) m/s
-- **joint model**: {FREE}
+- **joint model**: none (no joint that could be driven)
 - **plane**: xz (sagittal)
 
 ![shock profile of beam](shock.svg)
@@ -176,19 +163,14 @@ MARKDOWN = f"""\
 |---|---:|---:|---:|---:|
 | pivot | 0 | 0 | 0.2500 | 0 |
 
-### What the drives make of it (the choice that moves these numbers most)
-
-| shock at | drives free [-] | as modelled [-] | drives locked [-] |
-|---|---:|---:|---:|
-| beam | 0.2500 | 0.2500 | 0.2500 |
-| tip:0,0,0.1 | 0.5220 | 0.5220 | 0.5220 |
-
 ### Worst and kindest strike (direction of the velocity, world axes)
 
-| place | worst [-] | from x | y | z | kindest [-] | from x | y | z |
-|---|---:|---:|---:|---:|---:|---:|---:|---:|
-| CoM of beam | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 |
-| tip:0,0,0.1 | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 |
+| place | worst [-] | from x | y | z | kindest [-] | from x | y | z | way |
+|---|---:|---:|---:|---:|---:|---:|---:|---:|---|
+| CoM of beam | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 | level |
+| tip:0,0,0.1 | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 | level |
+
+*Among all directions, towards the ground or along it: one that is level is no landing.*
 
 - energy lost  0.125 J, 25 % of what there was
 - pivot: effective mass 0.25 kg sticking, 0.25 kg frictionless, impact mitigation factor 0.000
@@ -282,10 +264,71 @@ def test_names_cannot_break_a_table():
         ({"strike": Strike(speed=2.5, strike_angle_deg=30.0)}, "2.5 m/s, 30 deg from the vertical: velocity (1.25, 0, -2.165) m/s"),
         ({"strike": Strike(velocity=(0.0, 0.0, -2.0))}, "2 m/s, as given: velocity (0, 0, -2) m/s"),
         ({"strike": Strike(drop_height=0.5)}, "3.132 m/s, after a fall of 0.5 m: velocity (0, 0, -3.132) m/s"),
+        ({"strike": Strike(strike_angle_deg=-12.345)}, "1 m/s, -12.35 deg from the vertical: velocity (-0.2138, 0, -0.9769) m/s"),
+        (
+            {"strike": Strike(strike_angle_deg=30.0), "plane": (0.0, 1.0, 0.0)},
+            "1 m/s, 30 deg from the vertical: velocity (0.5, 0, -0.866) m/s",
+        ),
     ],
 )
 def test_header_tells_the_strike(changes, line):
     assert f"\nstrike       {line}\n" in text_report([landing("pivot", **changes)])
+
+
+@pytest.mark.parametrize(
+    ("strike", "line"),
+    [
+        (Strike(), "1.414 m/s, -45 deg from the vertical: velocity (-1, 0, -1) m/s"),
+        (Strike(strike_angle_deg=0.0, speed=3.0), "3.162 m/s, -18.43 deg from the vertical: velocity (-1, 0, -3) m/s"),
+        (Strike(velocity=(1.0, 1.0, -1.0)), "1.414 m/s, 45 deg from the vertical: velocity (0, 1, -1) m/s"),
+        (Strike(drop_height=0.5), "3.287 m/s, after a fall of 0.5 m, -17.71 deg from the vertical: velocity (-1, 0, -3.132) m/s"),
+    ],
+)
+def test_the_strike_told_is_that_of_the_contact(strike, line):
+    """Turning at 1 rad/s about y, a point 1 m below the base goes back at 1 m/s; speed and angle are those of what is printed."""
+    contact = Contact(frame="pivot", offset=(0.0, 0.0, -1.0))
+    scene = Scene(robot="beam", contact=(contact,), strike=replace(strike, angular_velocity=(0.0, 1.0, 0.0)))
+    assert f"\nstrike       {line}\n" in text_report([shock_profile(scene)])
+    assert f"- **strike**: {line}\n" in markdown_report([shock_profile(scene)])
+
+
+def test_a_strike_relative_to_the_centre_of_mass_says_so():
+    """The speed printed is that of the contact beside it; by what shock is divided stands after it."""
+    strike = Strike(angular_velocity=(0.0, 2.0, 0.0))
+    scene = Scene(robot="beam", contact=(Contact(frame="pivot"),), strike=strike, v_in="com")
+    assert (
+        "\nstrike       1 m/s, 0 deg from the vertical: velocity (0, 0, -1) m/s; shock relative to the centre of mass's 2 m/s\n"
+        in text_report([shock_profile(scene)])
+    )
+
+
+@pytest.mark.parametrize(
+    ("directions", "ways"), [(("z",), ["level", "level"]), (("x", "y", "z"), ["level", "down"])], ids=["slides", "sticks"]
+)
+def test_a_kindest_strike_along_the_ground_is_called_level(directions, ways):
+    """What slides feels nothing of a strike along the ground, which is no landing; the one that the lower leg likes comes down."""
+    scene = Scene(robot="leg", contact=(Contact(frame="heel", directions=directions),), posture=Posture(joints_deg={"knee": -15.0}))
+    report = text_report([shock_profile(scene)])
+    assert re.findall(r"^CoM of .* (\w+)$", report, re.MULTILINE) == ways
+    assert "(among all directions, towards the ground or along it: one that is level is no landing)\n" in report
+
+
+def test_level_is_along_the_ground_that_is_struck():
+    """In a plane seen from above, struck within it, the ground stands upright, and a strike along world z goes along it."""
+    scene = Scene(robot="beam", contact=(Contact(frame="tip"),), strike=Strike(velocity=(0.0, -1.0, 0.0)), plane="xy")
+    found = shock_profile(scene)
+    for kindest, way in (((0.0, -1.0, 0.0), "down"), ((0.0, 0.0, -1.0), "level")):
+        chosen = found.directions._replace(kindest=np.array([kindest]))
+        assert directions_sheet(replace(found, directions=chosen)).rows[0][-1] == way
+
+
+def test_only_a_robot_with_joints_has_a_bracket_of_drives():
+    """One body has nothing to drive, so three equal columns would say that a choice matters where there is none."""
+    beam, leg = (shock_profile(Scene(robot=name, contact=(Contact(frame=at),))) for name, at in (("beam", "tip"), ("leg", "heel")))
+    for report in (text_report, markdown_report):
+        assert "drives" not in report([beam])
+        assert "hat the drives make of it" in report([leg])
+    assert beam.bracket
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ class ExtremeDirections(NamedTuple):
     Attributes:
         worst: (..., 3) unit direction of the strike with the greatest shock, world axes; pointing into the ground.
         worst_shock: (...) shock there [1].
-        kindest: (..., 3) unit direction of the strike with the least shock.
+        kindest: (..., 3) unit direction of the strike with the least shock; it may be level.
         kindest_shock: (...) shock there [1].
     """
 

@@ -27,6 +27,12 @@ class Plane(NamedTuple):
     e1: Array
     e2: Array
 
+    @property
+    def forward(self) -> Array:
+        """(3,) unit vector along e1 or against it, whichever points to world x, or to world y in a plane across x."""
+        x, y = self.e1[:2]
+        return self.e1 if x > 1e-9 or (abs(x) <= 1e-9 and y > 0.0) else -self.e1
+
 
 def plane_from(normal: ArrayLike) -> Plane:
     """The plane across a normal, with e2 as near to world z as it can be (world y when the plane is level).

@@ -26,6 +26,15 @@ SLIDES = Reading(
 )
 """Eqs. 1 and 3 are derived for the first; the others are what a robot meets."""
 
+ASKEW = Reading(
+    "the strike",
+    {
+        "askew, at an edge of the tip": ((1.0, 0.04, 0.04), (0.3, 0.4, -1.0)),
+        "in one plane with the beam": ((1.0, 0.0, 0.0), (0.3, 0.0, -1.0)),
+    },
+)
+"""Where it is struck, over the length [1], and the velocity [m/s]."""
+
 PLACES = Reading("beam B struck at", {"the tip": 1.0, "a third of the length": 1.0 / 3.0})
 
 
@@ -90,6 +99,14 @@ def beam_statements() -> tuple[Statement, ...]:
             "change of CoPc and RoPc for a strike a thousand times as fast [m]",
             outcomes((), _change_with_speed, lambda x: x < EXACT),
             "they move",
+        ),
+        Statement(
+            1,
+            "Section 2.1",
+            "in space there is an axis of minimum, but not zero, shock",
+            "shock on the axis of the jump's screw [1]",
+            outcomes((ASKEW,), lambda how: _least_in_space(*how), lambda x: x > EXACT),
+            "a jump in a plane is a pure rotation, whose axis feels nothing",
         ),
         Statement(
             1,
@@ -174,6 +191,16 @@ def _change_with_speed() -> float:
     found = [scene(f"fig1_{letter}") for letter in "bcd"]
     pairs = [(land(one), land(changed(one, strike={"speed": 1000.0, "strike_angle_deg": 0.0}))) for one in found]
     return max(float(np.abs([*(a.copc - b.copc).ravel(), *(a.ropc - b.ropc)]).max()) for a, b in pairs)
+
+
+def _least_in_space(at: tuple[float, float, float], velocity: tuple[float, float, float]) -> float:
+    """Shock on the axis of the screw, where no point has less [1]."""
+    found = scene("fig1_d")
+    offset = tuple(_length(land(found)) * x for x in at)
+    contact = {"frame": "pivot", "offset": offset, "directions": ("x", "y", "z")}
+    profile = land(changed(found, strike={"velocity": velocity}, contact=contact))
+    omega, v = profile.delta_omega[0], profile.delta_v[0]
+    return float(profile.shock_at("beam", np.cross(omega, v) / (omega @ omega)))
 
 
 def _deviation(stem: str) -> float:

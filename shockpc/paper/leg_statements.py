@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.paper.landings import changed, land, scene
 from shockpc.paper.leg import ANGLE_ABC, ANGLE_EF, BODIES, FOOT, LOWER_LEG, case, cases, ends, greatest, lower_leg_centre, segment
 from shockpc.paper.statement import Reading, Statement, outcomes
-from shockpc.paper.upper_bodies import upper_bodies_statement
+from shockpc.paper.upper_bodies import torso_statements, upper_bodies_statements
 from shockpc.record import ShockProfile
 
 __all__ = ["leg_statements", "reductions"]
@@ -37,7 +37,7 @@ def leg_statements() -> tuple[Statement, ...]:
             ),
             "a strike flatter than across the lower leg puts it behind",
         ),
-        upper_bodies_statement(),
+        *upper_bodies_statements(),
         Statement(
             2,
             "Section 3.4",
@@ -104,6 +104,7 @@ def leg_statements() -> tuple[Statement, ...]:
             outcomes((CASE, LOWER_LEG), lambda strike, leg: _moved_imu(case("A", strike, leg)), lambda x: x < 1.0),
             "a flat strike has its CoPc above the middle of the lower leg, so that moving down leads away from it",
         ),
+        *torso_statements(),
     )
 
 

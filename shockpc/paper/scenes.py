@@ -86,7 +86,11 @@ FIGURES = (
         "Which way knees and torso are turned is not in the text; here the hind knee points forward, and the nose is up.",
     ),
 )
-"""Figure 4 is a photograph; what the text says of it is checked with Figure 2."""
+
+NO_FIGURE_4 = (
+    "Figure 4 of the paper is a photograph of a leg prosthesis, so there is no figure to compute; what its caption says is judged "
+    'among the statements of figure 2: shockpc paper 2. Figures that can be computed: "1", "2", "3", "5"'
+)
 
 
 def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
@@ -96,12 +100,15 @@ def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
         wanted: such as "2", "fig2" or "Figure 2".
 
     Raises:
-        UnknownName: the paper has no such figure that can be computed.
+        UnknownName: the paper has no such figure.
+        SceneError: it has, but it is a photograph.
     """
     known = {str(figure.number): figure for figure in FIGURES}
     chosen = set()
     for text in wanted:
         number = text.casefold().removeprefix("figure").removeprefix("fig").strip(" ._")
+        if number == "4":
+            raise SceneError(NO_FIGURE_4)
         if number not in known:
             raise UnknownName("figure", text, known, "the paper", "shockpc paper --help")
         chosen.add(number)

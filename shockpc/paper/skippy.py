@@ -53,6 +53,11 @@ BUILT = Reading(
         for words, factor in (("halved", 0.5), ("doubled", 2.0))
     },
 )
+AXIS = Reading("turned about", {"the axis that points forward": (1, 2), "the axis across the sagittal plane": (2, 0)})
+"""The two axes of the IMU that the turn moves."""
+
+LEANS = Reading("the torso", {"upright": False, "leaning as it lands": True})
+
 FALL = math.sqrt(2.0 * GRAVITY * 4.0)
 """Speed after the fall from 4 m that the paper names [m/s]."""
 
@@ -135,6 +140,14 @@ def skippy_statements() -> tuple[Statement, ...]:
             ),
             "a strike along the foot is not kept from the leg",
         ),
+        Statement(
+            3,
+            "Footnote 5",
+            "turning the IMU by 45° raises its limit for vertical acceleration by up to √2",
+            "greatest reading of its three axes for a vertical jump, over that of the turned IMU [1]; above 1, at most √2",
+            outcomes((AXIS, LEANS), _turned_imu, lambda x: 1.0 < x < math.sqrt(2.0) * (1.0 + 1e-12)),
+            "on a torso that leans the axes are askew already, and turning on lays one of them nearly upright",
+        ),
     )
 
 
@@ -204,6 +217,16 @@ def _greatest(profile: ShockProfile) -> float:
 def _imus(profile: ShockProfile) -> float:
     """Greater shock of the two places [1]."""
     return max(point.shock for point in profile.points)
+
+
+def _turned_imu(moved: tuple[int, int], leans: bool) -> float:
+    """What a turn by 45° about the torso's forward axis, or about that across the plane, gains for a vertical jump [1]."""
+    still = land("fig3")
+    reading = still.rotation[still.bodies.index("torso")][2] if leans else np.array([0.0, 0.0, 1.0])
+    turned = reading.copy()
+    i, j = moved
+    turned[[i, j]] = np.array([reading[i] + reading[j], reading[j] - reading[i]]) / math.sqrt(2.0)
+    return float(np.abs(reading).max() / np.abs(turned).max())
 
 
 def _beside(profile: ShockProfile) -> float:

@@ -2,10 +2,15 @@
 
 import math
 
+from shockpc.core.directions import ExtremeDirections
 from shockpc.record import ShockProfile
+from shockpc.setting import ground_normal
 from shockpc.show.sheets import Cell, Sheet
 
 __all__ = ["balance_lines", "bracket_sheet", "directions_sheet", "loads_sheet"]
+
+LEVEL = math.radians(1.0)
+"""A strike that comes down by less than this along the ground is called level."""
 
 
 def bracket_sheet(profile: ShockProfile) -> Sheet:
@@ -23,26 +28,24 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
         profile: the result.
         most: rows to show, those of the greatest shock; sensors and points always.
     """
+    up = ground_normal(profile.plane, profile.scene.strike.vector(profile.plane))
+
+    def cells(found: ExtremeDirections) -> tuple[Cell, ...]:
+        worst, kindest = (tuple(map(float, direction)) for direction in (found.worst, found.kindest))
+        way = "level" if abs(found.kindest @ up) < LEVEL else "down"
+        return float(found.worst_shock), *worst, float(found.kindest_shock), *kindest, way
+
     rows: list[tuple[Cell, ...]] = []
     moved, found = profile.moved, profile.directions
     for i, body in enumerate(profile.bodies):
         if moved[i]:
-            worst, kindest = found.worst[i], found.kindest[i]
-            rows.append(
-                (
-                    f"CoM of {body}",
-                    float(found.worst_shock[i]),
-                    *map(float, worst),
-                    float(found.kindest_shock[i]),
-                    *map(float, kindest),
-                )
-            )
+            rows.append((f"CoM of {body}", *cells(ExtremeDirections(*(numbers[i] for numbers in found)))))
     heaviest = max(profile.robot.bodies, key=lambda body: body.mass).name
     rows, notes = _largest(rows, most, "bodies", f"CoM of {heaviest}")
     for point in profile.points:
-        d = point.directions
-        rows.append((point.frame, float(d.worst_shock), *map(float, d.worst), float(d.kindest_shock), *map(float, d.kindest)))
-    header = ("place", "worst [-]", "from x", "y", "z", "kindest [-]", "from x", "y", "z")
+        rows.append((point.frame, *cells(point.directions)))
+    header = ("place", "worst [-]", "from x", "y", "z", "kindest [-]", "from x", "y", "z", "way")
+    notes += ("among all directions, towards the ground or along it: one that is level is no landing",)
     return Sheet("worst and kindest strike (direction of the velocity, world axes)", header, rows, notes)
 
 

@@ -3,8 +3,10 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
 import shapely
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.show.figure_window import Window
@@ -18,8 +20,9 @@ REACHES = (1.0, 2.2, 3.6, 5.5, 8.0)
 SIZE = 7.5
 """Of the letters [pt]."""
 
-EDGE, ACROSS = 2.0, 0.5
-"""What it costs to hide an edge, and to stand on the other side of a body, against 0.05 for every step away from the mark."""
+EDGE, ACROSS, INSIDE = 2.0, 0.5, 0.1
+"""What it costs to hide an edge, to stand on the other side of a body, and to hide its colours, against 0.05 for every step away
+from the mark."""
 
 
 class _Box(NamedTuple):
@@ -74,6 +77,19 @@ class Labels:
         )
         self.keep_free(place, 0.08)
 
+    def between(self, places: Array, mark: Array) -> NDArray[np.bool_]:
+        """Whether straight lines from places (n, 2) to a mark (2,) [m] run over other marks or labels (n,)."""
+        lines = shapely.linestrings(np.stack([places, np.broadcast_to(mark, places.shape)], axis=1))
+        boxes = shapely.box(*np.array(self._taken).reshape(-1, 4).T)
+        others = shapely.union_all(boxes[~shapely.intersects_xy(boxes, *mark)])
+        return np.asarray(shapely.intersects(lines, others))
+
+    def tie(self, place: Array, mark: Array) -> None:
+        """Draw a thin line from a tag to a mark, both (2,) [m], and keep labels off it."""
+        self._axes.plot(*zip(place, mark, strict=True), color=INK, linewidth=0.4, zorder=3.5)
+        for share in np.linspace(0.0, 1.0, 40):
+            self.keep_free(place + share * (mark - place), 0.01)
+
     def place(self, mark: Array, text: str, gap: float = 0.06) -> None:
         """Write a short text near a mark, with a thin line to the mark if it could not be next to it.
 
@@ -97,7 +113,7 @@ class Labels:
                 covered = shapely.intersection(self._bodies, shapely.box(*box)).area / (width * height)
                 # Half on a body and half off it is worst: that hides an edge.
                 cost = 5.0 * sum(box.shared(other) for other in self._taken)
-                cost += (EDGE * min(covered, 1.0 - covered) + 0.05 * covered + 0.05 * reach) * width * height
+                cost += (EDGE * min(covered, 1.0 - covered) + INSIDE * covered + 0.05 * reach) * width * height
                 if beside and shapely.intersects(self._bodies, shapely.LineString([(x, y), (cx, cy)])):
                     cost += ACROSS * width * height
                 if cost < least:

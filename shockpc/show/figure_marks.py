@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch
 
 from shockpc.core.spatial import Array
+from shockpc.model.closure import loop_of
 from shockpc.record import ShockProfile
 from shockpc.show.figure_labels import Labels
 from shockpc.show.figure_pointers import draw_pointers
@@ -19,9 +20,15 @@ __all__ = ["DASHED", "SENSOR", "draw_marks", "percussion_mark"]
 DASHED = (0, (5, 3))
 SENSOR = "#ffd24d"
 
+OWN = 0.07
+"""Half the room that a centre of percussion keeps for itself; its number stands right beside that [inches]."""
+
+APART = 0.08
+"""Distance from its body at which a centre of percussion is no longer seen to belong to it [inches]."""
+
 
 def draw_marks(
-    axes: Axes, profile: ShockProfile, view: View, window: Window, numbers: dict[int, int], whole: float = 0.45
+    axes: Axes, profile: ShockProfile, view: View, window: Window, numbers: dict[int, int], whole: float = 0.45, tied: bool = False
 ) -> frozenset[str]:
     """Draw all marks.
 
@@ -32,8 +39,9 @@ def draw_marks(
         window: what the picture shows.
         numbers: by index of the body, the number that it and its centre of percussion carry.
         whole: share of a RoPc's circle for which the picture has to have room.
+        tied: whether a line goes from each numbered body to its centre of percussion.
 
-    Returns: which signs occur, of "centre", "other centre", "radius", "pointer" and "joint".
+    Returns: which signs occur, of "centre", "other centre", "tie", "radius", "pointer" and "joint".
     """
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     centres = to_plane(profile.copc_world, profile.plane)
@@ -41,14 +49,15 @@ def draw_marks(
     visible = [i for i in turning if window.holds(centres[i], 0.05)]
     numbered = [i for i in numbers if i in visible]
     sensors = [to_plane(point.position, profile.plane) for point in profile.points]
-    signs = {"joint"} if _joints(axes, profile, window) else set()
+    signs = {"joint"} if _joints(axes, profile, labels, window) else set()
     for i in numbered:
-        labels.keep_free(centres[i], 0.07)
+        labels.keep_free(centres[i], OWN)
     for place in sensors:
         labels.keep_free(place, 0.06)
     for contact in profile.contacts:
         _strike(axes, to_plane(contact.point, profile.plane), strike_in_plane(profile), labels, window)
-    _tags(axes, view, numbers, labels, window)
+    if _tags(axes, view, numbers, labels, window, {i: centres[i] for i in numbered} if tied else {}):
+        signs.add("tie")
     for i in visible:
         if i not in numbers:
             _small_centre(axes, centres[i])
@@ -62,7 +71,7 @@ def draw_marks(
     beyond = [i for i in (*numbers, *turning) if i in turning and i not in visible]
     draw_pointers(axes, profile, list(dict.fromkeys(beyond)), numbers, labels, window)
     for group in _together(numbered, centres, 0.07 * window.inch):
-        labels.place(centres[group[0]], ", ".join(str(numbers[i]) for i in group))
+        labels.place(centres[group[0]], ", ".join(str(numbers[i]) for i in group), gap=OWN + 0.005)
     for k, place in enumerate(sensors):
         axes.plot(*place, "D", markersize=4.2, markerfacecolor=SENSOR, markeredgecolor=INK, markeredgewidth=0.7, zorder=7)
         labels.place(place, letter(k))
@@ -102,21 +111,30 @@ def _radius(axes: Axes, centre: Array, radius: float, window: Window, whole: flo
     return fits
 
 
-def _tags(axes: Axes, view: View, numbers: dict[int, int], labels: Labels, window: Window) -> None:
-    """The number of every struck body, on what is seen of it."""
+def _tags(axes: Axes, view: View, numbers: dict[int, int], labels: Labels, window: Window, tied: dict[int, Array]) -> bool:
+    """The number of every numbered body, on what is seen of it, and whether any has a line to the body's centre apart from it."""
+    lines = False
     nearer: Region = shapely.MultiPolygon()
     for drawn in reversed(view.drawn):
         if drawn.body in numbers:
             parts = shapely.get_parts(shapely.difference(drawn.region, nearer))
             seen = max(parts, key=lambda part: part.area, default=None)
             if seen is not None and seen.geom_type == "Polygon" and seen.area > 0.15 * drawn.region.area:
-                labels.tag(_tag_place(seen, labels, window), str(numbers[drawn.body]))
+                centre = tied.get(drawn.body)
+                if centre is not None and shapely.distance(drawn.region, shapely.Point(centre)) < APART * window.inch:
+                    centre = None
+                place = _tag_place(seen, labels, window, centre)
+                labels.tag(place, str(numbers[drawn.body]))
+                if centre is not None:
+                    labels.tie(place, centre)
+                    lines = True
         if not drawn.glass:
             nearer = shapely.union(nearer, drawn.region)
+    return lines
 
 
-def _tag_place(seen: Region, labels: Labels, window: Window) -> Array:
-    """A place well inside a polygon, clear of marks, and near its middle."""
+def _tag_place(seen: Region, labels: Labels, window: Window, centre: Array | None) -> Array:
+    """A place well inside a polygon, clear of marks, near its middle, and with a free way to the centre that it is tied to."""
     x0, y0, x1, y1 = seen.bounds
     grid = np.stack(np.meshgrid(np.linspace(x0, x1, 25), np.linspace(y0, y1, 25)), axis=-1).reshape(-1, 2)
     grid = np.concatenate([grid, [[seen.centroid.x, seen.centroid.y], shapely.get_coordinates(seen.point_on_surface())[0]]])
@@ -125,14 +143,20 @@ def _tag_place(seen: Region, labels: Labels, window: Window) -> Array:
     middle = np.linalg.norm(grid - [seen.centroid.x, seen.centroid.y], axis=1) / window.inch
     clear = np.array([labels.clearance(place) for place in grid])
     score = np.minimum(depth, 0.1) + np.minimum(clear, 0.2) - 0.05 * middle
+    if centre is not None:
+        score -= 0.2 * labels.between(grid, centre)
     return np.asarray(grid[np.argmax(score)])
 
 
-def _joints(axes: Axes, profile: ShockProfile, window: Window) -> bool:
-    """A dot at every joint between two bodies."""
+def _joints(axes: Axes, profile: ShockProfile, labels: Labels, window: Window) -> bool:
+    """A dot at every joint between two bodies, and where a loop is closed."""
     first = 1 if profile.robot.free_base else 0
-    places = [place for place in to_plane(profile.position[first:], profile.plane) if window.holds(place)]
+    loops = (*profile.robot.loops, *(loop_of(profile.robot, closure) for closure in profile.scene.closure))
+    ends = [next((i, p) for i, p in zip(loop.bodies, loop.points, strict=True) if i >= 0) for loop in loops if not loop.turns]
+    joints = [*profile.position[first:], *(profile.position[i] + profile.rotation[i] @ p for i, p in ends)]
+    places = [place for place in to_plane(np.array(joints).reshape(-1, 3), profile.plane) if window.holds(place)]
     for place in places:
+        labels.keep_free(place, 0.03)
         axes.plot(*place, "o", markersize=2.6, markerfacecolor=PAPER, markeredgecolor=INK, markeredgewidth=0.5, zorder=4)
     return bool(places)
 

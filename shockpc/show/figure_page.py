@@ -9,8 +9,10 @@ from matplotlib.patches import Rectangle
 from shockpc.record import ShockProfile
 from shockpc.show.figure_window import Window, strike_in_plane
 from shockpc.show.palette import BANDS, EDGES, INK
+from shockpc.show.sheets import UNDRIVEN
+from shockpc.show.strike import strike_angle
 
-__all__ = ["JOINT_MODELS", "colour_bar", "scale_bar", "title"]
+__all__ = ["colour_bar", "joint_model", "scale_bar", "title"]
 
 JOINT_MODELS = {
     "free": "free (zero reflected inertia)",
@@ -25,10 +27,14 @@ def title(page: Axes, profile: ShockProfile, x: float, y: float, width: float) -
     names = [contact.frame for contact in profile.contacts]
     contacts = " + ".join(names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} more"])
     robot = profile.robot.source.name or profile.robot.name
-    model = JOINT_MODELS.get(profile.joint_model, profile.joint_model)
     _line(page, x, y, f"{robot}: shock of landing on {contacts}", 11.0, width, bold=True)
     _line(page, x, y - 0.25, f"{_posture(profile)}; strike {_strike(profile)}", 8.5, width)
-    _line(page, x, y - 0.43, f"joint model: {model}; plane {_plane(profile)}", 8.5, width)
+    _line(page, x, y - 0.43, f"joint model: {joint_model(profile)}; plane {_plane(profile)}", 8.5, width)
+
+
+def joint_model(profile: ShockProfile) -> str:
+    """What the drives do, in a few words."""
+    return JOINT_MODELS[profile.joint_model] if profile.robot.joints else UNDRIVEN
 
 
 def _line(page: Axes, x: float, y: float, words: str, size: float, width: float, bold: bool = False) -> None:
@@ -51,8 +57,8 @@ def _strike(profile: ShockProfile) -> str:
     """The strike in words: speed and angle in the plane, or its components where it leaves the plane."""
     e1, e2 = strike_in_plane(profile)
     if math.hypot(e1, e2) > 0.9999 and profile.plane.e2[2] > 0.9999:
-        angle = math.degrees(math.atan2(e1, -e2))
-        way = "straight down" if abs(angle) < 0.05 else f"{angle:.3g}° from the vertical".replace("-", "−")
+        angle = strike_angle(profile)
+        way = "straight down" if abs(float(angle)) < 0.05 else f"{angle}° from the vertical".replace("-", "−")
         words = f"{float(np.linalg.norm(profile.strike)):.3g} m/s, {way}"
     else:
         words = "({}) m/s".format(", ".join(f"{v + 0.0:.3g}" for v in profile.strike)).replace("-", "−")

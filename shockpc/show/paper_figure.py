@@ -1,6 +1,5 @@
 """A figure of the paper, computed again: its panels side by side, on one scale and with one set of colours."""
 
-import math
 from collections.abc import Sequence
 
 import matplotlib
@@ -12,13 +11,14 @@ from shockpc.paper.scenes import Panel, PaperFigure
 from shockpc.record import ShockProfile
 from shockpc.show.figure_bodies import draw_bodies
 from shockpc.show.figure_marks import draw_marks
-from shockpc.show.figure_page import JOINT_MODELS, colour_bar, scale_bar
+from shockpc.show.figure_page import colour_bar, joint_model, scale_bar
 from shockpc.show.figure_style import STYLE, blank
 from shockpc.show.figure_view import View, view_of
 from shockpc.show.figure_window import ARROW, Window, strike_in_plane
 from shockpc.show.palette import PAPER
 from shockpc.show.paper_key import draw_key, key_height
 from shockpc.show.silhouette import to_plane
+from shockpc.show.strike import strike_angle
 
 __all__ = ["draw_paper_figure"]
 
@@ -65,7 +65,7 @@ def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> 
         page = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
         blank(page, (0.0, page_width), (0.0, page_height))
         page.text(MARGIN, page_height - 0.12, f"Figure {figure.number}: {figure.title}", fontsize=11, fontweight="bold", va="top")
-        models = " or ".join(dict.fromkeys(JOINT_MODELS[profile.joint_model] for profile in profiles))
+        models = " or ".join(dict.fromkeys(joint_model(profile) for profile in profiles))
         page.text(MARGIN, page_height - 0.33, f"joint model: {models}", fontsize=7.5, va="top")
         x, bottom = MARGIN + (page_width - 2.0 * MARGIN - sum(widths)) / 2.0, foot + CAPTION + MARGIN / 2.0
         signs: set[str] = set()
@@ -75,7 +75,7 @@ def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> 
             blank(picture, (window.low[0], window.high[0]), (window.low[1], window.high[1]))
             draw_bodies(picture, view)
             numbers = {i: names.index(body) + 1 for i, body in enumerate(profile.bodies)}
-            signs |= draw_marks(picture, profile, view, window, numbers, WHOLE)
+            signs |= draw_marks(picture, profile, view, window, numbers, WHOLE, tied=True)
             _caption(page, part, profile, x + width / 2.0, bottom - 0.04)
             x += width
         colour_bar(page, MARGIN, foot - 0.05, BAR)
@@ -141,8 +141,6 @@ def _with_room(view: View, foot: np.ndarray, sides: set[int], inch: float) -> np
 
 def _caption(page: Axes, part: Panel, profile: ShockProfile, x: float, y: float) -> None:
     """Letter or angle of a panel, what it shows, and how it is struck."""
-    e1, e2 = strike_in_plane(profile)
-    angle = math.degrees(math.atan2(e1, -e2)) + 0.0
     page.text(x, y, part.label, fontsize=10, fontweight="bold", ha="center", va="top")
     page.text(x, y - 0.18, part.words, fontsize=7.5, ha="center", va="top")
-    page.text(x, y - 0.32, f"θ = {angle:.3g}°".replace("-", "−"), fontsize=7.5, ha="center", va="top")
+    page.text(x, y - 0.32, f"θ = {strike_angle(profile)}°".replace("-", "−"), fontsize=7.5, ha="center", va="top")

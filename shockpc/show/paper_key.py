@@ -17,7 +17,7 @@ __all__ = ["draw_key", "key_height"]
 LINE, LETTER, SIGN = 0.19, 0.054, 0.28
 """Height of a line, mean width of a letter, and room for a sign [inches]."""
 
-SIGNS = ("strike", "centre", "pointer", "radius", "sensor")
+SIGNS = ("strike", "centre", "tie", "pointer", "radius", "sensor")
 
 WARNING = "#932c22"
 """Ink of what has to be known before the figure is compared with the print."""
@@ -72,7 +72,10 @@ def _wrapped(text: str, width: float) -> list[str]:
 
 def _words(profiles: Sequence[ShockProfile], signs: set[str]) -> list[tuple[str, str]]:
     """The signs that are explained, each with its words."""
-    found = [("strike", "strike: velocity of the contact"), ("centre", "CoPc of the body of that number")]
+    found = [
+        ("strike", "strike: velocity of the contact"),
+        ("centre", "CoPc of the body of that number" + (", tied to it" if "tie" in signs else "")),
+    ]
     found += [("pointer", "its CoPc lies so far beyond the border")] * ("pointer" in signs)
     found += [("radius", "RoPc: shock is 1 on this circle")] * ("radius" in signs)
     sensors = list(dict.fromkeys(point.frame for profile in profiles for point in profile.points))

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 from shockpc.model.robot import Robot
 from shockpc.record import ContactImpulse, ShockProfile, StanceImpulse
+from shockpc.show.strike import strike_text
 
 __all__ = [
+    "UNDRIVEN",
     "Cell",
     "Sheet",
     "bodies_sheet",
@@ -25,6 +27,9 @@ Cell = str | float | None
 """What a table holds: a name, a number, or nothing."""
 
 UNMOVED = "the strike does not move them"
+
+UNDRIVEN = "none (no joint that could be driven)"
+"""The joint model of a robot that is one body."""
 
 OFF_PLANE = 25.0
 """Share of a body's motion outside the plane from which its CoPc is called into question [%]."""
@@ -52,8 +57,8 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
         ("robot", f"{robot.label} ({robot.name}, {mass})"),
         ("posture", f"{scene.posture.reference}{sets}{turn}; {base}"),
         ("contact", "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts)))),
-        ("strike", _strike_text(profile)),
-        ("joint model", JOINT_MODELS[profile.joint_model]),
+        ("strike", strike_text(profile)),
+        ("joint model", JOINT_MODELS[profile.joint_model] if robot.joints else UNDRIVEN),
         ("plane", _plane_text(profile)),
     ]
 
@@ -217,19 +222,6 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     bounce = f", restitution {asked.restitution:g}" if asked.restitution else ""
     lowest = ", its lowest point" if asked.at == "lowest" else ""
     return f"{asked.frame}{lowest} at ({where}) m, {grip}{bounce}"
-
-
-def _strike_text(profile: ShockProfile) -> str:
-    """How the strike was given, as a velocity in the world."""
-    strike = profile.scene.strike
-    velocity = ", ".join(f"{v:.4g}" for v in profile.strike.round(12) + 0.0)
-    if strike.velocity is not None:
-        how = "as given"
-    elif strike.drop_height is not None:
-        how = f"after a fall of {strike.drop_height:g} m"
-    else:
-        how = f"{strike.strike_angle_deg or 0.0:g} deg from the vertical"
-    return f"{profile.v_in:.4g} m/s, {how}: velocity ({velocity}) m/s"
 
 
 def _plane_text(profile: ShockProfile) -> str:

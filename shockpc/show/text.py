@@ -105,13 +105,13 @@ def csv_report(profiles: list[ShockProfile], pattern: str | None = None) -> str:
 
 
 def _sheets(profile: ShockProfile, pattern: str | None, most: int | None) -> list[Sheet]:
-    """The tables of one landing; points and loads only where there are any, long ones cut to their largest rows."""
+    """The tables of one landing; points, drives and loads only where there are any, long ones cut to their largest rows."""
     points, loads = points_sheet(profile), loads_sheet(profile, most)
     return [
         bodies_sheet(profile, pattern),
         *([points] if points.rows else []),
         contacts_sheet(profile),
-        bracket_sheet(profile),
+        *([bracket_sheet(profile)] if profile.robot.joints else []),
         directions_sheet(profile, most),
         *([loads] if loads.rows else []),
     ]
