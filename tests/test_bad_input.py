@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from commands import STICK, Outcome, dog_in, environment, good, run
+from robot_texts import floating, mjcf
 
 import shockpc.profile
 from shockpc.cli.entry import entry
@@ -53,6 +54,10 @@ FILES = {
     "inf.urdf": STICK.replace('ixx="0.02"', 'ixx="inf"'),
     "massless.urdf": STICK.replace('mass value="2"', 'mass value="0"').replace('mass value="0.5"', 'mass value="0"'),
     "entity.urdf": f'<!DOCTYPE robot [<!ENTITY m "2">]>{STICK.partition("?>")[2]}',
+    "armature.xml": mjcf(
+        floating().replace('<freejoint name="root"/>', '<joint name="root" type="free" armature="0.2"/>'),
+    ),
+    "twice.urdf": STICK.replace("</joint>", '<mimic joint="a"/><mimic joint="b"/></joint>', 1),
     "gapped.urdf": STICK.replace('parent link="body"', 'parent link="bdy"'),
 }
 
@@ -110,6 +115,16 @@ FILES = {
             "entity.urdf",
             "entity.urdf: line 1: a DOCTYPE can define entities, and those are never expanded here; "
             "delete the DOCTYPE and write out what its entities stand for",
+        ),
+        (
+            "armature.xml",
+            'armature.xml: body "base": joint "root" is free and has armature 0.2, its own or its default class\'s: MuJoCo adds '
+            'that to the mass and the inertia of the whole robot, but a free base has no drive; set armature="0" there, or make it '
+            "a <freejoint/>, which takes no defaults",
+        ),
+        (
+            "twice.urdf",
+            'twice.urdf: joint "knee" has several <mimic>, and a joint can follow only one; keep one',
         ),
         (
             "gapped.urdf",
@@ -378,11 +393,25 @@ def test_fixed_base_cannot_be_freed(capfd, here):
     refused(capfd, here, text, "analyze", "arm.xml", "--contact", "arm", "--base", "free")
 
 
+@pytest.mark.parametrize("scene", [False, True])
+def test_srdf_of_an_mjcf(capfd, here, scene):
+    """Postures that nothing would read are refused, typed or in a scene."""
+    (here / "dog.xml").write_text(mjcf(floating()))
+    (here / "landing.toml").write_text('robot = "dog.xml"\nsrdf = "dog/dog.srdf"\n[[contact]]\nframe = "base"\n')
+    text = (
+        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf means nothing to it; leave it out, or write "
+        "its postures as <key> elements of a <keyframe>"
+    )
+    words = ("landing.toml",) if scene else ("dog.xml", "--contact", "base", "--srdf", "dog/dog.srdf")
+    refused(capfd, here, text, "analyze", *words)
+
+
 def test_model_that_cannot_be_solved(capfd, here):
     """Moving bodies without mass leave no verdict, and are named."""
     text = (
-        'bodies "l_gripper", "r_gripper" of robot "RomeoH37" can move but carry no mass or inertia to resist it, so the inertia '
-        "matrix cannot be inverted; give them mass and inertia in the file, or lock their joints with --lock"
+        'bodies "l_gripper", "r_gripper" of robot "RomeoH37" can move, but no mass or inertia resists it, so the inertia matrix '
+        "cannot be inverted; give mass and inertia in the file (mass on a joint's axis does not resist turning about it), or lock "
+        "the joints with --lock"
     )
     refused(capfd, here, text, "analyze", "romeo_laas_small", "--contact", "l_sole", code=3)
 

@@ -7,6 +7,7 @@ from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint,
 
 from shockpc.files.source import read_source
 from shockpc.model.checkup import Finding, check_robot
+from shockpc.model.robot import load_robot
 
 FREE = Finding(
     "note",
@@ -51,12 +52,82 @@ def test_inertias_that_no_body_has(text: str, tmp_path: Path):
     assert found == (Finding("warning", 'link "tip"', f"{INERTIAS[text]}; shock is computed from it all the same"),)
 
 
+IMPOSSIBLE = {
+    inertia("0.1", "0.1", "0.3"): "0.1, 0.1, 0.3",
+    inertia("1", "1", "1", xy="2"): "-1, 1, 3",
+    inertia(*["1e-6"] * 6): "0, 0, 3e-06",
+    inertia("-5e-20", "0", "1e-20"): "0, 0, 0",
+}
+
+
+def told(path: str, listed: str, name: str = "") -> tuple[str, ...]:
+    """What an analysis says of bodies with such moments."""
+    return (
+        f"{path.rpartition('/')[2]}: no body has such principal moments: {listed}. None can be negative or above the sum of the "
+        "other two, and not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+        f"shockpc robots {name or path}",
+    )
+
+
+@pytest.mark.parametrize("text", IMPOSSIBLE)
+def test_an_analysis_tells_of_bodies_that_cannot_be(text: str, tmp_path: Path):
+    """The check-up's faults of a moving body are a warning of every analysis, with the moments."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(arm(tip=link("tip", inertia=text)))
+    assert load_robot(str(path)).warnings == told(str(path), f'"tip" ({IMPOSSIBLE[text]} kg m²)')
+
+
+def test_an_analysis_tells_of_many_such_bodies_in_one_line(tmp_path: Path):
+    """Four by name, in the order of the tree, and how many more."""
+    parts = [link("base")]
+    for name in "abcdef":
+        parts += [link(name, inertia=inertia("0.1", "0.1", "0.3")), joint(f"to_{name}", "base", name)]
+    path = tmp_path / "dog.urdf"
+    path.write_text(urdf(*parts))
+    listed = ", ".join(f'"{name}" (0.1, 0.1, 0.3 kg m²)' for name in "abcd")
+    assert load_robot(str(path)).warnings == told(str(path), f"{listed} and 2 more")
+
+
+def test_what_is_fixed_to_a_body_counts_with_it(tmp_path: Path):
+    """A sensor with an odd inertia on a heavy body makes no odd body: the check-up tells of it, an analysis does not."""
+    path = tmp_path / "dog.urdf"
+    sensor = link("sensor", "0.01", inertia("0.001", "0.001", "0.003")) + joint("screws", "tip", "sensor", "fixed")
+    path.write_text(arm().replace("</robot>", f"{sensor}</robot>"))
+    assert [finding.where for finding in check_robot(read_source(str(path))) if finding.level == "warning"] == ['link "sensor"']
+    assert load_robot(str(path)).warnings == ()
+
+
+def test_real_robots_with_bodies_that_cannot_be():
+    """Four of the robots known by name are told of; what others have wrong is too small to matter, or sound with what it is on."""
+    odd = {
+        "romeo_small": '"RShoulderYawLink" (0.000662, 0.000679, 0.00657 kg m²), "RElbowYawLink" (0.000211, 0.000347, 0.00213 kg m²)'
+    }
+    for name in ("romeo_small", "anymal_b", "hyq", "tiago", "pr2", "talos", "baxter", "panda"):
+        robot = load_robot(name)
+        found = tuple(warning for warning in robot.warnings if "principal moments" in warning)
+        assert found == (told(str(robot.source.path), odd[name], name) if name in odd else ())
+    for name, count in (("icub", 10), ("icub_reduced", 7), ("romeo_laas_small", 4)):
+        (found_,) = (warning for warning in load_robot(name).warnings if "principal moments" in warning)
+        assert found_.count(" kg m²)") == 4
+        assert (f" and {count - 4} more. None" in found_) == (count > 4)
+
+
+def test_small_bodies_are_no_points(tmp_path: Path):
+    """What counts as no inertia at all goes by the mass: a grain of sand has one."""
+    path = tmp_path / "dog.urdf"
+    grain = inertia("1e-15", "1e-15", "1e-15")
+    path.write_text(arm(base=link("base", "1e-6", grain), tip=link("tip", "1e-6", grain)))
+    assert load_robot(str(path)).warnings == ()
+    assert findings(tmp_path, path.read_text()) == ()
+
+
 @pytest.mark.parametrize(
     "text", [inertia("0.1", "0.1", "0.2"), inertia("0.1", "0.1", "0"), inertia("0.1", "0.1", "0.2012"), INERTIA]
 )
 def test_inertias_that_a_body_can_have(text: str, tmp_path: Path):
     """A flat plate, a rod, numbers rounded to two digits: all right."""
     assert findings(tmp_path, arm(tip=link("tip", inertia=text))) == ()
+    assert load_robot(str(tmp_path / "dog.urdf")).warnings == ()
 
 
 def test_equal_faults_share_a_line(tmp_path: Path):
@@ -146,7 +217,7 @@ def test_axis_is_read_by_its_direction_alone(tmp_path: Path):
     matrices = []
     for axis in ("0 1 1", "0 2 2"):
         (tmp_path / "dog.urdf").write_text(arm(elbow=joint("elbow", "base", "tip", axis=axis)))
-        model, _ = build_model(read_source(str(tmp_path / "dog.urdf")))
+        model = build_model(read_source(str(tmp_path / "dog.urdf")))
         matrices.append(pin.crba(model, model.createData(), pin.neutral(model)).copy())
     np.testing.assert_allclose(*matrices, atol=1e-15)
 

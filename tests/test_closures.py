@@ -7,17 +7,17 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from commands import good, run
-from robot_texts import LIMIT, body, joint, link, mjcf, urdf
+from robot_texts import BODY, LIMIT, body, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.core.impulse import solve_impact
-from shockpc.errors import SceneError
+from shockpc.errors import RobotError, SceneError
 from shockpc.model.closure import Closure, Place, closure_block, closure_gap, loop_of
 from shockpc.model.contact import Contact
 from shockpc.model.couplings import Mimic
 from shockpc.model.dynamics import dynamics
 from shockpc.model.freedom import freedom
-from shockpc.model.posture import Posture
+from shockpc.model.posture import Posture, configuration
 from shockpc.model.rows import row_jacobian
 from shockpc.model.transmission import Joints
 from shockpc.paper.landings import land, robot_of, scene
@@ -249,8 +249,8 @@ def tied_with_refs(inside, q_ref, s_ref):
     return tied(inside, {"q": q_ref, "s": s_ref})
 
 
-def tied(inside, refs=(), default="", **qpos):
-    """An MJCF of two chains on a trunk that turns, with an equality between them; its robot and its MuJoCo model in one posture."""
+def chains(inside, refs=(), default=""):
+    """An MJCF of two chains on a trunk that turns, with equalities between them."""
     left = body("b1", joints='<joint name="p" axis="0 1 0"/>').replace(
         "</body>", body("b2", joints='<joint name="q" axis="1 1 0"/>') + "</body>"
     )
@@ -262,6 +262,12 @@ def tied(inside, refs=(), default="", **qpos):
     text = mjcf(trunk, before, f"<equality>{inside}</equality>")
     for name, ref in dict(refs).items():
         text = text.replace(f'<joint name="{name}" ', f'<joint name="{name}" ref="{ref}" ')
+    return text
+
+
+def tied(inside, refs=(), default="", **qpos):
+    """Such chains: the robot, and its MuJoCo model in one posture."""
+    text = chains(inside, refs, default)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     for name, value in qpos.items():
@@ -307,6 +313,117 @@ def test_mjcf_loops_are_mujocos(tie, rank):
     np.testing.assert_allclose(row_space(ours), row_space(theirs), atol=1e-9)
 
 
+OFF_AXIS = 'pos="0.05 0.02 0.1" ref="0.3"'
+HINGED = f'<joint name="t" axis="0 1 0" {OFF_AXIS}/>'
+SCENERY = (
+    '<body name="post" pos="0.5 0.1 0.2" euler="0.1 0.2 0.3"><geom size="0.1"/><site name="on_post" pos="0.1 0 0"/>'
+    '<body name="branch" pos="0 0.3 0.1" euler="0 0.2 0"><site name="on_branch" pos="0.1 0 0"/></body></body>'
+    '<site name="in_world" pos="0.3 0.2 0.1" euler="0.2 0 0.1"/>'
+)
+
+
+def amid_scenery(tie, base, after=""):
+    """An MJCF of two chains with feet, whose joints lie off their bodies' origins, beside a post; its robot and MuJoCo's model."""
+    foot = body("foot", BODY + '<site name="on_foot" pos="0 0.1 0.1" euler="0.3 0 0.2"/>', "", 'pos="0.1 0 -0.1" euler="0 0.4 0.2"')
+    left = body("b", BODY + foot, f'<joint name="p" axis="1 1 0" {OFF_AXIS}/>', 'pos="0.3 0.1 -0.2" euler="0.3 0.2 0.1"')
+    toe = body("toe", BODY, "", 'pos="0.1 0.15 -0.1" euler="0.2 0.4 0.2"')
+    inside = BODY + '<site name="on_c" pos="0.1 0.1 0"/>' + toe
+    right = body("c", inside, f'<joint name="r" axis="0 1 0.5" {OFF_AXIS}/>', 'pos="0.1 -0.2 0"')
+    trunk = body("trunk", BODY + left + right, base, 'pos="0.3 0.1 1.2" euler="0.4 0.5 0.6"')
+    text = mjcf(SCENERY + trunk, '<compiler angle="radian"/>', f"<equality>{tie}</equality>{after}")
+    return robot_from(text, ".xml"), mujoco.MjModel.from_xml_string(text)
+
+
+HELD = 'anchor="0.05 0.02 -0.1"'
+POSE = 'relpose="0.3 0.1 0.35 0.98 0.1 0.2 0"'
+ENDS = ("b c", "foot toe", "b post", "post b", "branch foot", "b branch", "b world", "world foot")
+PLACES = ("on_c", "on_post", "on_branch", "in_world")
+HOLDS = {"connect": (HELD,), "weld": ("", HELD, POSE, f"{POSE} {HELD}")}
+TIES = (
+    f'<connect body1="foot" {HELD}/>',
+    *(
+        f'<{kind} body1="{ends.split()[0]}" body2="{ends.split()[1]}" {how}/>'
+        for kind, hows in HOLDS.items()
+        for how in hows
+        for ends in ENDS
+    ),
+    *(f'<{kind} site1="on_foot" site2="{place}"/>' for kind in HOLDS for place in PLACES),
+)
+
+
+@pytest.mark.parametrize("base", [HINGED, "<freejoint/>"], ids=["fixed base", "free base"])
+@pytest.mark.parametrize("tie", TIES)
+def test_ties_are_mujocos_wherever_they_hold(tie, base):
+    """On bodies without joints, on joints off the origin, on what cannot move: MuJoCo's rows, and MuJoCo's gap."""
+    robot, model = amid_scenery(tie, base)
+    data, (loop,) = mujoco.MjData(model), robot.loops
+    for bent in (0.0, 0.1):
+        data.qpos[:] = model.qpos0
+        data.qpos[-2:] += bent, -2.0 * bent
+        mujoco.mj_forward(model, data)
+        q, theirs = np.array(data.qpos), equality_rows(model, data)
+        if robot.free_base:
+            # MuJoCo counts the base's linear velocity in the world's axes, and quaternions from w on.
+            q[3:7] = q[[4, 5, 6, 3]]
+            theirs[:, :3] = theirs[:, :3] @ data.body("trunk").xmat.reshape(3, 3)
+        state = dynamics(robot, q[None])
+        ours, gap, a = row_jacobian(state, closure_block(state, loop).W)[0], closure_gap(state, loop)[0], loop.bodies[0]
+        if a >= 0:
+            # While a loop is open, its gap in axes that turn with the first body changes by that turning too.
+            open_by = state.rotation[0, a] @ loop.rotations[0] @ gap[:3]
+            theirs[:3] -= np.cross((state.J[0, :3] * state.moves[a]).T, open_by).T
+        np.testing.assert_allclose(row_space(ours), row_space(theirs), atol=1e-9)
+        residual = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+        turned = np.sin(np.linalg.norm(gap[3:]) / 2.0)  # the vector of a quaternion is so long
+        assert np.linalg.norm(gap[:3]) == pytest.approx(np.linalg.norm(residual[:3]), abs=1e-12)
+        assert turned == pytest.approx(np.linalg.norm(residual[3:]), abs=1e-12)
+
+
+def test_a_base_tied_to_the_world_starts_where_it_is_drawn():
+    """There the loop meets; a keyframe with the base in that place meets as well, and other robots start at the origin."""
+    drawn = " ".join(map(str, amid_scenery("", "<freejoint/>")[1].qpos0))
+    key = f'<keyframe><key name="home" qpos="{drawn}"/></keyframe>'
+    robot, model = amid_scenery(f'<connect body1="foot" body2="post" {HELD}/>', "<freejoint/>", key)
+    for reference in ("neutral", "home"):
+        q = configuration(robot, Posture(reference=reference))
+        np.testing.assert_allclose(q[:7], model.qpos0[[0, 1, 2, 4, 5, 6, 3]], atol=1e-12)
+    assert np.abs(closure_gap(dynamics(robot, q[None]), robot.loops[0])).max() < 1e-12
+    loose, _ = amid_scenery(f'<connect body1="foot" body2="toe" {HELD}/>', "<freejoint/>")
+    np.testing.assert_array_equal(configuration(loose, Posture()), pin.neutral(loose.model))
+
+
+@pytest.mark.parametrize("tie", [f'<connect body1="foot" body2="b" {HELD}/>', '<weld body1="post"/>'])
+def test_what_is_fixed_already_is_not_tied(tie):
+    """MuJoCo's rows of such an equality are zero, and here there are none."""
+    robot, model = amid_scenery(tie, HINGED)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(equality_rows(model, data), 0.0, atol=1e-15)
+    assert robot.loops == ()
+
+
+@pytest.mark.parametrize(
+    ("tie", "told"),
+    [
+        (
+            f'<connect body1="foot" body2="pole" {HELD}/>',
+            'an equality connect names body "pole", which does not exist; correct the name',
+        ),
+        ('<weld site1="on_foot" site2="post"/>', 'an equality weld names site "post", which does not exist; correct the name'),
+        (
+            '<joint joint1="p" joint2="t"/>',
+            'joint "p" is to follow "t", but "t" has 3 degrees of freedom, and only a joint with one can follow or lead; '
+            "give it one axis, or take the coupling out",
+        ),
+    ],
+)
+def test_ties_of_what_cannot_be_tied_are_refused(tie, told):
+    """By name: a body, a site, a joint with one degree of freedom."""
+    with pytest.raises(RobotError) as caught:
+        amid_scenery(tie, '<joint name="t" type="ball"/>')
+    assert str(caught.value) == f"robot.xml: {told}"
+
+
 def test_mjcf_joint_equalities_are_mujocos():
     """q₁ follows q₂ in proportion: MuJoCo's row is zero on every column of G."""
     robot, model, data = tied('<joint joint1="q" joint2="s" polycoef="0.1 -0.7 0 0 0"/>', q=0.1 - 0.7 * 0.3, s=0.3)
@@ -316,6 +433,54 @@ def test_mjcf_joint_equalities_are_mujocos():
     assert K.shape == (1, 5)
     np.testing.assert_allclose(K @ G[0], 0.0, atol=1e-15)
     assert G.shape[2] == 4
+
+
+CHAINED = '<joint joint1="q" joint2="s" polycoef="0.1 -0.7 0 0 0"/>{}'
+LED = '<joint joint1="p" joint2="q" polycoef="-0.2 2 0 0 0"/>'
+
+
+@pytest.mark.parametrize(
+    ("tie", "left"),
+    [
+        (CHAINED.format(LED), 3),
+        (LED + CHAINED.format(""), 3),
+        (CHAINED.format('<joint joint1="s" polycoef="0.3 0 0 0 0"/>'), 3),
+        (CHAINED.format('<joint joint1="r" joint2="q" polycoef="0.1 0.5 0 0 0"/>' + LED), 2),
+        (CHAINED.format('<joint joint1="p" joint2="s" polycoef="0 3 0 0 0"/>'), 3),
+    ],
+    ids=["followed", "followed, in the other order", "of a joint that holds", "by two", "of one leader"],
+)
+def test_followers_that_lead_are_mujocos(tie, left):
+    """In whichever order the file says it: MuJoCo's rows are zero on G, and its residuals where the followers stand."""
+    robot, model, data = tied(tie)
+    q = configuration(robot, Posture())
+    for name in "tpqrs":
+        data.joint(name).qpos[0] = q[robot.model.joints[robot.model.getJointId(name)].idx_q]
+    mujoco.mj_forward(model, data)
+    G = freedom(robot, "fixed", None, np.eye(3)[None], np.zeros(5, dtype=bool))
+    assert G is not None
+    assert G.shape[2] == left
+    np.testing.assert_allclose(equality_rows(model, data) @ G[0], 0.0, atol=1e-15)
+    np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0.0, atol=1e-15)
+
+
+TWICE = '<joint joint1="q" joint2="s" polycoef="0.1 -0.7 0 0 0"/><joint joint1="q" joint2="p" polycoef="0.2 4 0 0 0"{}/>'
+
+
+def test_of_two_ties_of_a_joint_one_is_turned_round_or_off():
+    """The remedies that the refusal gives: MuJoCo's own rows of both, or of the one that is left, are zero on G."""
+    with pytest.raises(RobotError, match='two equalities have joint1="q"'):
+        tied(TWICE.format(""))
+    round_ = TWICE.format("").replace('joint1="q" joint2="p" polycoef="0.2 4', 'joint1="p" joint2="q" polycoef="-0.05 0.25')
+    for text, said, left in ((round_, TWICE.format(""), 3), (TWICE.format(' active="false"'), CHAINED.format(""), 4)):
+        robot, _, _ = tied(text)
+        model = mujoco.MjModel.from_xml_string(chains(said))
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        G = freedom(robot, "fixed", None, np.eye(3)[None], np.zeros(5, dtype=bool))
+        assert G is not None
+        assert G.shape[2] == left
+        np.testing.assert_allclose(equality_rows(model, data) @ G[0], 0.0, atol=1e-15)
 
 
 CONNECT = '<connect body1="b2" body2="c2" anchor="0.05 0.02 -0.1"{}/>'

@@ -117,6 +117,25 @@ def test_argument_for_a_file_without_any(folder: Path):
     )
 
 
+HOLDS_TEXT = "an argument or property holds a text where arithmetic needs a number: "
+TEXTS = {
+    "2 * m": 'the xacro expression ${2 * m} multiplies by "abc", which is no number; '
+    "correct the argument or property that holds it",
+    "m / 2": HOLDS_TEXT + "unsupported operand type(s) for /: 'str' and 'int' when evaluating expression 'm / 2'",
+    "-m": HOLDS_TEXT + "bad operand type for unary -: 'str' when evaluating expression '-m'",
+    "m**2": HOLDS_TEXT + "unsupported operand type(s) for ** or pow(): 'str' and 'int' when evaluating expression 'm**2'",
+    "m + 1": HOLDS_TEXT + "can only concatenate str (not \"int\") to str when evaluating expression 'm + 1'",
+}
+
+
+@pytest.mark.parametrize("expression", TEXTS)
+def test_texts_where_arithmetic_needs_numbers(expression: str, folder: Path):
+    """An argument that is no number is told as such, wherever it is used."""
+    mass = '<xacro:property name="m" value="$(arg payload)"/>'
+    text = xacro('<xacro:arg name="payload" default="1.5"/>', mass, link("base", mass=f"${{{expression}}}"))
+    assert refusal(folder, text, xacro={"payload": "abc"}) == f"dog.urdf.xacro: {TEXTS[expression]}"
+
+
 REFUSED = {
     xacro(link("base", mass="$(arg payload)")): (
         'dog.urdf.xacro: xacro argument "payload" has no value; give it one: --xacro payload=VALUE'

@@ -97,7 +97,8 @@ def test_harmless_expressions_still_compute(tmp_path: Path):
     ("written", "told"),
     [
         ("2**big", "raises to a power that is not a plain number up to 64; it might never end, so it is not evaluated"),
-        ("len(big*s)", "repeats a text, which might fill the memory; write it out"),
+        ("len(big*s)", 'multiplies by "ab", which is no number; correct the argument or property that holds it'),
+        ("len([s for _ in [1]] * n)", "repeats a text, which might fill the memory; write it out"),
     ],
 )
 def test_properties_hide_neither_powers_nor_repeated_texts(tmp_path: Path, written: str, told: str):

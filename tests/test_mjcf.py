@@ -23,9 +23,12 @@ MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
 FRAMED_JOINT = '<frame pos="1 0 0" euler="0 0 30"><joint axis="1 2 3" pos="0 1 0"/></frame>'
 TURNED = 'pos="0.3 0.1 -.2" euler="10 20 30"'
 
+PLACED = '<site name="site{}" pos="0.1 0.2 -0.3" euler="30 20 10"/>'
+HAND = body("hand", PLACED.format(2) + body("thumb", PLACED.format(3) + body("tip", BODY + PLACED.format(4)), ""), "")
+
 READ = {
     "plain": mjcf(floating(body("b"))),
-    "joint free": mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint type="free" armature="0.3"/>')),
+    "joint free": mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint type="free"/>')),
     "base placed and turned": mjcf(floating(body("b"), at='pos="0 0 1" euler="0 30 0"')),
     "fixed base placed and turned": mjcf(
         floating(body("b"), at='pos="0 0 1" euler="0 30 0"').replace('<freejoint name="root"/>', "")
@@ -91,6 +94,15 @@ READ = {
     "loop switched off": mjcf(
         floating(body("b"), body("c", joints="")), after='<equality><weld body1="b" body2="c" active="false"/></equality>'
     ),
+    "sites": mjcf(
+        '<site name="in_world" pos="1 2 3" euler="10 0 20"/>'
+        + floating(
+            PLACED.format(0)
+            + body("b", BODY + PLACED.format(1) + HAND, '<joint axis="0 1 0" pos="0.05 0 0.1"/>')
+            + body("c", BODY + PLACED.format(5), '<joint axis="0 1 0" pos="0 0 .1"/><joint axis="1 0 0" pos="0 .1 0"/>')
+        )
+    ),
+    "sites on a fixed base": mjcf(f'<body name="base">{PLACED.format(0)}{body("b", BODY + HAND, "<joint/>")}</body>'),
     "table first": mjcf('<body name="table" pos="1 0 0"><geom size=".1"/></body>' + floating(body("b"))),
 }
 
@@ -103,8 +115,8 @@ def read(folder: Path, text: str) -> RobotSource:
 
 @pytest.mark.parametrize("name", READ)
 def test_inertia_equals_mujocos(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
-    """Joint-space inertia and every body's place are MuJoCo's, in MuJoCo's own reference posture."""
-    model = build_model(read(tmp_path, READ[name]))[0]
+    """Joint-space inertia and the place of every body and site are MuJoCo's, in MuJoCo's own reference posture."""
+    model = build_model(read(tmp_path, READ[name]))
     assert capfd.readouterr() == ("", "")
     theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
     state = mujoco.MjData(theirs)
@@ -130,6 +142,10 @@ def test_inertia_equals_mujocos(name: str, tmp_path: Path, capfd: pytest.Capture
             place = data.oMf[model.getFrameId(body_name, pin.FrameType.BODY)]
             np.testing.assert_allclose(place.translation, state.xpos[number], atol=1e-14)
             np.testing.assert_allclose(place.rotation.ravel(), state.xmat[number], atol=1e-14)
+    for number in range(theirs.nsite):
+        place = data.oMf[model.getFrameId(theirs.site(number).name, pin.FrameType.OP_FRAME)]
+        np.testing.assert_allclose(place.translation, state.site_xpos[number], atol=1e-14)
+        np.testing.assert_allclose(place.rotation.ravel(), state.site_xmat[number], atol=1e-14)
 
 
 def test_what_cannot_move_is_left_out(tmp_path: Path):
@@ -145,7 +161,7 @@ def test_keyframes(tmp_path: Path):
     keys = '<keyframe><key name="home" qpos="1 2 3 1 0 0 0 .3"/><key name="old" qpos="1 2 3"/></keyframe>'
     source = read(tmp_path, mjcf(floating(body("b")), after=keys))
     assert source.warnings == ('dog.xml: keyframe "old" does not hold 8 finite numbers; the posture is left out',)
-    postures = {entry.key(): entry.data() for entry in build_model(source)[0].referenceConfigurations}
+    postures = {entry.key(): entry.data() for entry in build_model(source).referenceConfigurations}
     np.testing.assert_array_equal(postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert "old" not in postures
 
@@ -160,7 +176,7 @@ def test_includes_and_mesh_folder(tmp_path: Path):
     source = read(tmp_path, mjcf(floating('<include file="parts/limb.xml"/>'), '<include file="parts/all.xml"/>'))
     assert "<include" not in source.xml
     assert f'meshdir="{tmp_path}/meshes"' in source.xml
-    assert [name for name in build_model(source)[0].names] == ["universe", "root", "j"]
+    assert [name for name in build_model(source).names] == ["universe", "root", "j"]
 
 
 def test_weightless_meshes_are_left_out(tmp_path: Path):

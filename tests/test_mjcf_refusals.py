@@ -41,6 +41,12 @@ def among(text: str, section: str) -> str:
     return text.replace("</mujoco>", f"{section}</mujoco>")
 
 
+LED, HELD = '<joint joint1="k" joint2="j"/>', '<joint joint1="k" polycoef="0.1 0 0 0 0"/>'
+TO_ITSELF = "to itself, which closes no loop; name two, or take it out"
+SAYS_NOTHING = "does not say what it holds; give it site1 and site2 and nothing else"
+OF_THE_WORLD = "with body2 unless that is the world"
+FREE = mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint name="root" type="free"/>'))
+
 REFUSED = {
     "<mujoco/>": "dog.xml has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?",
     mjcf('<geom size=".1"/>'): "dog.xml has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?",
@@ -81,6 +87,42 @@ REFUSED = {
             f'dog.xml: the equality weld{name} has torquescale="0", so it holds a point and no orientation; give it as a connect'
         )
         for name, words in (("", 'torquescale="0"'), (' "w"', 'name="w" torquescale="0.0"'))
+    },
+    **{
+        among(PAIR, f"<equality>{first}{second}</equality>"): (
+            'dog.xml: two equalities have joint1="k", and a joint can follow only once; turn one of them round (joint1 and joint2 '
+            'exchanged, polycoef="-a0/a1 1/a1 0 0 0"), or set active="false" to do without it'
+        )
+        for first, second in ((LED, HELD), (HELD, LED), (LED, LED))
+    },
+    among(PAIR, '<equality><joint name="belt" joint2="k"/></equality>'): (
+        'dog.xml: the equality joint "belt" names no joint1, so nothing follows; name the joint that does'
+    ),
+    **{
+        among(PAIR, f"<equality><{tie}/></equality>"): f"dog.xml: the equality {told}"
+        for tie, told in (
+            ('connect body1="b" body2="b" anchor="0 0 1"', f'connect holds body "b" {TO_ITSELF}'),
+            ('connect body1="world" anchor="0 0 1"', f'connect holds body "world" {TO_ITSELF}'),
+            ('weld name="w" site1="s" site2="s"', f'weld "w" holds site "s" {TO_ITSELF}'),
+            ('connect body1="b" body2="c"', f"connect {SAYS_NOTHING}, or body1 and anchor, {OF_THE_WORLD}"),
+            ('connect body2="c" anchor="0 0 1"', f"connect {SAYS_NOTHING}, or body1 and anchor, {OF_THE_WORLD}"),
+            ('connect site1="s" body2="c"', f"connect {SAYS_NOTHING}, or body1 and anchor, {OF_THE_WORLD}"),
+            ('connect site1="s" site2="t" anchor="0 0 1"', f"connect {SAYS_NOTHING}, or body1 and anchor, {OF_THE_WORLD}"),
+            ('weld body2="c"', f"weld {SAYS_NOTHING}, or body1, {OF_THE_WORLD}"),
+            ('connect body1="b" anchor="0 0"', 'connect: anchor is "0 0"; it has to be 3 finite numbers'),
+            ('weld body1="b" relpose="0 0 1"', 'weld: relpose is "0 0 1"; it has to be 7 finite numbers'),
+        )
+    },
+    **{
+        text: (
+            f'dog.xml: body "base": joint "root" is free and has armature {value}, its own or its default class\'s: MuJoCo adds '
+            'that to the mass and the inertia of the whole robot, but a free base has no drive; set armature="0" there, or make it '
+            "a <freejoint/>, which takes no defaults"
+        )
+        for text, value in (
+            (FREE.replace('type="free"', 'type="free" armature="0.50"'), "0.5"),
+            (FREE.replace("<worldbody>", '<default><joint armature="0.2"/></default><worldbody>'), "0.2"),
+        )
     },
     among(PAIR, '<tendon><fixed armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): (
         "dog.xml: <fixed> has armature 0.5, which Pinocchio reads at joints only; give the joint that armature, "
@@ -148,6 +190,17 @@ def test_what_would_be_read_wrongly_is_refused(text: str, tmp_path: Path, capfd:
     assert capfd.readouterr() == ("", "")
 
 
+def test_the_armature_of_a_free_base_can_be_taken_out(tmp_path: Path):
+    """Both remedies: none of its own, or a <freejoint/>, to which MuJoCo gives no default either."""
+    default = '<default><joint armature="0.2"/></default><worldbody>'
+    for text in (FREE.replace('type="free"', 'type="free" armature="0"'), mjcf(floating(body("b")))):
+        path = tmp_path / "dog.xml"
+        path.write_text(text.replace("<worldbody>", default))
+        expected = mujoco.MjModel.from_xml_path(str(path)).dof_armature
+        assert not expected[:6].any()
+        np.testing.assert_array_equal(build_model(read_source(str(path))).armature, expected)
+
+
 def test_includes_stay_inside(tmp_path: Path):
     """A missing, repeated or outlying part is refused by name."""
     (tmp_path / "dog").mkdir()
@@ -182,7 +235,7 @@ def test_the_remedy_works(name: str, tmp_path: Path):
     assert refusal(tmp_path, text).endswith(SAVE)
     theirs = mujoco.MjModel.from_xml_string(text.replace("<worldbody>", '<compiler saveinertial="true"/><worldbody>'))
     mujoco.mj_saveLastXML(str(tmp_path / "saved.xml"), theirs)
-    model = build_model(read_source(str(tmp_path / "saved.xml")))[0]
+    model = build_model(read_source(str(tmp_path / "saved.xml")))
     state = mujoco.MjData(theirs)
     mujoco.mj_forward(theirs, state)
     inertia = np.zeros((theirs.nv, theirs.nv))

@@ -419,8 +419,8 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
     """A bob without mass, or with all of it on its axis, spins at no cost: the body is to blame, not the contact."""
     message = refusal(pendulum(mass, "0", com), [Contact(frame="tip")], kind=SolveError, posture=TILTED)
     assert message == (
-        'body "bob" of robot "r" can move but carry no mass or inertia to resist it, so the inertia matrix cannot be inverted; '
-        "give them mass and inertia in the file, or lock their joints with --lock"
+        'body "bob" of robot "r" can move, but no mass or inertia resists it, so the inertia matrix cannot be inverted; give mass '
+        "and inertia in the file (mass on a joint's axis does not resist turning about it), or lock the joints with --lock"
     )
 
 

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from robot_texts import arm, link, urdf
+from robot_texts import arm, body, floating, link, mjcf, urdf
 
 from shockpc.errors import RobotError, UnknownName
 from shockpc.files.catalogue import catalogue
@@ -28,7 +28,7 @@ def refusal(tmp_path: Path, text: str | bytes, name: str = "dog.urdf") -> str:
 def test_every_known_robot_reads_and_builds(name: str, capfd: pytest.CaptureFixture[str]):
     """Every robot known by name is read, builds, has mass, and nothing of the C++ parser's talk reaches the terminal."""
     source = read_source(name)
-    model = build_model(source)[0]
+    model = build_model(source)
     assert source.name == name
     assert sum(inertia.mass for inertia in model.inertias) > 0
     assert capfd.readouterr() == ("", "")
@@ -55,7 +55,7 @@ def test_one_free_body_is_a_robot(tmp_path: Path):
     """A single link with mass and no joint can be struck."""
     path = tmp_path / "beam.urdf"
     path.write_text(urdf(link("beam")))
-    assert build_model(read_source(str(path)))[0].nv == 6
+    assert build_model(read_source(str(path))).nv == 6
 
 
 FILES: dict[str | bytes, str] = {
@@ -147,6 +147,21 @@ def test_given_srdf(tmp_path: Path):
     with pytest.raises(RobotError) as caught:
         read_source(str(path), srdf=tmp_path / "none.srdf")
     assert str(caught.value) == f'no file "{tmp_path / "none.srdf"}"'
+
+
+def test_srdf_for_an_mjcf(tmp_path: Path):
+    """Nothing would read it, so it is not swallowed; one that lies beside the file is none of its own."""
+    path = tmp_path / "dog.xml"
+    path.write_text(mjcf(floating(body("b"))))
+    postures = tmp_path / "dog.srdf"
+    postures.write_text('<robot name="m"><group_state name="standing" group="all"/></robot>')
+    assert read_source(str(path)).srdf is None
+    with pytest.raises(RobotError) as caught:
+        read_source(str(path), srdf=postures)
+    assert str(caught.value) == (
+        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf means nothing to it; leave it out, or write "
+        "its postures as <key> elements of a <keyframe>"
+    )
 
 
 SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "yourdfpy", "xacro", "xacrodoc", "importlib.metadata")

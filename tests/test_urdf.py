@@ -8,6 +8,7 @@ from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
 from shockpc.errors import RobotError
 from shockpc.files.source import read_source
 from shockpc.model.build import build_model
+from shockpc.model.robot import load_robot
 
 
 def refusal(tmp_path: Path, text: str) -> str:
@@ -25,14 +26,14 @@ def test_robot_without_a_name_gets_the_files(tmp_path: Path):
     path.write_text(arm().replace(' name="r"', ""))
     source = read_source(str(path))
     assert source.robot_name == "dog"
-    assert build_model(source)[0].name == "dog"
+    assert build_model(source).name == "dog"
 
 
 def test_blanks_around_numbers_are_harmless(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     """The parser drops an inertia whose mass is " 2 "; it is read as 2."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm(tip=link("tip", mass=" 2 ")))
-    assert build_model(read_source(str(path)))[0].inertias[2].mass == 2.0
+    assert build_model(read_source(str(path))).inertias[2].mass == 2.0
     assert capfd.readouterr() == ("", "")
 
 
@@ -52,7 +53,7 @@ def test_broken_shapes_are_left_out_with_a_warning(tmp_path: Path, capfd: pytest
         'dog.urdf: link "tip": a <visual> without a valid shape is left out; '
         "figures and extremes do without it, the numbers are the same",
     )
-    assert build_model(source)[0].inertias[2].mass == 1.0
+    assert build_model(source).inertias[2].mass == 1.0
     assert capfd.readouterr() == ("", "")
 
 
@@ -64,6 +65,30 @@ def test_mimic_of_nothing_moves_freely(leader: str, said: str, tmp_path: Path):
     source = read_source(str(path))
     assert source.warnings == (f'dog.urdf: joint "elbow" mimics {said}; it is computed as a joint that moves freely',)
     assert "<mimic" not in source.xml
+
+
+@pytest.mark.parametrize("leader", ["lead", "nobody"])
+def test_a_joint_mimics_once(leader: str, tmp_path: Path):
+    """Of two leaders one would be lost, so both are refused."""
+    elbow = joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="lead"/><mimic joint="{leader}" multiplier="2"/>')
+    text = urdf(link("base"), link("tip"), elbow, link("third"), joint("lead", "base", "third"))
+    assert refusal(tmp_path, text) == 'dog.urdf: joint "elbow" has several <mimic>, and a joint can follow only one; keep one'
+
+
+@pytest.mark.parametrize(("kind", "count"), [("floating", 6), ("planar", 3)])
+@pytest.mark.parametrize("many", ["lead", "elbow"])
+def test_only_joints_with_one_degree_of_freedom_follow_or_lead(kind: str, count: int, many: str, tmp_path: Path):
+    """A floating joint has no number that could follow another."""
+    kinds = {"lead": "revolute", "elbow": "revolute", many: kind}
+    elbow = joint("elbow", "base", "tip", kinds["elbow"], "0 0 1", f'{LIMIT}<mimic joint="lead"/>')
+    lead = joint("lead", "base", "third", kinds["lead"], "0 0 1")
+    (tmp_path / "dog.urdf").write_text(urdf(link("base"), link("tip"), elbow, link("third"), lead))
+    with pytest.raises(RobotError) as caught:
+        load_robot(str(tmp_path / "dog.urdf"))
+    assert str(caught.value) == (
+        f'dog.urdf: joint "elbow" is to follow "lead", but "{many}" has {count} degrees of freedom, and only a joint with one can '
+        "follow or lead; give it one axis, or take the coupling out"
+    )
 
 
 TREE = {

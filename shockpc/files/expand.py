@@ -169,4 +169,6 @@ def _explained(error: BaseException, name: str, xacro: ModuleType) -> RobotError
     if isinstance(cause, RecursionError):
         return RobotError(f"{where}: xacro does not come to an end; a macro or an include calls itself")
     detail = " ".join(str(error).split()) or type(error).__name__
+    if isinstance(cause, TypeError) and any(word in detail for word in ("operand", "concatenate")):
+        return RobotError(f"{where}: an argument or property holds a text where arithmetic needs a number: {detail}")
     return RobotError(f"{where}: xacro cannot expand it: {detail}")

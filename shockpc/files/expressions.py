@@ -94,8 +94,13 @@ def _guards(shown: str) -> dict[str, Callable[[Any, Any], Any]]:
         return base**exponent
 
     def product(a: Any, b: Any) -> Any:
-        if isinstance(a, str | list | tuple) or isinstance(b, str | list | tuple):
-            raise _filling(shown)
+        for factor in (a, b):
+            if isinstance(factor, str):
+                raise RobotError(
+                    f'{shown} multiplies by "{factor[:40]}", which is no number; correct the argument or property that holds it'
+                )
+            if isinstance(factor, list | tuple):
+                raise _filling(shown)
         return a * b
 
     return {"guarded_power": power, "guarded_product": product}

@@ -45,15 +45,12 @@ def plain_mjcf(root: Element, reach: Reach) -> tuple[str, tuple[str, ...]]:
     compiler = root.find("compiler")
     _write_out_defaults(root, world, file)
     check_ties(root, file)
-    for k, tie in enumerate(root.findall("equality/*")):
-        # Of two without a name between the same bodies, such as a hinge of two points, Pinocchio keeps one.
-        tie.set("name", f"equality {k}")
     _name_bodies(world)
     check_numbers(world, file)
     write_out_places(world, compiler, file)
     warnings = weighed_by_geoms(world, compiler, file)
     check_bodies(world, file)
-    warnings += _one_robot(world, file) + _whole_keys(root, world, file)
+    warnings += _one_robot(root, world, file) + _whole_keys(root, world, file)
     if compiler is not None:
         for key in ("meshdir", "texturedir", "assetdir"):
             if key in compiler.attrib:  # the plain text may be read from another folder
@@ -159,8 +156,8 @@ def _name_bodies(world: Element) -> None:
             taken.add(name)
 
 
-def _one_robot(world: Element, file: str) -> tuple[str, ...]:
-    """Keep the one top-level body that moves, and start it where Pinocchio would."""
+def _one_robot(root: Element, world: Element, file: str) -> tuple[str, ...]:
+    """Keep the one top-level body that moves, and of the others the bare places that an equality ties to."""
     tops = world.findall("body")
     movers = [top for top in tops if top.find(".//joint") is not None or top.find(".//freejoint") is not None]
     if not movers:
@@ -169,21 +166,32 @@ def _one_robot(world: Element, file: str) -> tuple[str, ...]:
         listed = ", ".join(f'"{top.get("name")}"' for top in movers)
         raise RobotError(f"{file} holds {len(movers)} separate moving bodies, {listed}; keep one robot in the file")
     robot = movers[0]
+    ends = {(key[:4], name) for tie in root.findall("equality/*") for key, name in tie.items() if key[:4] in ("body", "site")}
+    tied, left = [], []
     for top in tops:
         if top is not robot:
             world.remove(top)
+            if ends.isdisjoint((part.tag, part.get("name")) for part in top.iter()):
+                left.append(f'"{top.get("name")}"')
+            else:
+                tied.append(_bare(top))
     free = robot.find("freejoint") is not None or any(joint.get("type") == "free" for joint in robot.findall("joint"))
-    if free:  # where it floats is the posture's business
-        for key in ("pos", *ORIENTATIONS):
-            robot.attrib.pop(key, None)
-    elif any(key in robot.attrib for key in ("pos", *ORIENTATIONS)):
-        # Pinocchio puts a top-level body at the origin; one level down it is put where it belongs.
+    if tied or (not free and any(key in robot.attrib for key in ("pos", *ORIENTATIONS))):
+        # Pinocchio reads one top-level body, and puts it at the origin; one level down all are put where they belong.
         world.remove(robot)
-        ElementTree.SubElement(world, "body", {"name": "worldbody"}).append(robot)
-    left = [f'"{top.get("name")}"' for top in tops if top is not robot]
+        ElementTree.SubElement(world, "body", {"name": "worldbody"}).extend([*tied, robot])
     if not left:
         return ()
     return (f"{file}: {', '.join(left)} cannot move and is left out; a strike on the robot does not reach it",)
+
+
+def _bare(top: Element) -> Element:
+    """A body that cannot move, as a place: its bodies and sites."""
+    for body in list(top.iter("body")):
+        for part in list(body):
+            if part.tag not in ("body", "site"):
+                body.remove(part)
+    return top
 
 
 def _whole_keys(root: Element, world: Element, file: str) -> tuple[str, ...]:

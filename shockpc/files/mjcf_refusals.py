@@ -68,13 +68,24 @@ def check_ties(root: Element, file: str) -> None:
     Raises:
         RobotError: naming the element.
     """
+    followers: set[str] = set()
     for tie in root.findall("equality/*"):
         _check_tie(tie, file)
+        if tie.tag == "joint":
+            follower = tie.get("joint1", "")
+            if follower in followers:
+                raise RobotError(
+                    f'{file}: two equalities have joint1="{follower}", and a joint can follow only once; turn one of them round '
+                    '(joint1 and joint2 exchanged, polycoef="-a0/a1 1/a1 0 0 0"), or set active="false" to do without it'
+                )
+            followers.add(follower)
 
 
 def _check_tie(tie: Element, file: str) -> None:
     """Refuse an equality that is not a loop closed by a point or a frame, or a joint that follows another in proportion."""
     name = f' "{tie.get("name")}"' if tie.get("name") else ""
+    if tie.tag in ("connect", "weld"):
+        _check_ends(tie, f"{file}: the equality {tie.tag}{name}")
     if tie.tag == "weld" and (vector(tie.get("torquescale", "1"), 1) or (1.0,))[0] == 0.0:
         raise RobotError(
             f'{file}: the equality weld{name} has torquescale="0", so it holds a point and no orientation; give it as a connect'
@@ -86,6 +97,8 @@ def _check_tie(tie: Element, file: str) -> None:
             f"{file}: the equality {tie.tag}{name} couples bodies in a way that is not computed, and without it the numbers would "
             'be wrong; valid are connect, weld and joint; set active="false" to do without it on purpose'
         )
+    if not tie.get("joint1"):
+        raise RobotError(f"{file}: the equality joint{name} names no joint1, so nothing follows; name the joint that does")
     text = tie.get("polycoef", "0 1 0 0 0")
     curved = vector(text, len(text.split()))
     if not curved or any(curved[2:]):
@@ -93,6 +106,25 @@ def _check_tie(tie: Element, file: str) -> None:
             f"{file}: the equality joint{name} couples joints by a curve, polycoef {tie.get('polycoef')}; only proportion can be "
             "computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
         )
+
+
+def _check_ends(tie: Element, which: str) -> None:
+    """Two sites, or a body with what says where it is held; and not the same one twice."""
+    needed = ("body1", "anchor") if tie.tag == "connect" else ("body1",)
+    sites = "site1" in tie.attrib or "site2" in tie.attrib
+    whole = all(key in tie.attrib for key in (("site1", "site2") if sites else needed))
+    if not whole or (sites and any(key in tie.attrib for key in ("body1", "body2", "anchor", "relpose"))):
+        raise RobotError(
+            f"{which} does not say what it holds; give it site1 and site2 and nothing else, or {' and '.join(needed)}, "
+            "with body2 unless that is the world"
+        )
+    kind = "site" if sites else "body"
+    first, second = tie.get(f"{kind}1", ""), tie.get(f"{kind}2", "world")
+    if first == second:
+        raise RobotError(f'{which} holds {kind} "{first}" to itself, which closes no loop; name two, or take it out')
+    for key, size in (("anchor", 3), ("relpose", 7)):
+        if key in tie.attrib and vector(tie.get(key), size) is None:
+            raise RobotError(f'{which}: {key} is "{tie.get(key)}"; it has to be {size} finite numbers')
 
 
 def check_numbers(world: Element, file: str) -> None:
@@ -157,8 +189,15 @@ def _check_joint(joint: Element, whose: str) -> None:
         raise RobotError(f'{named} is of type "{kind}", which MJCF does not have; it has {", ".join(_JOINTS)}')
     if kind in ("hinge", "slide") and not any(vector(joint.get("axis", "0 0 1"), 3) or ()):
         raise RobotError(f"{named}: its axis is 0 0 0, so it has no direction to move in; give it one")
-    if (vector(joint.get("armature", "0"), 1) or (0.0,))[0] < 0:
+    armature = (vector(joint.get("armature", "0"), 1) or (0.0,))[0]
+    if armature < 0:
         raise RobotError(f"{named}: armature {joint.get('armature')} is negative; no rotor has that")
+    if kind == "free" and armature > 0:
+        raise RobotError(
+            f"{named} is free and has armature {armature:g}, its own or its default class's: MuJoCo adds that to the mass and "
+            'the inertia of the whole robot, but a free base has no drive; set armature="0" there, or make it a <freejoint/>, '
+            "which takes no defaults"
+        )
 
 
 def _masses(body: Element, whose: str) -> Iterator[float]:

@@ -95,9 +95,15 @@ def read_source(
     stem = path.name.split(".")[0]
     text, root = markup.text, markup.root
     kind: Literal["urdf", "mjcf"] = "urdf"
+    postures: Path | None = None
     if root.tag == "mujoco":
         from shockpc.files.mjcf import plain_mjcf
 
+        if srdf is not None:
+            raise RobotError(
+                f"{path.name} is an MJCF, whose postures are its keyframes, so the SRDF {Path(srdf).name} means nothing to it; "
+                "leave it out, or write its postures as <key> elements of a <keyframe>"
+            )
         kind = "mjcf"
         text, told = plain_mjcf(root, reach)
         warnings += told
@@ -109,12 +115,12 @@ def read_source(
         text = ElementTree.tostring(root, encoding="unicode") if changed else text
         warnings += told
         robot_name = root.get("name") or stem
+        postures = _given_srdf(srdf) if srdf is not None else find_srdf(path, robot_name)
     else:
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")
         raise RobotError(
             f"{path.name} begins with <{root.tag}>: {what}. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
         )
-    postures = _given_srdf(srdf) if srdf is not None else find_srdf(path, robot_name)
     return RobotSource(path, name, kind, text, robot_name, postures, reach.packages, reach.folders, warnings)
 
 

@@ -52,6 +52,9 @@ def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ..
 
     Returns:
         Whether anything changed, and the warnings.
+
+    Raises:
+        RobotError: a joint mimics twice.
     """
     changed = False
     warnings = []
@@ -74,6 +77,8 @@ def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ..
                 )
     names = {joint.get("name") for joint in robot.findall("joint")}
     for joint in robot.findall("joint"):
+        if len(joint.findall("mimic")) > 1:
+            raise RobotError(f'{file}: joint "{joint.get("name")}" has several <mimic>, and a joint can follow only one; keep one')
         for mimic in joint.findall("mimic"):
             leader = mimic.get("joint", "")
             if leader not in names or leader == joint.get("name"):

@@ -3,7 +3,6 @@
 import math
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -11,6 +10,7 @@ import pinocchio as pin
 from shockpc.errors import RobotError
 from shockpc.files.markup import parse_markup
 from shockpc.files.source import RobotSource
+from shockpc.files.urdf_numbers import vector
 
 __all__ = ["FREE_FLYER", "build_model"]
 
@@ -18,26 +18,26 @@ __all__ = ["FREE_FLYER", "build_model"]
 FREE_FLYER = "JointModelFreeFlyer"
 
 
-def build_model(source: RobotSource) -> tuple[pin.Model, list[Any]]:
+def build_model(source: RobotSource) -> pin.Model:
     """Build the Pinocchio model of a robot.
 
     Args:
         source: the robot as read; its text is used, not its file, because includes and defaults are written out in it.
 
     Returns:
-        The model, in which mimic joints are independent; and the loops that an MJCF closes, as Pinocchio's constraint models.
+        The model, in which mimic joints are independent.
 
     Raises:
         RobotError: Pinocchio refuses the text.
     """
     try:
         if source.kind == "urdf":
-            return _square_up(pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())), []
+            return _square_up(pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer()))
         with tempfile.TemporaryDirectory() as folder:
             # Pinocchio reads MJCF from files only, and tells them by this suffix.
             copy = Path(folder) / "robot.xml"
             copy.write_text(source.xml, encoding="utf-8")
-            model, points, frames = pin.buildModelAndConstraintsFromMJCF(str(copy))
+            model = pin.buildModelFromMJCF(str(copy))
     except (ValueError, RuntimeError, IndexError) as refusal:
         said = " ".join(str(refusal).split())
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {said}") from None
@@ -45,7 +45,8 @@ def build_model(source: RobotSource) -> tuple[pin.Model, list[Any]]:
         # qpos places a free body in the world; its pos and quat in the file are only where it starts.
         model.jointPlacements[1] = pin.SE3.Identity()
     _undo_degrees(source, model)
-    return _square_up(model), [*points, *frames]
+    _place_sites(source, model)
+    return _square_up(model)
 
 
 def _square_up(model: pin.Model) -> pin.Model:
@@ -68,3 +69,19 @@ def _undo_degrees(source: RobotSource, model: pin.Model) -> None:
         if joint.nv == 1 and joint.shortname().startswith("JointModelP"):
             model.lowerPositionLimit[joint.idx_q] *= 180.0 / math.pi
             model.upperPositionLimit[joint.idx_q] *= 180.0 / math.pi
+
+
+def _place_sites(source: RobotSource, model: pin.Model) -> None:
+    """Put sites where they belong: Pinocchio misplaces those of bodies without joints, and drops the world's."""
+    root = parse_markup(source.xml, source.path.name)
+    for body in (*root.iter("worldbody"), *root.iter("body")):
+        index = model.getFrameId(body.get("name", ""), pin.FrameType.BODY) if body.tag == "body" else 0
+        frame = model.frames[index]
+        for site in body.findall("site[@name]"):
+            name, quaternion = site.get("name", ""), vector(site.get("quat"), 4) or (1.0, 0.0, 0.0, 0.0)
+            offset = np.array(vector(site.get("pos"), 3) or (0.0, 0.0, 0.0))
+            place = frame.placement * pin.SE3(pin.Quaternion(*quaternion).matrix(), offset)
+            if model.existFrame(name, pin.FrameType.OP_FRAME):
+                model.frames[model.getFrameId(name, pin.FrameType.OP_FRAME)].placement = place
+            else:
+                model.addFrame(pin.Frame(name, frame.parentJoint, index, place, pin.FrameType.OP_FRAME))

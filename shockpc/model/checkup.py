@@ -74,7 +74,7 @@ def _bodies_without_mass(source: RobotSource) -> Iterator[Finding]:
     """Moving bodies without mass, and masses far from all the others."""
     from shockpc.model.build import build_model
 
-    model = build_model(source)[0]
+    model = build_model(source)
     names = {joint: model.names[joint] for joint in range(1, model.njoints)}
     for frame in reversed(list(model.frames)):
         if frame.parentJoint in names and frame.type == frame.type.BODY:
@@ -119,8 +119,8 @@ def _inertias(root: Element) -> Iterator[Finding]:
     """Inertias that no body has; links with the same fault share a finding."""
     kind = "link" if root.tag == "robot" else "body"
     faults: dict[str, list[str]] = {}
-    for link, _, entries in written_inertias(root):
-        fault = inertia_fault(entries)
+    for link, mass, entries in written_inertias(root):
+        fault = inertia_fault(mass, entries)
         if fault is not None:
             faults.setdefault(fault, []).append(link)
     for fault, links in faults.items():

@@ -90,7 +90,7 @@ def _blame(robot: Robot, G: Array | None, columns: list[int]) -> str:
     ]
     listed = ", ".join(f'"{name}"' for name in names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
     return (
-        f'{"bodies" if len(names) > 1 else "body"} {listed} of robot "{robot.name}" can move but carry no mass or inertia to '
-        "resist it, so the inertia matrix cannot be inverted; "
-        "give them mass and inertia in the file, or lock their joints with --lock"
+        f'{"bodies" if len(names) > 1 else "body"} {listed} of robot "{robot.name}" can move, but no mass or inertia resists it, '
+        "so the inertia matrix cannot be inverted; give mass and inertia in the file (mass on a joint's axis does not resist "
+        "turning about it), or lock the joints with --lock"
     )

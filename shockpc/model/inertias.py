@@ -1,15 +1,21 @@
-"""Which inertias no body can have: the tensors that a robot file writes down, read one by one."""
+"""Which inertias no body can have: of the tensors that a robot file writes down, and of the bodies that they add up to."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
-from shockpc.files.urdf_numbers import INERTIA, ROUNDING, vector
+import numpy as np
 
-__all__ = ["Written", "inertia_fault", "written_inertias"]
+from shockpc.core.spatial import Array
+from shockpc.files.source import RobotSource
+from shockpc.files.urdf_numbers import INERTIA, vector
+
+__all__ = ["Written", "inertia_fault", "inertia_warning", "written_inertias"]
 
 _FLAT = 0.99  # two principal moments against the third: what is left for numbers that were rounded to two digits
 _NOTHING = 1e-9  # relative to the largest principal moment
+_POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
+_ZERO = "the inertia is zero, that of a point"
 
 
 class Written(NamedTuple):
@@ -49,25 +55,54 @@ def written_inertias(root: Element) -> Iterator[Written]:
             yield found
 
 
-def inertia_fault(entries: tuple[float, ...]) -> str | None:
-    """Say why no body of positive mass has this inertia about its centre of mass; None if one can.
-
-    A body's principal moments are all positive, and none exceeds the sum of the other two.
+def inertia_fault(mass: float, entries: tuple[float, ...]) -> str | None:
+    """Say why no body has this inertia about its centre of mass; None if one can.
 
     Args:
+        mass: above zero [kg].
         entries: ixx, ixy, ixz, iyy, iyz, izz [kg m²].
     """
-    import numpy as np
-
     xx, xy, xz, yy, yz, zz = entries
-    if max(map(abs, entries)) < ROUNDING:
-        return "the inertia is zero, that of a point"
-    if len(set(entries)) == 1:
+    fault = _fault(mass, np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])))
+    if len(set(entries)) == 1 and fault != _ZERO:
         return f"all six entries of the inertia are {xx:g} kg m², which no body has; they look like a stand-in"
-    least, middle, most = (float(moment) for moment in np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    moments = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
+    return fault
+
+
+def inertia_warning(
+    source: RobotSource, names: Sequence[str], masses: Sequence[float], inertias: Sequence[Array]
+) -> tuple[str, ...]:
+    """One line for all bodies whose inertia no body has; none if all are sound.
+
+    Args:
+        source: the robot as read.
+        names: of the bodies, each with all that is fixed to it.
+        masses: [kg]
+        inertias: (3, 3) about the centres of mass [kg m²].
+    """
+    odd = []
+    for name, mass, moments in zip(names, masses, np.linalg.eigvalsh(np.stack(inertias)), strict=True):
+        if mass > 0 and _fault(mass, moments):
+            shown = ", ".join(f"{moment if abs(moment) > _POINT * mass else 0.0:.3g}" for moment in moments)
+            odd.append(f'"{name}" ({shown} kg m²)')
+    if not odd:
+        return ()
+    listed = ", ".join(odd[:4]) + (f" and {len(odd) - 4} more" if len(odd) > 4 else "")
+    return (
+        f"{source.path.name}: no body has such principal moments: {listed}. None can be negative or above the sum of the other "
+        "two, and not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+        f"shockpc robots {source.name or source.path}",
+    )
+
+
+def _fault(mass: float, moments: Array) -> str | None:
+    """Why no body of this mass has these principal moments, in rising order: all are positive, none above the sum of the others."""
+    least, middle, most = (float(moment) for moment in moments)
+    if max(abs(least), abs(most)) < _POINT * mass:
+        return _ZERO
+    shown = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
     if least < -_NOTHING * abs(most):
-        return f"{moments}, and no body has a negative one"
+        return f"{shown}, and no body has a negative one"
     if least + middle < _FLAT * most:
-        return f"{moments}, and no body has one above the sum of the other two"
+        return f"{shown}, and no body has one above the sum of the other two"
     return None

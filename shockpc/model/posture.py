@@ -64,7 +64,7 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     """
     name = reference_name(robot, posture.reference)
     # A robot may have a posture that it calls neutral itself; that one is meant then.
-    q = np.array(robot.postures[name]) if name in robot.postures else pin.neutral(robot.model)
+    q = np.array(robot.postures[name]) if name in robot.postures else np.array(robot.start)
     q = _with_rotations(robot, name, q)
     _set_base(robot, posture, q)
     for pattern, value in posture.joints.items():

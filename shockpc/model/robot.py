@@ -13,7 +13,8 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
 from shockpc.files.source import RobotSource, read_source
 from shockpc.model.build import FREE_FLYER, build_model
-from shockpc.model.couplings import Loop, Mimic, loops_of, mimics_of
+from shockpc.model.couplings import Loop, Mimic, as_drawn, loops_of, mimics_of
+from shockpc.model.inertias import inertia_warning
 from shockpc.model.srdf import postures_of, rotor_armature
 
 __all__ = ["Body", "Frame", "Robot", "load_robot"]
@@ -80,7 +81,7 @@ class Robot:
         loops: what the file holds together beside the tree (MJCF connect and weld).
         free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
         mass: of all bodies [kg].
-        warnings: what the file's reader met.
+        warnings: what the file's reader met, and inertias that no body has.
     """
 
     name: str
@@ -122,6 +123,14 @@ class Robot:
             moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
         moves.flags.writeable = False
         return moves
+
+    @cached_property
+    def start(self) -> Array:
+        """Neutral joints (nq,); a free base that its file ties to the world stands where the file draws it, for there it meets."""
+        q = np.array(pin.neutral(self.model))
+        if self.free_base and any(-1 in loop.bodies for loop in self.loops):
+            q[:7] = as_drawn(self.model)[:7]
+        return read_only(q)
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.
@@ -166,7 +175,7 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
-    model, constraints = build_model(source)
+    model = build_model(source)
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
     model.armature = rotor_armature(source, model)
@@ -181,10 +190,13 @@ def load_robot(
         frames=frames,
         postures=postures_of(source, model),
         mimics=mimics_of(source, model),
-        loops=loops_of(constraints, [pin.SE3(b.rotation, b.offset) for b in bodies], [b.name for b in bodies]),
+        loops=loops_of(source, model, [pin.SE3(b.rotation, b.offset) for b in bodies], [b.name for b in bodies]),
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
-        warnings=source.warnings,
+        warnings=(
+            *source.warnings,
+            *inertia_warning(source, [b.name for b in bodies], [b.mass for b in bodies], [b.inertia for b in bodies]),
+        ),
     )
 
 

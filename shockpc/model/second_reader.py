@@ -26,7 +26,7 @@ def disagreement(source: RobotSource) -> str:
     """
     import yourdfpy
 
-    model, _ = build_model(source)
+    model = build_model(source)
     try:
         other = yourdfpy.URDF.load(
             io.BytesIO(source.xml.encode()),
