@@ -1,6 +1,7 @@
 """The rivals: on regular cases all agree with the reference; where they cannot, they say so, or are seen to fail."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from shockpc.bench.accuracy import body_errors
@@ -10,7 +11,7 @@ from shockpc.bench.measure import measure
 from shockpc.bench.methods import DIRECT
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.reference import reference
-from shockpc.bench.simulate import SIMULATED, land, viscous
+from shockpc.bench.simulate import SIMULATED, Stepper, land
 from shockpc.bench.system import Unsuited, system_of
 from shockpc.bench.throughput import PEERS, WORK, postures
 from shockpc.errors import SceneError
@@ -29,9 +30,9 @@ UNSUITED = {
     "pin.impulseDynamics, Jacobian": {"hips free", "held base"},
     "pin.impulseDynamics, damped": {"hips free", "held base"},
     "pin.impulseDynamics, constraints": {"a loop", "hips free", "held base"},
-    "pin.impulseDynamics, proximal": {"a loop", "hips free", "held base"},
+    "pin.impulseDynamics, constraints, µ = 1e-6": {"a loop", "hips free", "held base"},
 }
-DAMPED = {"pin.impulseDynamics, damped": 1e-6, "pin.impulseDynamics, proximal": 1e-4}
+DAMPED = {"pin.impulseDynamics, damped": 1e-6, "pin.impulseDynamics, constraints, µ = 1e-6": 1e-4}
 """What damping may cost on a regular case: about 14 times the damping, relative to the mass behind a foot."""
 
 
@@ -58,7 +59,10 @@ def test_every_method_agrees_on_regular_cases(method, where):
     assert body_errors(system.robot, truth, jumps).own.max() < DAMPED.get(method.name, 1e-11)
 
 
-@pytest.mark.parametrize("methods", [SIMULATED[1:4], MUJOCO[1:4]], ids=["ABA", "MuJoCo"])
+STEPPED = [SIMULATED[1:4], SIMULATED[6:9], MUJOCO[1:4], MUJOCO[5:8]]
+
+
+@pytest.mark.parametrize("methods", STEPPED, ids=["ABA, 2 steps", "ABA, 10 steps", "MuJoCo, 2 steps", "MuJoCo, 10 steps"])
 def test_simulated_landings_come_near_as_the_ground_hardens(methods):
     """Ten times the hardness leaves a tenth of the error: the limit of a simulated landing is the impulsive answer."""
     system = system_of(*family("robots").case("one foot", FOOTED.index("anymal_b")).build())
@@ -76,7 +80,7 @@ def test_simulation_takes_loops_and_held_joints():
     for name, variant, value in (("flat four-bar", "crank struck", 1.0), ("locked feet", "hips free", 1)):
         system = system_of(*family(name).case(variant, value).build())
         truth = reference(system.robot, system.scene, system.setting)
-        prepared = SIMULATED[-1].prepare(system)
+        prepared = SIMULATED[4].prepare(system)
         assert body_errors(system.robot, truth, prepared.read(prepared.run())).whole.max() < 1e-3
 
 
@@ -84,7 +88,7 @@ def test_a_simulation_without_end_is_not_begun():
     """Masses so far apart that the steps would be too many are refused in words."""
     system = system_of(*family("light link").case("toe", 1e-8).build())
     with pytest.raises(Unsuited, match=r"^\d+ steps of .* s are too many to simulate; the limit is 60000$"):
-        land(system, viscous(10.0, 1e-3))
+        land(Stepper(system, 0.0), np.ones(3), 1e-3)
 
 
 def test_failures_are_seen_and_named():
@@ -111,10 +115,20 @@ def test_peers_do_the_same_work(work):
     """In random postures every peer gets the product's jumps."""
     system = work.system()
     Q = postures(system, 5)
-    ours = PEERS[0][1](system, Q)
+    (_, ours), *others = [(prepared := peer(system, Q), prepared.read(prepared.run())) for _, peer in PEERS]
     size = np.abs(ours).max(axis=(1, 2), keepdims=True)
-    for _, peer in PEERS[1:]:
-        np.testing.assert_array_less(np.abs(peer(system, Q) - ours) / size, 1e-12)
+    for prepared, found in others:
+        np.testing.assert_array_less(np.abs(found - ours) / size, 1e-12)
+        np.testing.assert_array_equal(prepared.read(prepared.run()), found)  # what is prepared may be run again
+
+
+def test_pinocchio_solves_once(monkeypatch):
+    """However many iterations its proximal settings allow, the answer is the same, and µ stays in it."""
+    allowed = pin.ProximalSettings
+    _, once = solved(DIRECT[-1], "one foot")
+    monkeypatch.setattr(pin, "ProximalSettings", lambda *settings: allowed(*settings[:3], 5000))
+    _, often = solved(DIRECT[-1], "one foot")
+    np.testing.assert_array_equal(once, often)
 
 
 def test_restitutions_that_differ_are_no_single_ground():

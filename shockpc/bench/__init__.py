@@ -11,6 +11,7 @@
     mujoco_peer   … and in MuJoCo
     timing        warmed up, repeated, median and quartiles
     measure       part 1 and 2 of the report: every case by every method
+    percussion    part 2 also: centre and radius of percussion of bodies that hardly turn
     saving        part 3: what leaving out saves
     throughput    part 4: many postures, against peers on the same work
     compliant     one's own scene: from which stiffness on the rigid answer holds

@@ -72,8 +72,8 @@ class CaseResult:
         value: of the parameter.
         label: the value as it is shown.
         answer: whether the case has one.
-        rank: independent rows, exactly.
-        rows: all rows.
+        rank: independent rows of the reference, exactly; 0 if it has no answer.
+        rows: all its rows, those that tie followers to their leaders too; 0 if it has no answer.
         results: one for each method.
     """
 
@@ -121,7 +121,8 @@ def measure(case: Case, methods: tuple[Method, ...], budget: float) -> CaseResul
         truth = None
     answer = truth is not None and truth.violation < UNANSWERABLE
     results = tuple(_try(system, truth if answer else None, method, budget) for method in methods)
-    return CaseResult(*head, answer, 0 if truth is None else truth.rank, len(system.b), results)
+    rank, rows = (truth.rank, len(truth.impulse)) if truth is not None and answer else (0, 0)
+    return CaseResult(*head, answer, rank, rows, results)
 
 
 def _try(system: System, truth: Reference | None, method: Method, budget: float) -> MethodResult:

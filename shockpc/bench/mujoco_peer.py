@@ -17,7 +17,7 @@ FRICTION = 100.0
 
 
 def mujoco_model(model: pin.Model, feet: list[tuple[int, Array]], q: Array, tau: float, step: float) -> Any:
-    """Write a Pinocchio model as MuJoCo's, with a small ball under each foot and a piece of ground under each ball.
+    """Write a Pinocchio model as MuJoCo's, with a small ball under each foot and a piece of ground under each ball; no gravity.
 
     Args:
         model: joints of one degree of freedom, ball joints, and a free base; numbered depth first, as every reader does, so that
@@ -48,7 +48,7 @@ def mujoco_model(model: pin.Model, feet: list[tuple[int, Array]], q: Array, tau:
     bodies = _body(model, data, 1, feet)
     text = (
         '<mujoco><compiler angle="radian" autolimits="false" boundmass="0" boundinertia="0" balanceinertia="false"/>'
-        f'<option timestep="{step!r}" cone="elliptic" solver="Newton" tolerance="1e-12" iterations="200" impratio="1"/>'
+        f'<option timestep="{step!r}" gravity="0 0 0" cone="elliptic" solver="Newton" tolerance="1e-12" iterations="200"/>'
         f"<worldbody>{''.join(grounds)}{bodies}</worldbody><contact>{''.join(pairs)}</contact></mujoco>"
     )
     try:
@@ -175,39 +175,55 @@ def _land_with(system: System, tau: float, step: float) -> Prepared:
     return Prepared(run, read)
 
 
-def batch_in_mujoco(system: System, Q: Array) -> Array:
+def batch_in_mujoco(system: System, Q: Array) -> Prepared:
     """The impulsive equation with MuJoCo's matrices: M, a point's Jacobian, M⁻¹ by its sparse factor, one posture after another.
 
     Args:
         system: one sticking point on a free robot.
-        Q: (N, nq) postures in Pinocchio's layout; turning them into MuJoCo's is done here and costs little.
+        Q: (N, nq) postures in Pinocchio's layout.
 
-    Returns: (N, nb, 6) jumps, body axes at the joints' frames.
+    Returns: run gives MuJoCo's own velocities (N, nb, 6), world axes at the robot's centre of mass; read turns them into body axes
+    at the joints' frames.
     """
     touch = system.setting.touches[0]
     peer = mujoco_model(system.model, [], system.setting.q, 1.0, 1.0)
     import mujoco
 
     data, v_in, nv = mujoco.MjData(peer), system.setting.before.velocity, peer.nv
+    postures = [to_mujoco(system.model, q) for q in Q]
     J, H_J = np.zeros((3, nv)), np.zeros((3, nv))
     out = np.empty((len(Q), peer.nbody - 1, 6))
     body = system.robot.bodies[touch.body].joint
-    for k, q in enumerate(Q):
-        data.qpos[:] = to_mujoco(system.model, q)
+
+    def place(q: Array) -> None:
+        data.qpos[:] = q
         mujoco.mj_kinematics(peer, data)
         mujoco.mj_comPos(peer, data)
-        mujoco.mj_crb(peer, data)
-        mujoco.mj_factorM(peer, data)
-        R = data.xmat[1:].reshape(-1, 3, 3)
-        mujoco.mj_jac(peer, data, J, None, data.xpos[body] + R[body - 1] @ touch.point, body)
-        mujoco.mj_solveM(peer, data, H_J, J)
-        data.qvel[:] = H_J.T @ np.linalg.solve(J @ H_J.T, -v_in)
-        mujoco.mj_comVel(peer, data)
-        omega, v = data.cvel[1:, :3], data.cvel[1:, 3:]
-        v = v + np.cross(omega, data.xpos[1:] - data.subtree_com[peer.body_rootid[1:]])
-        out[k, :, :3] = np.einsum("bji,bj->bi", R, omega)
-        out[k, :, 3:] = np.einsum("bji,bj->bi", R, v)
-    return out
+
+    def run() -> Array:
+        for k, q in enumerate(postures):
+            place(q)
+            mujoco.mj_crb(peer, data)
+            mujoco.mj_factorM(peer, data)
+            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ touch.point
+            mujoco.mj_jac(peer, data, J, None, point, body)
+            mujoco.mj_solveM(peer, data, H_J, J)
+            data.qvel[:] = H_J.T @ np.linalg.solve(J @ H_J.T, -v_in)
+            mujoco.mj_comVel(peer, data)
+            out[k] = data.cvel[1:]
+        return out
+
+    def read(raw: Array) -> Array:
+        jumps = np.empty_like(raw)
+        for k, q in enumerate(postures):
+            place(q)
+            R = data.xmat[1:].reshape(-1, 3, 3)
+            omega, v = raw[k, :, :3], raw[k, :, 3:]
+            v = v + np.cross(omega, data.xpos[1:] - data.subtree_com[peer.body_rootid[1:]])
+            jumps[k] = np.concatenate([np.einsum("bji,bj->bi", R, omega), np.einsum("bji,bj->bi", R, v)], axis=1)
+        return jumps
+
+    return Prepared(run, read)
 
 
 MUJOCO = tuple(_compliant(tau, per_tau) for per_tau in (2, 10) for tau in (1e-2, 1e-3, 1e-4, 1e-5))

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from shockpc.bench.cases import Case, family, suite
+from shockpc.bench.cases.contacts import THROUGH_COM
 from shockpc.bench.cases.robots import FOOTED
 from shockpc.bench.header import header
 from shockpc.bench.measure import CaseResult, measure
 from shockpc.bench.methods import DIRECT, Method
 from shockpc.bench.mujoco_peer import MUJOCO
+from shockpc.bench.percussion import Radius, radii
 from shockpc.bench.report import Bench, write_report
 from shockpc.bench.saving import SCENES, Saving, measure_saving
 from shockpc.bench.simulate import SIMULATED
@@ -66,7 +68,7 @@ def run_bench(plan: Plan, folder: Path, command: str) -> Bench:
     """
     settings = f"{plan.name} {plan.budget} {os.environ.get('OMP_NUM_THREADS')}"
     store = Store(folder / "parts", fingerprint(settings))
-    steps = len(plan.cases) + len(plan.work) + len(plan.scenes) + len(plan.peers)
+    steps = len(plan.cases) + len(plan.work) + len(plan.scenes) + len(plan.peers) + 1
     done = 0
 
     def part(name: str, make: Callable[[], Any]) -> Any:
@@ -85,6 +87,9 @@ def run_bench(plan: Plan, folder: Path, command: str) -> Bench:
 
     cases = [solved("case", case, DIRECT) for case in plan.cases]
     work = [solved("work", case, (*DIRECT, *SIMULATED, *MUJOCO)) for case in plan.work]
+    struck = [case for case in plan.cases if case.family == THROUGH_COM.name]
+    rows = part("percussion", lambda: [asdict(one) for case in struck for one in radii(case)])
+    percussion = [Radius(**row) for row in rows]
     savings, peers = [], []
     for scene in plan.scenes:
         savings += [Saving(**row) for row in part(f"saving {scene}", lambda scene=scene: _saving(scene))]  # type: ignore[misc]
@@ -92,7 +97,7 @@ def run_bench(plan: Plan, folder: Path, command: str) -> Bench:
         rows = part(f"peers {one.name}", lambda one=one, n=n: _peers(one, n, 20.0 * plan.budget))  # type: ignore[misc]
         peers += [PeerResult(**(row | {"timing": row["timing"] and Timing(**row["timing"])})) for row in rows]
     _say("")
-    bench = Bench(header(command, plan.name), cases, work, savings, peers)
+    bench = Bench(header(command, plan.name), cases, work, savings, peers, percussion)
     write_report(bench, folder)
     return bench
 

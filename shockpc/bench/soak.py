@@ -1,6 +1,8 @@
 """Random trees by the thousand: is the error estimate ever too small?"""
 
-import multiprocessing
+import gc
+import multiprocessing.pool
+import signal
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 
@@ -116,8 +118,27 @@ def soak(first: int, count: int, workers: int, store: Store | None = None) -> It
         found = map(_soak_block, left)
         yield from (_keep(store, *each) for each in found)
         return
-    with multiprocessing.get_context("spawn").Pool(min(workers, len(left))) as pool:
+    pool, interrupted = _deaf_pool(min(workers, len(left))), False
+    try:
         yield from (_keep(store, *each) for each in pool.imap_unordered(_soak_block, left))
+    except KeyboardInterrupt:
+        interrupted = True  # raised anew below: its traceback would keep the pool alive
+    finally:
+        pool.terminate()
+        pool.join()
+        del pool
+        gc.collect()  # the command ends without Python's own exit, where semaphores would be given back
+    if interrupted:
+        raise KeyboardInterrupt
+
+
+def _deaf_pool(workers: int) -> multiprocessing.pool.Pool:
+    """Processes that leave Ctrl-C to this one, from their first moment on: what is ignored here they inherit."""
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        return multiprocessing.get_context("spawn").Pool(workers)
+    finally:
+        signal.signal(signal.SIGINT, heard)
 
 
 def _soak_block(block: tuple[int, int]) -> tuple[tuple[int, int], Tally]:

@@ -4,12 +4,13 @@ from collections import Counter
 
 from shockpc.bench.cases import Family
 from shockpc.bench.measure import OUTCOMES, CaseResult, MethodResult
+from shockpc.bench.percussion import Radius
 from shockpc.bench.saving import Saving
 from shockpc.bench.soak import LOOSE
 from shockpc.bench.throughput import PeerResult
 from shockpc.show.sheets import Cell, Sheet
 
-__all__ = ["everything", "family_sheet", "outcomes", "precision", "promise", "savings", "throughput"]
+__all__ = ["everything", "family_sheet", "outcomes", "percussion", "precision", "promise", "savings", "throughput"]
 
 
 def precision(case: CaseResult) -> Sheet:
@@ -77,6 +78,20 @@ def family_sheet(family: Family, cases: list[CaseResult]) -> Sheet:
         )  # fmt: skip
     notes = tuple(dict.fromkeys(f"{case.name}: {r.message}" for case in cases for r in case.results[:1] if r.message))
     return Sheet(f"{family.name}: error and estimate", header, rows, notes)
+
+
+def percussion(found: list[Radius]) -> Sheet:
+    """Part 2: centres and radii of percussion of bodies that hardly turn."""
+    header = ("distance over length [-]", "body", "exact RoPc [m]", "error of RoPc [-]", "error of CoPc [-]", "warned")
+    rows: list[tuple[Cell, ...]] = [
+        (
+            r.label, r.body, f"{r.exact:.4g}", "translates" if r.ropc is None else _sci(r.ropc),
+            "translates" if r.copc is None else _sci(r.copc), "yes" if r.warned else "no",
+        )
+        for r in found
+    ]  # fmt: skip
+    notes = ("translates: the product tells no radius and no centre, because the body turns by no more than rounding",)
+    return Sheet("centre and radius of percussion", header, rows, notes)
 
 
 def savings(found: list[Saving]) -> Sheet:

@@ -24,7 +24,9 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 def bench(
     scene: Annotated[Path | None, typer.Argument(help="A scene (TOML) to simulate with --compliant.")] = None,
-    suite: Annotated[Suite, typer.Option(help="Quick takes about two minutes, full half an hour.")] = Suite.QUICK,
+    suite: Annotated[
+        Suite | None, typer.Option(help="Quick takes about two minutes, full half an hour. [default: quick]", show_default=False)
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -36,8 +38,10 @@ def bench(
         bool, typer.Option("--compliant", help="Land the scene on softer and harder ground, and compare.")
     ] = False,
     soak: Annotated[int | None, typer.Option(metavar="N", min=1, help="Try the error estimate on N random trees instead.")] = None,
-    seed: Annotated[int, typer.Option(metavar="S", min=0, help="Number of the first random tree.")] = 0,
-    workers: Annotated[int, typer.Option(metavar="N", min=1, help="Processes for the random trees.")] = os.cpu_count() or 1,
+    seed: Annotated[int | None, typer.Option(metavar="S", min=0, help="Number of the first random tree. [0]")] = None,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Processes for the random trees. [one for each core]")
+    ] = None,
 ) -> None:
     """Measure error and run time on hard cases, against exact answers."""
     # Set before numpy is loaded: a clock that counts other threads' work measures nothing.
@@ -50,14 +54,29 @@ def bench(
         raise SceneError(
             "--compliant needs a scene file, and a scene file needs --compliant: shockpc bench landing.toml --compliant"
         )
+    _refuse_unheeded(compliant, {"--suite": suite, "--soak": soak, "--seed": seed, "--workers": workers})
     if scene is not None:
         _compliant(scene, out)
         return
     _require("mpmath")
     if soak is not None:
-        _soak(seed, soak, workers, out)
+        _soak(seed or 0, soak, workers or os.cpu_count() or 1, out)
     else:
-        _suite(suite.value, out or Path("out/bench"))
+        _suite((suite or Suite.QUICK).value, out or Path("out/bench"))
+
+
+def _refuse_unheeded(compliant: bool, options: dict[str, object]) -> None:
+    """Refuse options that were given and would do nothing."""
+    from shockpc.errors import SceneError
+
+    given = [name for name, value in options.items() if value is not None]
+    work, heeded, way_out = "the suite measures hard cases", ["--suite"], ", or add --soak N"
+    if compliant:
+        work, heeded, way_out = "--compliant lands one scene", [], ""
+    elif "--soak" in given:
+        work, heeded, way_out = "--soak tries random trees", ["--soak", "--seed", "--workers"], ""
+    if idle := " and ".join(name for name in given if name not in heeded):
+        raise SceneError(f"{work} and does not heed {idle}; leave {idle} out{way_out}")
 
 
 def _require(package: str) -> None:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from shockpc.show.files import write_whole
 from shockpc.show.palette import INK, PAPER
 
-__all__ = ["Curve", "save_curves"]
+__all__ = ["COLOURS", "FLOOR", "MARKS", "Curve", "save_curves"]
 
 COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
 FLOOR = 1e-17
@@ -29,7 +29,7 @@ class Curve(NamedTuple):
     Attributes:
         label: in the legend; empty for none.
         x: abscissae; a zero is drawn at the left edge.
-        y: ordinates; None where there is none, and a zero lies on the floor.
+        y: ordinates; a zero lies on the floor, and None, where there is no number, is a cross at the top edge.
         style: number of its colour and mark.
         dashed: whether it is drawn as a dashed line.
         joined: whether its points are joined at all.
@@ -57,18 +57,21 @@ def save_curves(path: Path, title: str, x_label: str, y_label: str, curves: list
     Raises:
         OutputError: the file cannot be written.
     """
-    above = [x for curve in curves for x in curve.x if x > 0.0]
-    zero = min(above, default=1.0) / 10.0
+    abscissae = {x for curve in curves for x in curve.x}
+    decades = [round(math.log10(x)) for x in abscissae if x > 0.0] or [0]
+    first, last = min(decades), max(decades)
+    zero = 10.0 ** (first - max(1.0, 0.1 * (last - first)))
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "shockpc", "font.size": 8.5, "text.color": INK}):
         figure = Figure(figsize=(7.2, 4.2), facecolor=PAPER)
         below = 0.27 if names else 0.13
         axes = figure.add_axes((0.1, below, 0.55, 0.89 - below))
+        crosses = 0
         for curve in curves:
-            known = [(x, y) for x, y in zip(curve.x, curve.y, strict=True) if y is not None and math.isfinite(y)]
-            points = [(x if names else x or zero, max(y, FLOOR)) for x, y in known]
+            places = [x if names else x or zero for x in curve.x]
+            known = [y is not None and math.isfinite(y) for y in curve.y]
             axes.plot(
-                [x for x, _ in points],
-                [y for _, y in points],
+                [x for x, there in zip(places, known, strict=True) if there],
+                [max(y or 0.0, FLOOR) for y, there in zip(curve.y, known, strict=True) if there],
                 linestyle=(":" if curve.dashed else "-") if curve.joined else "none",
                 marker=None if curve.dashed and curve.joined else MARKS[(curve.style + curve.style // len(COLOURS)) % len(MARKS)],
                 fillstyle="none" if curve.dashed else "full",
@@ -77,12 +80,25 @@ def save_curves(path: Path, title: str, x_label: str, y_label: str, curves: list
                 color=COLOURS[curve.style % len(COLOURS)],
                 label=curve.label or "_",
             )
+            if not curve.dashed and not all(known):
+                # One under the other, for several curves may have none at the same place.
+                missing = [x for x, there in zip(places, known, strict=True) if not there]
+                height = [0.97 - 0.045 * crosses] * len(missing)
+                crosses += 1
+                colour = COLOURS[curve.style % len(COLOURS)]
+                axes.plot(missing, height, "x", color=colour, markersize=5, transform=axes.get_xaxis_transform(), label="_")
+        if crosses:
+            axes.plot([], [], "x", color=INK, markersize=5, label="no number")
         axes.set_yscale("log")
-        axes.set_ylim(FLOOR / 2.0, max(axes.get_ylim()[1], 1e-8))
+        axes.set_ylim(FLOOR / 2.0, max(axes.get_ylim()[1], 1e-8) * (1e3 if crosses else 1.0))
         if names:
             axes.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=6.5)
         else:
             axes.set_xscale("log")
+            if 0.0 in abscissae:
+                shown = range(first, last + 1, (last - first) // 7 + 1)
+                axes.set_xticks([zero, *(10.0**k for k in shown)], ["0", *(f"$10^{{{k}}}$" for k in shown)])
+                axes.minorticks_off()
         axes.grid(True, which="major", linewidth=0.4, color="#d0d0d0")
         axes.set_xlabel(x_label)
         axes.set_ylabel(y_label)

@@ -109,7 +109,7 @@ THROUGH_COM = Family(
     parameter="distance over length [-]",
     variants=("one rod", "two rods in line"),
     values=(0.0, *(10.0**k for k in range(-16, 1))),
-    quick=(0.0, 1e-16, 1e-12, 1e-6, 1.0),
+    quick=(0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1.0),
     build=_through_com,
 )
 
