@@ -24,6 +24,7 @@ __all__ = [
     "ONE_DRAW",
     "PROMISED",
     "SAMPLES",
+    "SIX_DRAWS",
     "TRUSTED",
     "UNMOVED",
     "Second",
@@ -150,7 +151,8 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         warnings.append(nearly_repeated(rows))
     still = int(np.sum(~moving & ~held & (speed_of(robot, motion) > 0.0)))
     if still:
-        warnings.append(f"{still} bodies move by less than {UNMOVED:.0e} of the fastest one; their numbers are rounding")
+        which = "1 body moves" if still == 1 else f"{still} bodies move"
+        warnings.append(f"{which} by less than {UNMOVED:.0e} of the fastest one; such numbers are rounding")
     health = Health(
         rank=int(impact.rank[0]),
         rows=equation.J_c.shape[1],

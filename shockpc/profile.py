@@ -80,7 +80,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
     with ledger.stage("step 3: centres and radii of percussion"):
         rotation, position = state.rotation[0], state.position[0] + state.origin[0]
         normal = setting.plane.normal @ rotation
-        size, turn_error = _size(robot, setting), turn_errors(robot, state, verdict)
+        size, turn_error = _size(robot, setting), turn_errors(robot, state, bodies, rows, verdict, setting.plane.normal)
         reduced = percussion(delta_omega, delta_v, normal, v_in, size, ROUNDED, turn_error)
         unsure = percussion_doubts(robot, np.sum(delta_omega * normal, axis=-1), turn_error, reduced.translates)
         off_plane = off_plane_share(delta_omega, velocity_at(delta_omega, delta_v, com), normal, gyration_radii(robot))

@@ -17,7 +17,7 @@ from shockpc.model.closure import Closure
 from shockpc.model.contact import Contact
 from shockpc.model.freedom import Base
 from shockpc.model.posture import Posture
-from shockpc.model.transmission import Joints
+from shockpc.model.transmission import LARGEST, Joints
 
 __all__ = ["GRAVITY", "PLANES", "Point", "Scene", "Strike", "plane_of", "refuse_nonsense", "scene_table"]
 
@@ -26,9 +26,6 @@ GRAVITY = 9.80665
 
 PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """The planes that have a name, by their normals."""
-
-LARGEST = 1e12
-"""Largest number that a scene may hold, in whatever unit: beyond it squares run out of range."""
 
 SLOWEST, FASTEST = 1e-9, 1e9
 """Speeds of a strike that can be computed with [m/s]: beyond them squares run out of range."""
@@ -202,6 +199,8 @@ def _check(record: Any, where: str) -> None:
                 _check(part, f"{name}.")
             elif isinstance(part, float | int) and not math.isfinite(part):
                 raise SceneError(f"{name} is {part}, which is not finite; give a finite number")
+            elif isinstance(part, float | int) and abs(part) > FASTEST and item.name in ("angular_velocity", "joint_velocities"):
+                raise SceneError(f"{name} is {part:g}, a rate that cannot be computed with; give one up to {FASTEST:g}")
             elif isinstance(part, float | int) and abs(part) > LARGEST and not isinstance(record, Strike):
                 raise SceneError(f"{name} is {part:g}, which cannot be computed with; give a number up to {LARGEST:g}")
             elif isinstance(part, str) and words and part not in words and str not in get_args(hints[item.name]):

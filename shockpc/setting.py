@@ -107,7 +107,8 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
         q = assembly.q
     state = dynamics(robot, q[None])
     touches = tuple(touch(robot, contact, state.rotation[0], up) for contact in scene.contact)
-    _refuse_twice(touches, scene.stance)
+    _refuse_twice(robot, touches, scene.stance)
+    _refuse_turning_of_the_base(scene, plane)
     before, given = _motion(robot, scene, velocity, drives)
     before = _with_loops(robot, state, loops, before, given | drives.locked, plane)
     rows = stack(
@@ -121,6 +122,9 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     _refuse_separation(scene, touches, approach, up)
     G = freedom(robot, scene.base or "free", plane, state.rotation[:, 0], drives.locked)
     outside = outside_limits(robot, q)
+    if scene.assemble and not loops:
+        named = ", ".join(f'"{name}"' for pattern in scene.assemble for name in robot.match_joints(pattern)[:1])
+        outside += (f"joints are named that may move to close loops ({named} first), but nothing closes a loop, so none moved",)
     return Setting(
         plane, up, q, state, touches, rows, drives, G, before, approach, any(-1 in loop.bodies for loop in loops), assembly, outside
     )
@@ -163,18 +167,39 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
     return Motion(velocity, omega, rates), given
 
 
-def _refuse_twice(touches: tuple[Touch, ...], stance: tuple[str, ...]) -> None:
+def _refuse_twice(robot: Robot, touches: tuple[Touch, ...], stance: tuple[str, ...]) -> None:
     """Two contacts at one point are one contact, and a foot strikes or stands."""
-    both = [found.frame for found in touches if found.frame in stance]
-    if both:
-        raise SceneError(f'"{both[0]}" is both a contact and a stance, but a foot strikes or stands; leave it in one of them')
-    for k, one in enumerate(touches):
-        for other in touches[:k]:
-            if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
+    places = [("contact", found.frame, found.body, found.point) for found in touches]
+    places += [("stance", name, robot.frame(name).body, robot.frame(name).offset) for name in stance]
+    for k, (kind, name, body, point) in enumerate(places):
+        for other_kind, other, other_body, other_point in places[:k]:
+            if body != other_body or np.linalg.norm(point - other_point) > 1e-9:
+                continue
+            if kind != other_kind:
+                same = "" if name == other else f', which is the same point as "{name}"'
                 raise SceneError(
-                    f'contacts "{other.frame}" and "{one.frame}" are at one point of one body, so they are one contact; '
-                    "leave one of them out, or move it by an offset"
+                    f'"{other}"{same} is both a contact and a stance, but a foot strikes or stands; leave one of them out'
                 )
+            raise SceneError(
+                f'"{name}" is listed twice as a {kind}; leave one of them out'
+                if name == other and kind == "stance"
+                else f'{kind}s "{other}" and "{name}" are at one point of one body, so they are one {kind}; '
+                "leave one of them out" + (", or move it by an offset" if kind == "contact" else "")
+            )
+
+
+def _refuse_turning_of_the_base(scene: Scene, plane: Plane) -> None:
+    """A velocity may be the ground's as well as the base's; a rotation may not, so the base has to be able to turn like that."""
+    omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
+    if scene.base == "fixed" and omega.any():
+        raise SceneError("the base is fixed, so it cannot turn before the impact; leave out the angular velocity, or free the base")
+    across = float(np.linalg.norm(omega - plane.normal * (plane.normal @ omega)))
+    if scene.base == "planar" and across > 1e-9 * float(np.linalg.norm(omega)):
+        normal = ", ".join(f"{x:g}" for x in plane.normal + 0.0)
+        raise SceneError(
+            f"the base is planar, so before the impact it turns about the plane's normal ({normal}) only, but the angular velocity "
+            f"has {across:.3g} rad/s across it; leave that part out, or free the base"
+        )
 
 
 def _with_loops(robot: Robot, state: Dynamics, loops: tuple[Loop, ...], before: Motion, held: np.ndarray, plane: Plane) -> Motion:

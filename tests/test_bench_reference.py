@@ -26,7 +26,7 @@ HARD = [
     ("mass ratio", "struck heavy, rooted light", 1e10),
     ("knee", "fixed base, inclined", 1e-9),
     ("armature", "four feet", 1e8),
-    ("light link", "toe", 1e-20),
+    ("light link", "toe", 1e-15),
     ("doubled contact", "alone", 1e-8),
     ("flat four-bar", "crank struck", 1e-10),
     ("restitution", "two feet", 1.0),

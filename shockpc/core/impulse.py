@@ -92,7 +92,8 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     weakest = np.where(kept, s, np.inf).min(axis=-1, initial=np.inf) / np.where(largest > 0.0, largest, 1.0)
 
     along = s_inv[..., None] * (Vt @ (c[..., None] * b))
-    y = -(U @ along)
+    # What no row reaches stays exactly where it is; the factors leave rounding there.
+    y = np.where(X.any(axis=-1, keepdims=True), -(U @ along), 0.0)
     delta_qd = d[..., None] * _substitute_back(L, y)
     V = np.swapaxes(Vt, -1, -2)
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))

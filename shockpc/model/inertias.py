@@ -7,14 +7,17 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.errors import RobotError
 from shockpc.files.source import RobotSource
 from shockpc.files.urdf_numbers import INERTIA, vector
 
-__all__ = ["Written", "inertia_fault", "inertia_warning", "written_inertias"]
+__all__ = ["Written", "inertia_fault", "inertia_warning", "refuse_extremes", "written_inertias"]
 
 _FLAT = 0.99  # two principal moments against the third: what is left for numbers that were rounded to two digits
 _NOTHING = 1e-9  # relative to the largest principal moment
 _POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
+_LIGHTEST = float(np.finfo(float).eps)  # kg; below it Pinocchio loses where the centre of mass is
+_LARGEST = 1e12  # kg, kg m²; beyond it squares run out of range
 _ZERO = "the inertia is zero, that of a point"
 
 
@@ -93,6 +96,25 @@ def inertia_warning(
         "two, and not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
         f"shockpc robots {source.name or source.path}",
     )
+
+
+def refuse_extremes(source: RobotSource, names: Sequence[str], masses: Sequence[float], inertias: Sequence[Array]) -> None:
+    """Refuse masses and inertias that cannot be computed with. Arguments as for `inertia_warning`.
+
+    Raises:
+        RobotError: a body is too heavy, or so light that its centre of mass would be lost.
+    """
+    for name, mass, inertia in zip(names, masses, inertias, strict=True):
+        if 0.0 < mass < _LIGHTEST:
+            raise RobotError(
+                f'{source.path.name}: body "{name}" weighs {mass:.3g} kg, and below {_LIGHTEST:.2g} kg its centre of mass is lost '
+                "in reading; give it the mass that it has, or 0"
+            )
+        if max(mass, float(np.abs(inertia).max())) > _LARGEST:
+            raise RobotError(
+                f'{source.path.name}: body "{name}" weighs {mass:.3g} kg and has moments of inertia up to '
+                f"{float(np.abs(inertia).max()):.3g} kg m², which cannot be computed with; give numbers up to {_LARGEST:g}"
+            )
 
 
 def _fault(mass: float, moments: Array) -> str | None:

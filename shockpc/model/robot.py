@@ -14,7 +14,7 @@ from shockpc.errors import RobotError, UnknownName
 from shockpc.files.source import RobotSource, read_source
 from shockpc.model.build import FREE_FLYER, build_model
 from shockpc.model.couplings import Loop, Mimic, as_drawn, loops_of, mimics_of
-from shockpc.model.inertias import inertia_warning
+from shockpc.model.inertias import inertia_warning, refuse_extremes
 from shockpc.model.srdf import postures_of, rotor_armature
 
 __all__ = ["Body", "Frame", "Robot", "load_robot"]
@@ -181,6 +181,8 @@ def load_robot(
     model.armature = rotor_armature(source, model)
     free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
+    weights = ([b.name for b in bodies], [b.mass for b in bodies], [b.inertia for b in bodies])
+    refuse_extremes(source, *weights)
     frames = _frames(model, bodies)
     return Robot(
         name=source.robot_name,
@@ -193,10 +195,7 @@ def load_robot(
         loops=loops_of(source, model, [pin.SE3(b.rotation, b.offset) for b in bodies], [b.name for b in bodies]),
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
-        warnings=(
-            *source.warnings,
-            *inertia_warning(source, [b.name for b in bodies], [b.mass for b in bodies], [b.inertia for b in bodies]),
-        ),
+        warnings=(*source.warnings, *inertia_warning(source, *weights)),
     )
 
 

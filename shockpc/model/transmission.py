@@ -15,7 +15,10 @@ from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.model.robot import Robot
 
-__all__ = ["Joints", "Rotor", "Transmission", "transmission"]
+__all__ = ["LARGEST", "Joints", "Rotor", "Transmission", "transmission"]
+
+LARGEST = 1e12
+"""Largest reflected inertia, and largest number that a scene may hold, in whatever unit: beyond it squares run out of range."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +38,7 @@ class Rotor:
 
 @dataclass(frozen=True, kw_only=True)
 class Joints:
-    """The drives as a scene states them; patterns are joint names or globs, later ones go over earlier ones.
+    """The drives as a scene states them; patterns are joint names or globs, later ones go over earlier ones, rotors over armature.
 
     Attributes:
         model: all joints free (whatever the file says), geared, or locked; by default as the file says.
@@ -80,12 +83,19 @@ def transmission(robot: Robot, joints: Joints) -> Transmission:
     locked = np.zeros(robot.model.nv, dtype=bool)
     given = dict(joints.armature)
     for pattern, rotor in joints.rotor.items():
+        if pattern in given:
+            raise SceneError(f'"{pattern}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
         if not (rotor.inertia > 0.0 and rotor.gear_ratio != 0.0):
             raise SceneError(
                 f'rotor of "{pattern}" has inertia {rotor.inertia:g} kg m² and gear ratio {rotor.gear_ratio:g}; '
                 'the inertia has to be above zero and the ratio not zero; for no rotor use model = "free"'
             )
         given[pattern] = rotor.gear_ratio**2 * rotor.inertia
+        if given[pattern] > LARGEST:
+            raise SceneError(
+                f'rotor of "{pattern}" reflects {given[pattern]:.3g} kg m², which cannot be computed with; it may reflect up to '
+                f'{LARGEST:g}, and a joint that holds is model = "locked"'
+            )
     for pattern, inertia in given.items():
         if not inertia > 0.0:
             raise SceneError(
@@ -101,6 +111,11 @@ def transmission(robot: Robot, joints: Joints) -> Transmission:
         own[:6] = False
     if joints.model == "locked":
         locked |= own
+    for pattern in given:
+        if all(locked[columns].all() for columns in _velocities(robot, pattern)):
+            raise SceneError(
+                f'"{pattern}" is locked, so a reflected inertia changes nothing there; leave out the lock, or the armature or rotor'
+            )
     _refuse_split_followers(robot, locked)
     if joints.model == "geared" and not armature[own & ~locked].any():
         raise SceneError(

@@ -11,11 +11,11 @@ import numpy as np
 
 from shockpc.core.contact_mass import effective_masses
 from shockpc.core.impulse import independent_rows, solve_impact
-from shockpc.core.maximal import mobility
+from shockpc.core.maximal import mobility, refine
 from shockpc.core.rounding import units_of
 from shockpc.core.spatial import Array
 from shockpc.core.tree import Tree
-from shockpc.health import DOUBTFUL, ONE_DRAW, TRUSTED, UNMOVED, Verdict
+from shockpc.health import DOUBTFUL, ONE_DRAW, SAMPLES, SIX_DRAWS, TRUSTED, UNMOVED, Verdict
 from shockpc.model.bodies import at_com, gyration_radii, speed_of
 from shockpc.model.contact import Touch
 from shockpc.model.dynamics import Dynamics
@@ -31,13 +31,32 @@ def ill_posed(state: Dynamics, condition: float) -> bool:
     return units_of(state.rotation[0]) * condition > 1e-2 * DOUBTFUL
 
 
-def turn_errors(robot: Robot, state: Dynamics, verdict: Verdict) -> Array:
-    """Estimated error (nb,) of every body's jump of angular velocity [rad/s]: its share of the body's motion, all of it turning."""
+def turn_errors(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, verdict: Verdict, normal: Array) -> Array:
+    """Estimated error (nb,) of every body's jump of angular velocity about the plane's normal [rad/s].
+
+    At most it is a body's whole error, all of it turning. Where that leaves few digits, it is the difference between the solutions
+    and what rounding in the placements does, tried out.
+
+    Args:
+        robot: the robot.
+        state: first posture.
+        bodies: the same as free bodies and joints.
+        rows: what is held.
+        verdict: on the solution.
+        normal: (3,) of the plane, world axes.
+    """
     motion = at_com(robot, state, verdict.solution.jumps[0, ..., -1])
     radius = gyration_radii(robot)
     # A body without inertia of its own is measured by the smallest length that the others have.
     radius = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=np.inf))
-    return np.asarray(np.array(verdict.health.body_errors) * speed_of(robot, motion) / radius)
+    most = np.asarray(np.array(verdict.health.body_errors) * speed_of(robot, motion) / radius)
+    second = verdict.second
+    if second is None or not np.any(most > TRUSTED * np.abs(motion[:, :3] @ normal)):
+        return most
+    W = about_com(rows.W[0], bodies)[second.rows]
+    refined, spread = refine(bodies, W, second.found, SAMPLES, units_of(state.rotation[0]))
+    apart = np.abs((motion[:, :3] - refined.twists[:, :3, -1]) @ normal)
+    return np.minimum(most, ONE_DRAW * apart + SIX_DRAWS * spread[:, :3, -1] @ np.abs(normal))
 
 
 def percussion_doubts(robot: Robot, turn: Array, error: Array, translates: np.ndarray) -> tuple[str, ...]:
@@ -82,8 +101,8 @@ def load_doubts(robot: Robot, loads: Sequence[JointLoad], verdict: Verdict, size
     names = [robot.model.names[body.joint] for body in robot.bodies]
     through = verdict.second.found.through[[names.index(load.joint) for load in loads], :, -1]
     scale = np.array([1.0 / size] * 3 + [1.0] * 3)
-    carried = np.linalg.norm(through * scale, axis=1)
-    apart = np.linalg.norm((np.array([[*load.moment, *load.force] for load in loads]) - through) * scale, axis=1)
+    ours = np.array([[*load.moment, *load.force] for load in loads])
+    carried, apart = np.linalg.norm(ours * scale, axis=1), np.linalg.norm((ours - through) * scale, axis=1)
     least = UNMOVED * carried.max()
     idle = int(np.sum((carried > 0.0) & (carried <= least)))
     share = np.where(carried > least, _share(apart, carried), 0.0)
