@@ -41,7 +41,7 @@ PROMISED = 10.0
 DOUBTFUL = TRUSTED / PROMISED
 """An estimate above this no longer vouches for `TRUSTED`: it calls for the better of two solutions, and a warning."""
 
-SUSPECT = 1e-12
+SUSPECT = 1e-13
 """From here on the second solution is refined first, for it may be the one that is off."""
 
 ONE_DRAW, SIX_DRAWS = 10.0, 3.0
