@@ -28,7 +28,7 @@ def ill_conditioned(robot: Robot, rows: Rows, weakest: float, apart: Array, left
     ratio = mass[heavy] / mass[light] if mass[light] > 0.0 else np.inf
     blame = (
         f'the masses of "{names[light]}" ({mass[light]:.3g} kg) and "{names[heavy]}" ({mass[heavy]:.3g} kg) lie far apart'
-        if ratio > 1e4
+        if ratio >= 1e4
         else f"the rows of {', '.join(block.name for block in rows.blocks)} nearly repeat one another"
         if weakest < 1e-3
         else f"a chain of {len(names)} bodies hardly passes the shock on"
@@ -36,11 +36,14 @@ def ill_conditioned(robot: Robot, rows: Rows, weakest: float, apart: Array, left
         else "the mechanism is close to a posture in which it cannot give way"
     )
     seen = (
-        f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}"'
+        "so ill-conditioned that there is no second solution to hold the first against"
+        if np.isinf(apart[worst])
+        else f'two independent solutions part by {apart[worst]:.0e} at body "{names[worst]}"'
         if apart[worst] > trusted
         else "rounding in the placements shows"
     )
-    return f"{seen}: {blame}; the numbers are those of {chosen}, good to about {left:.0e} of each body's motion"
+    good = f"good to about {left:.0e} of each body's motion" if np.isfinite(left) else "and no digit of them is sure"
+    return f"{seen}: {blame}; the numbers are those of {chosen}, {good}"
 
 
 def nearly_repeated(rows: Rows) -> str:

@@ -168,9 +168,12 @@ def _gained(lost: float, mass: float, setting: Setting) -> tuple[str, ...]:
     """A warning where contacts that bounce differently would make energy, which no impact does."""
     if lost >= -1e-9 * mass * float(np.linalg.norm(setting.approach, axis=1).max()) ** 2:
         return ()
+    made = f"this impact would make {-lost:.3g} J of kinetic energy"
+    if len({touch.restitution for touch in setting.touches}) == 1:
+        return (f"{made}, which none does, so rounding has taken its numbers; do not use them",)
     return (
-        f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one another; "
-        "give them one restitution, or strike them one after the other",
+        f"{made}: contacts with unequal restitution push against one another; give them one restitution, or strike them one after "
+        "the other",
     )
 
 
@@ -222,5 +225,5 @@ def _left_out(ledger: Ledger, scene: Scene, setting: Setting, points: tuple[Poin
         ledger.skip("peak accelerations", "no pulse is given")
     if not points:
         ledger.skip("sensors and points", "the robot has no sensor, and no point is asked for")
-    if all(np.linalg.matrix_rank(touch.directions) == 3 for touch in setting.touches):
+    if all(contact.sticks for contact in scene.contact):
         ledger.skip("sliding", "every contact sticks")

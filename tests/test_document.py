@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,10 +11,12 @@ from pydantic import TypeAdapter
 
 import shockpc
 from shockpc import Contact, Point, Posture, Scene, Strike, shock_profile
+from shockpc.bench.cases import family
 from shockpc.model.closure import Closure, Place
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.model.transmission import Joints
 from shockpc.show.document import SCHEMA, document, to_json
+from shockpc.show.sheets import health_lines
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
@@ -104,10 +106,10 @@ SHAPE = {
         "rank": int,
         "rows": int,
         "residual": NUMBER,
-        "error_estimate": NUMBER,
+        "error_estimate": {None, "NUMBER"},
         "method": str,
         "warnings": (str,),
-        "body_errors": (NUMBER,),
+        "body_errors": ({None, "NUMBER"},),
     },
     "stance": ({"frame": str, "point": VECTOR, "impulse": {None, "VECTOR"}, "friction_needed": {None, "NUMBER"}},),
     "total": {"impulse": VECTOR, "moment": VECTOR},
@@ -115,6 +117,7 @@ SHAPE = {
     "joints": ({"joint": str, "force": VECTOR, "moment": VECTOR, "along": {None, "NUMBER"}},),
     "bracket": ({"place": str, "free": {None, "NUMBER"}, "as_modelled": NUMBER, "locked": {None, "NUMBER"}},),
     "assembly": {None, "ASSEMBLY"},
+    "loads_unique": bool,
 }
 """Keys in their order. A tuple is a list of any length, a list one of that length, a set what may be null instead."""
 
@@ -344,3 +347,23 @@ def test_text_of_numbers(profile):
     assert "Infinity" not in text
     assert "-0.0," not in text.replace("\n", ",")
     assert text == json.dumps(json.loads(text), indent=1, ensure_ascii=False) + "\n"
+
+
+def test_an_estimate_without_end_is_null():
+    """A knee so straight that there is no second solution: written as null, and said in words; never a number that is none."""
+    robot, scene = family("knee").case("fixed base", 1e-12).build()
+    profile = shock_profile(scene, robot)
+    assert np.isinf(profile.health.error_estimate)
+    health = json.loads(to_json([profile]))["health"]
+    assert (health["error_estimate"], health["body_errors"]) == (None, [0.0, None, None])
+    assert health["warnings"][0].startswith("so ill-conditioned that there is no second solution to hold the first against: ")
+    assert health["warnings"][0].endswith("and no digit of them is sure")
+    assert "no digit sure" in health_lines(profile)[0]
+
+
+def test_loads_that_are_not_unique_are_marked():
+    """Four feet of a locked robot share the impulse as they like; one foot carries it alone."""
+    feet = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
+    locked = Scene(robot="anymal_b", contact=feet, joints=Joints(model="locked"))
+    found = [document(shock_profile(scene))["loads_unique"] for scene in (locked, replace(locked, contact=feet[:1]))]
+    assert found == [False, True]

@@ -44,6 +44,11 @@ class Contact:
     kind: Literal["point", "flat"] = "point"
     restitution: float = 0.0
 
+    @property
+    def sticks(self) -> bool:
+        """Whether its directions span space, so that nothing slides."""
+        return bool(np.linalg.matrix_rank(unit_directions(self.frame, self.directions)) == 3)
+
 
 class Touch(NamedTuple):
     """A contact made numbers.
@@ -118,7 +123,7 @@ def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
         point = _lowest_point(robot, contact.frame, rotation[frame.body].T @ up) + frame.rotation @ np.asarray(contact.offset)
     turns = np.zeros((0, 3))
     if contact.kind == "flat":
-        twist = [up] if len(vectors) >= 3 else []
+        twist = [up] if contact.sticks else []
         turns = np.array([*_across(up), *twist])
     return Touch(contact.frame, frame.body, point, vectors, turns, contact.restitution)
 

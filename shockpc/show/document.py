@@ -1,7 +1,8 @@
 """A profile as the JSON document that everybody reads: schema `shockpc.profile/1`.
 
 `null` stands where a thing does not exist: CoPc and RoPc of a body that does not turn in the plane, pitch of one that does not
-turn, extremes of a body without geometry, impulses that are not unique. Keys added to the schema come last in their object.
+turn, extremes of a body without geometry, impulses that are not unique, an error estimate where no digit is sure. Keys added to the
+schema come last in their object.
 Keys keep their order and numbers are Python's shortest that read back the same.
 """
 
@@ -70,10 +71,10 @@ def document(profile: ShockProfile) -> dict[str, Any]:
             "rank": profile.health.rank,
             "rows": profile.health.rows,
             "residual": profile.health.residual,
-            "error_estimate": profile.health.error_estimate,
+            "error_estimate": _number(profile.health.error_estimate),
             "method": profile.health.method,
             "warnings": list(profile.health.warnings),
-            "body_errors": list(profile.health.body_errors),
+            "body_errors": [_number(error) for error in profile.health.body_errors],
         },
         "stance": [
             {
@@ -98,6 +99,7 @@ def document(profile: ShockProfile) -> dict[str, Any]:
             "turn": profile.assembly.turn,
             "moved": [{"joint": name, "by": by} for name, by, _ in profile.assembly.moved],
         },
+        "loads_unique": profile.health.rank == profile.health.rows,
     }
 
 

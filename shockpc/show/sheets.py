@@ -173,9 +173,13 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
 def health_lines(profile: ShockProfile) -> list[str]:
     """How far to trust it: one line, then one for each warning."""
     health = profile.health
+    error = (
+        f"error estimate {health.error_estimate:.0e} of each body's motion"
+        if math.isfinite(health.error_estimate)
+        else "no digit sure"
+    )
     line = (
-        f"health: {health.rank} of {health.rows} contact rows independent, residual {health.residual:.0e}, "
-        f"error estimate {health.error_estimate:.0e} of each body's motion; {health.method}"
+        f"health: {health.rank} of {health.rows} contact rows independent, residual {health.residual:.0e}, {error}; {health.method}"
     )
     return [line, *(f"warning: {warning}" for warning in health.warnings)]
 
@@ -218,7 +222,7 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     asked, found = profile.scene.contact[i], profile.contacts[i]
     where = ", ".join(f"{x:.3f}" for x in found.point + 0.0)
     kept = [d if isinstance(d, str) else "(" + " ".join(f"{u:g}" for u in d) + ")" for d in asked.directions]
-    grip = "sticks" if len(kept) == 3 else f"slides, kept along {' '.join(kept)}"
+    grip = "sticks" if asked.sticks else f"slides, kept along {' '.join(kept)}"
     bounce = f", restitution {asked.restitution:g}" if asked.restitution else ""
     lowest = ", its lowest point" if asked.at == "lowest" else ""
     return f"{asked.frame}{lowest} at ({where}) m, {grip}{bounce}"
