@@ -9,6 +9,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
+from shockpc.files.catalogue import closing_scene
 from shockpc.model.assembly import Assembly, assemble
 from shockpc.model.closure import closure_block, loop_of
 from shockpc.model.contact import Touch, stance_block, touch, touch_block
@@ -125,6 +126,9 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     if scene.assemble and not loops:
         named = ", ".join(f'"{name}"' for pattern in scene.assemble for name in robot.match_joints(pattern)[:1])
         outside += (f"joints are named that may move to close loops ({named} first), but nothing closes a loop, so none moved",)
+    closing = None if loops else closing_scene(robot.source.path)
+    if closing is not None:
+        outside += (f"this robot's loop is open here, so its ends dangle; {closing} closes it",)
     return Setting(
         plane, up, q, state, touches, rows, drives, G, before, approach, any(-1 in loop.bodies for loop in loops), assembly, outside
     )

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from commands import STICK, Outcome, dog_in, environment, good, run
-from robot_texts import floating, mjcf
+from robot_texts import LIMIT, floating, joint, link, mjcf, urdf
 
 import shockpc.profile
 from shockpc.cli.entry import entry
@@ -222,6 +222,27 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
 @pytest.mark.parametrize(
     ("words", "text"),
     [
+        (
+            "--base fixed --angular-velocity 0,2,0",
+            "the base is fixed, so it cannot turn before the impact; leave out the angular velocity, or free the base",
+        ),
+        (
+            "--base planar --angular-velocity 1,3,0",
+            "the base is planar, so before the impact it turns about the plane's normal (0, -1, 0) only, but the angular velocity "
+            "has 1 rad/s across it; leave that part out, or free the base",
+        ),
+        (
+            "--angular-velocity 1e300,0,0",
+            "strike.angular_velocity[0] is 1e+300, a rate that cannot be computed with; give one up to 1e+09",
+        ),
+        (
+            "--joint-velocity knee=1e200",
+            "strike.joint_velocities.knee is 1e+200, a rate that cannot be computed with; give one up to 1e+09",
+        ),
+        (
+            "--joints locked --armature knee=0.1",
+            '"knee" is locked, so a reflected inertia changes nothing there; leave out the lock, or the armature or rotor',
+        ),
         (
             "--strike-angle 90",
             'contact "foot" moves along the ground, approaching it at 6.1e-17 m/s, so there is no impact; '
@@ -709,3 +730,44 @@ def test_door_bears_closed_streams(door, monkeypatch):
     with pytest.raises(EndError) as end:
         door()
     assert end.value.args == (2,)
+
+
+@pytest.mark.parametrize(
+    ("scene", "text"),
+    [
+        (
+            '[joints]\nrotor = { knee = { inertia = 1e12, gear_ratio = 1e12 } }',
+            'rotor of "knee" reflects 1e+36 kg m², which cannot be computed with; it may reflect up to 1e+12, and a joint that holds '
+            'is model = "locked"',
+        ),
+        (
+            '[joints]\nrotor = { knee = { inertia = 1, gear_ratio = 1 } }\narmature = { knee = 2 }',
+            '"knee" is given an armature and a rotor, which are two ways to say one thing; keep one of them',
+        ),
+        ('stance = ["body", "body"]', '"body" is listed twice as a stance; leave one of them out'),
+        (
+            'stance = ["ankle"]',
+            '"foot", which is the same point as "ankle" is both a contact and a stance, but a foot strikes or stands; leave one of them out',
+        ),
+    ],
+)  # fmt: skip
+def test_scenes_that_say_a_thing_twice(capfd, here, scene, text):
+    top, _, tables = scene.rpartition("[joints]")
+    head = scene if not tables or "[joints]" not in scene else ""
+    joints = "" if head else scene
+    (here / "twice.toml").write_text(f'robot = "stick.urdf"\n{head}\n{joints}\n[[contact]]\nframe = "foot"\n')
+    refused(capfd, here, text, "analyze", "twice.toml")
+
+
+@pytest.mark.parametrize(
+    ("mass", "text"),
+    [
+        ("1e-17", 'stick.urdf: body "shin" weighs 1e-17 kg, and below 2.2e-16 kg its centre of mass is lost in reading; give it the mass that it has, or 0'),
+        ("1e300", 'stick.urdf: body "shin" weighs 1e+300 kg and has moments of inertia up to 0.01 kg m², which cannot be computed with; give numbers up to 1e+12'),
+    ],
+)  # fmt: skip
+def test_masses_beyond_numbers(capfd, here, mass, text):
+    """A mass whose place would be lost in reading, and one whose square has no number."""
+    robot = urdf(link("body"), link("shin", mass=mass), joint("knee", "body", "shin", more=LIMIT), name="stick")
+    (here / "stick.urdf").write_text(robot)
+    refused(capfd, here, text, "analyze", "stick.urdf", "--contact", "shin")

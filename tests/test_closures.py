@@ -844,3 +844,18 @@ def test_a_loop_does_not_care_where_the_tree_is_cut():
         found, closure=(dataclasses.replace(found.closure[0], a=found.closure[0].b, b=found.closure[0].a),)
     )
     np.testing.assert_allclose(land(swapped).delta_qd, whole.delta_qd, atol=1e-12 * np.abs(whole.delta_qd).max())
+
+
+def test_a_linkage_by_its_name_alone_is_open_and_says_so(capfd):
+    """The file of a robot with a loop is a tree; which scene closes it is told, and the scene itself has nothing to warn of."""
+    for name, closed in (("skippy", "fig3"), ("five_bar", "five_bar")):
+        foot = scene(closed).contact[0].frame
+        said = good(capfd, "analyze", name, "--contact", foot)
+        assert "this robot's loop is open here, so its ends dangle; " in said
+        assert f"{closed}.toml closes it" in said
+        assert "dangle" not in good(capfd, "analyze", find_scene(closed))
+
+
+def test_joints_to_assemble_without_a_loop_are_told(capfd):
+    out = good(capfd, "analyze", "leg", "--contact", "lower_leg", "--assemble", "*")
+    assert "but nothing closes a loop, so none moved" in out

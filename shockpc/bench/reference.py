@@ -113,6 +113,7 @@ def _eliminate(m: Mechanism) -> list[_Step]:
     left = list(m.inertia)
     steps: list[_Step] = [_Step(np.empty((6, 0), dtype=object), np.empty((0, 0), dtype=object))] * len(m.parent)
     tied = {place for row in m.rows for place in row.torque}
+    size = max(abs(I[k, k]) for I in m.inertia for k in range(6))  # noqa: E741 - the field's own symbol
     for i in range(len(m.parent) - 1, -1, -1):
         S, I = m.S[i], left[i]  # noqa: E741 - the field's own symbol
         if S.shape[1]:
@@ -120,7 +121,7 @@ def _eliminate(m: Mechanism) -> list[_Step]:
             D = S.T @ U
             for k in range(len(D)):
                 D[k, k] += m.armature[i][k]
-            _refuse_free(m, i, D, tied)
+            _refuse_free(size, i, D, tied)
             steps[i] = _Step(U, _inverse(D))
             I = I - U @ steps[i].D_inv @ U.T  # noqa: E741
         if m.parent[i] >= 0:
@@ -128,12 +129,11 @@ def _eliminate(m: Mechanism) -> list[_Step]:
     return steps
 
 
-def _refuse_free(m: Mechanism, i: int, D: Exact, tied: set[tuple[int, int]]) -> None:
+def _refuse_free(size: Any, i: int, D: Exact, tied: set[tuple[int, int]]) -> None:
     """A rate that nothing resists has no answer, unless a row ties it to another: then a trace of inertia stands in for it.
 
     The trace is 1e-70 of the heaviest body's: far below every digit that is kept, far above the last one carried.
     """
-    size = max(abs(I[k, k]) for I in m.inertia for k in range(6))  # noqa: E741
     for k in range(len(D)):
         if D[k, k] > size * mpmath.mpf(10) ** -60:
             continue

@@ -13,7 +13,7 @@ from typing import Literal
 
 from shockpc.errors import RobotError, UnknownName
 
-__all__ = ["CatalogueEntry", "catalogue", "data_folder", "find_robot", "find_srdf", "own_robots_folder"]
+__all__ = ["CatalogueEntry", "catalogue", "closing_scene", "data_folder", "find_robot", "find_srdf", "own_robots_folder"]
 
 # The file under robots/ → the name to type, then its other names. Only where the stem alone would mislead.
 _RENAMED: dict[str, tuple[str, ...]] = {
@@ -156,6 +156,21 @@ def own_robots_folder() -> Path:
     package = Path(__file__).resolve().parent.parent
     packaged = package / "robots"
     return packaged if packaged.is_dir() else package.parent / "robots"
+
+
+def closing_scene(robot: Path) -> Path | None:
+    """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends.
+
+    Args:
+        robot: a robot's file.
+    """
+    if robot.parent != own_robots_folder():
+        return None
+    for scene in sorted((robot.parent / "scenes").glob("*.toml")):
+        text = scene.read_text(encoding="utf-8")
+        if "[[closure]]" in text and f'"../{robot.name}"' in text:
+            return scene
+    return None
 
 
 def data_folder() -> Path | None:
