@@ -180,7 +180,7 @@ def _refuse_twice(robot: Robot, touches: tuple[Touch, ...], stance: tuple[str, .
             if body != other_body or np.linalg.norm(point - other_point) > 1e-9:
                 continue
             if kind != other_kind:
-                same = "" if name == other else f', which is the same point as "{name}"'
+                same = "" if name == other else f', which is the same point as "{name}",'
                 raise SceneError(
                     f'"{other}"{same} is both a contact and a stance, but a foot strikes or stands; leave one of them out'
                 )

@@ -23,6 +23,7 @@ MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
 FRAMED_JOINT = '<frame pos="1 0 0" euler="0 0 30"><joint axis="1 2 3" pos="0 1 0"/></frame>'
 TURNED = 'pos="0.3 0.1 -.2" euler="10 20 30"'
 
+ENDS = 'fromto="0.1 0.2 -0.3 0.4 -0.1 0.2"'
 PLACED = '<site name="site{}" pos="0.1 0.2 -0.3" euler="30 20 10"/>'
 HAND = body("hand", PLACED.format(2) + body("thumb", PLACED.format(3) + body("tip", BODY + PLACED.format(4)), ""), "")
 
@@ -103,6 +104,19 @@ READ = {
         )
     ),
     "sites on a fixed base": mjcf(f'<body name="base">{PLACED.format(0)}{body("b", BODY + HAND, "<joint/>")}</body>'),
+    "sites between two ends": mjcf(
+        floating(
+            f'<site name="s0" type="capsule" size=".01" {ENDS}/>'
+            + f'<frame {TURNED}><site name="s1" type="cylinder" size=".01" {ENDS}/></frame>'
+            + body("b", BODY + '<site name="s2" type="box" size=".01" fromto="0 0 -.1 0 0 .3"/>')
+        )
+    ),
+    "robot in a frame of the world": mjcf(
+        f'<frame {TURNED}><frame pos="0 0 1"><site name="s0"/>{floating(body("b"), at=TURNED)}</frame></frame>'
+    ),
+    "fixed base in a frame of the world": mjcf(
+        f"<frame {TURNED}>{floating(body('b'), at=TURNED)}</frame>".replace('<freejoint name="root"/>', "")
+    ),
     "table first": mjcf('<body name="table" pos="1 0 0"><geom size=".1"/></body>' + floating(body("b"))),
 }
 

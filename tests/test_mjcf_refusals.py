@@ -50,6 +50,9 @@ FREE = mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint name
 REFUSED = {
     "<mujoco/>": "dog.xml has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?",
     mjcf('<geom size=".1"/>'): "dog.xml has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?",
+    mjcf(floating('<frame><site pos="0 0 1" fromto="0 0 0 1 0 0"/></frame>')): (
+        'dog.xml: body "base": a <site> has both pos and fromto; keep one of them'
+    ),
     mjcf(floating(), '<compiler inertiafromgeom="yes"/>'): (
         'dog.xml: <compiler> has inertiafromgeom="yes" or an inertiagrouprange that MJCF does not know'
     ),

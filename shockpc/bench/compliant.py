@@ -5,11 +5,10 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from shockpc.bench.accuracy import apart
 from shockpc.bench.simulate import Stepper
-from shockpc.bench.system import bodies_from, system_of
+from shockpc.bench.system import jumps_between, moving, system_of
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model.robot import Robot
@@ -82,13 +81,13 @@ def compliant(scene: Scene, robot: Robot) -> Compliant:
     rigid = time.perf_counter() - start
     expected = np.hstack([profile.delta_omega, profile.delta_v])
     system = system_of(robot, scene)
-    data = system.model.createData()
     restitution = system.setting.touches[0].restitution
     if any(touch.restitution != restitution for touch in system.setting.touches):
         raise SceneError(
             "contacts that bounce differently cannot be compared with a ground that gives way; give all one restitution"
         )
     falling = Stepper(system, restitution)
+    touching = moving(system, system.setting.q, falling.before)
     impedance: Array = np.asarray(np.linalg.pinv(falling.mobility(), rcond=1e-10, hermitian=True), dtype=float)
     strike = falling.speed(falling.before)
     mass = float(strike @ impedance @ strike / (strike @ strike))
@@ -96,12 +95,12 @@ def compliant(scene: Scene, robot: Robot) -> Compliant:
     grounds: list[Ground] = []
     for pulse in PULSES:
         start = time.perf_counter()
-        delta, travel = _land(falling, impedance, restitution, pulse)
+        travel = _land(falling, impedance, restitution, pulse)
         seconds = time.perf_counter() - start
         errors = np.full(len(robot.bodies), np.inf)
-        if np.all(np.isfinite(delta)):
-            pin.forwardKinematics(system.model, data, system.setting.q, delta)
-            errors = apart(robot, bodies_from(system, data.v), expected)
+        if np.isfinite(travel):
+            jumps = jumps_between(system, touching, moving(system, falling.q, falling.v))
+            errors = apart(robot, jumps, expected)
         worst = int(np.argmax(errors))
         stiffness, gravity = mass * _frequency(restitution, pulse) ** 2, falls * pulse / profile.v_in
         grounds.append(Ground(stiffness, pulse, travel, float(errors[worst]), robot.bodies[worst].name, gravity, seconds))
@@ -115,24 +114,23 @@ def _frequency(restitution: float, pulse: float) -> float:
     return 0.5 * math.pi * (1.0 + restitution) / pulse
 
 
-def _land(robot: Stepper, impedance: Array, restitution: float, pulse: float) -> tuple[Array, float]:
+def _land(robot: Stepper, impedance: Array, restitution: float, pulse: float) -> float:
     """A landing on a ground that yields: loaded along one spring, and unloaded along one 1/e² as stiff.
 
     So it gives back e² of the energy, and lets go by itself. In each direction it is as stiff as the mass behind it asks, so that
     all directions come to rest together.
 
     Args:
-        robot: what lands.
+        robot: what lands; it stays as it is when the contact lets go.
         impedance: effective mass (nc, nc) of the rows.
         restitution: e.
         pulse: how long it is to take [s].
 
-    Returns: the change of the joint velocities (nv,), NaN if the robot does not come to rest; and the largest way that a contact
-    was pushed in [m].
+    Returns: the largest way that a contact was pushed in [m], infinite if the robot does not come to rest.
     """
     k, h = _frequency(restitution, pulse) ** 2 * impedance, pulse / (1.0 + restitution) / STEPS
     robot.begin()
-    x, power, lost = np.zeros(len(k)), 0.0, (np.full_like(robot.v, np.nan), np.inf)
+    x, power = np.zeros(len(k)), 0.0
     for _ in range(4 * STEPS):
         robot.assemble()
         a = robot.acceleration(-k @ x)
@@ -144,16 +142,16 @@ def _land(robot: Stepper, impedance: Array, restitution: float, pulse: float) ->
         if part < h:
             break
     else:
-        return lost
+        return math.inf
     deepest, force = x, k @ x
     for _ in range(4 * STEPS):
         if restitution == 0.0 or deepest @ force <= 0.0:
-            return robot.v - robot.before, float(np.abs(deepest).max())
+            return float(np.abs(deepest).max())
         robot.assemble()
         robot.step(robot.acceleration(-force), restitution * h)
         x = x + restitution * h * robot.speed(robot.v)
         force = k @ (deepest + (x - deepest) / restitution**2)
-    return lost
+    return math.inf
 
 
 def _stiffness_at(grounds: list[Ground], error: float) -> float | None:

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.system import System, Unsuited, assembler, bodies_from, columns_at, rows_at, velocity_at_impact
+from shockpc.bench.assembler import assembler
+from shockpc.bench.system import System, Unsuited, bodies_from, columns_at, rows_at, velocity_at_impact
 from shockpc.core.maximal import solve_maximal
 from shockpc.core.spatial import Array
 from shockpc.health import DOUBTFUL

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.bench.methods import Method, Prepared
-from shockpc.bench.system import System, Unsuited, bodies_from, velocity_at_impact
+from shockpc.bench.system import System, Unsuited, jumps_between, moving, velocity_at_impact
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
@@ -117,11 +117,23 @@ def to_mujoco(model: pin.Model, q: Array) -> Array:
     return np.array(out)
 
 
-def to_pinocchio(model: pin.Model, R: Array, qvel: Array) -> Array:
-    """A velocity of MuJoCo's in Pinocchio's: the same but for the base's linear part, which has base axes there. R: of the base."""
-    v = np.array(qvel)
-    v[:3] = R.T @ v[:3]
-    return v
+def to_pinocchio(model: pin.Model, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+    """MuJoCo's posture and velocity in Pinocchio's layout, where a free base's linear velocity has the base's axes of now."""
+    q: list[float] = []
+    v, at = np.array(qvel), 0
+    for joint in list(model.joints)[1:]:
+        n = {4: 4, 7: 7}.get(joint.nq, 1)
+        own, at = qpos[at : at + n], at + n
+        if n > 1:
+            q += [*own[:-4], *own[-3:], own[-4]]
+        elif joint.nq == 2:
+            q += [np.cos(own[0]), np.sin(own[0])]
+        else:
+            q += [*own]
+        if n == 7:
+            linear = slice(joint.idx_v, joint.idx_v + 3)
+            v[linear] = pin.Quaternion(np.array(q[-4:])).matrix().T @ v[linear]
+    return np.array(q), v
 
 
 def _compliant(tau: float, per_tau: int) -> Method:
@@ -151,9 +163,9 @@ def _land_with(system: System, tau: float, step: float) -> Prepared:
     import mujoco
 
     data = mujoco.MjData(peer)
-    start, R = to_mujoco(system.model, q), pin.Quaternion(q[3:7]).matrix()
+    start, touching = to_mujoco(system.model, q), moving(system, q, before)
     v0 = before.copy()
-    v0[:3] = R @ before[:3]
+    v0[:3] = pin.Quaternion(q[3:7]).matrix() @ before[:3]
     steps = round(20 * tau / step)
 
     def run() -> Any:
@@ -161,16 +173,10 @@ def _land_with(system: System, tau: float, step: float) -> Prepared:
         data.qpos[:], data.qvel[:] = start, v0
         for _ in range(steps):
             mujoco.mj_step(peer, data)
-        after = to_pinocchio(system.model, R, data.qvel)
-        own = system.model.createData()
-        if not np.all(np.isfinite(after)):
-            return after, own.v
-        pin.forwardKinematics(system.model, own, q, after - before)
-        return after, own.v
+        return moving(system, *to_pinocchio(system.model, data.qpos, data.qvel))
 
-    def read(raw: Any) -> Array:
-        after, twists = raw
-        return bodies_from(system, twists) if np.all(np.isfinite(after)) else np.full((len(robot.bodies), 6), np.nan)
+    def read(end: Any) -> Array:
+        return jumps_between(system, touching, end)
 
     return Prepared(run, read)
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from shockpc.bench.assembler import assembler
 from shockpc.bench.methods import Method, Prepared
-from shockpc.bench.system import System, Unsuited, assembler, bodies_from, columns_along, velocity_at_impact
+from shockpc.bench.system import System, Unsuited, columns_along, jumps_between, moving, velocity_at_impact
 from shockpc.core.spatial import Array
 
 __all__ = ["MOST_STEPS", "SIMULATED", "Stepper", "land"]
@@ -28,6 +29,9 @@ MOST_STEPS = 60_000
 class Stepper:
     """A robot without gravity in small steps of semi-implicit Euler, pushed along its rows.
 
+    It is watched from where its base is at rest before the impact: a velocity that the whole robot shares changes nothing, but
+    written in axes that turn with the base it would have to be turned back in every step, and no step does that exactly.
+
     Args:
         system: what moves.
         restitution: of the rows.
@@ -41,8 +45,10 @@ class Stepper:
         self.before, self.G = velocity_at_impact(system), system.G
         if self.G is not None:
             self.before = self.G @ np.linalg.lstsq(self.G, self.before, rcond=None)[0]
+        if system.robot.free_base:
+            self.before[:3] = 0.0
         self.begin()
-        # What a held base carries along moves the ground instead.
+        # What the base carries along moves the ground instead.
         self.carried = system.b / (1.0 + restitution) - self.J_c @ self.before
 
     def begin(self) -> None:
@@ -78,14 +84,16 @@ class Stepper:
         self.q = pin.integrate(self.model, self.q, h * self.v)
 
 
-def land(robot: Stepper, arm: Array, tau: float, per_fastest: float = 2.0) -> Array:
-    """Simulate a landing with e = 0 on a viscous pad: the change of the joint velocities (nv,), NaN if the simulation ran away.
+def land(robot: Stepper, arm: Array, tau: float, per_fastest: float = 2.0) -> tuple[Array, Array]:
+    """Simulate a landing with e = 0 on a viscous pad.
 
     Args:
         robot: what lands.
         arm: what the pad counts for in each row (nc,).
         tau: the heaviest effective mass comes to rest as e^(−t/τ) [s].
         per_fastest: steps in the time constant of the fastest row; below 0.5 the integration is unstable.
+
+    Returns: posture (nq,) and joint velocities (nv,) after it, these NaN if the simulation ran away.
 
     Raises:
         Unsuited: it takes more than `MOST_STEPS` steps.
@@ -102,8 +110,8 @@ def land(robot: Stepper, arm: Array, tau: float, per_fastest: float = 2.0) -> Ar
         robot.assemble()
         robot.step(robot.acceleration(-damping * robot.speed(robot.v)), h)
         if not np.abs(h * robot.v).max() < 1e3:
-            return np.full(len(robot.v), np.nan)
-    return robot.v - robot.before
+            return robot.q, np.full(len(robot.v), np.nan)
+    return robot.q, robot.v
 
 
 def _arm(system: System) -> Array:
@@ -129,17 +137,14 @@ def _on_viscous_pad(tau: float, per_fastest: int) -> Method:
 
     def prepare(system: System) -> Prepared:
         restitution, arm = _restitution(system), _arm(system)
-        robot, data = Stepper(system, restitution), system.model.createData()
+        robot = Stepper(system, restitution)
+        start = moving(system, system.setting.q, robot.before)
 
         def run() -> Any:
-            delta = (1.0 + restitution) * land(robot, arm, tau, per_fastest)
-            if np.all(np.isfinite(delta)):
-                pin.forwardKinematics(system.model, data, system.setting.q, delta)
-            return delta
+            return moving(system, *land(robot, arm, tau, per_fastest))
 
-        def read(delta: Any) -> Array:
-            good = np.all(np.isfinite(delta))
-            return bodies_from(system, data.v) if good else np.full((len(system.robot.bodies), 6), np.nan)
+        def read(end: Any) -> Array:
+            return (1.0 + restitution) * jumps_between(system, start, end)
 
         return Prepared(run, read)
 

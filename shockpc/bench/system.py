@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, cross_matrix, velocity_at
+from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
 from shockpc.model.closure import closure_block, loop_of
 from shockpc.model.contact import stance_block, touch_block
+from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.freedom import freedom
 from shockpc.model.robot import Robot
@@ -20,10 +21,12 @@ from shockpc.setting import Setting, complete, setting_of
 __all__ = [
     "System",
     "Unsuited",
-    "assembler",
     "bodies_from",
     "columns_along",
     "columns_at",
+    "jumps_between",
+    "loops_in",
+    "moving",
     "rows_at",
     "system_of",
     "velocity_at_impact",
@@ -68,15 +71,19 @@ def system_of(robot: Robot, scene: Scene) -> System:
     return System(robot, scene, setting, model, setting.rows.b[0, :, -1], G)
 
 
+def loops_in(system: System) -> tuple[Loop, ...]:
+    """The loops that the robot's file and the scene close."""
+    return (*system.robot.loops, *(loop_of(system.robot, closure) for closure in system.scene.closure))
+
+
 def rows_at(system: System, state: Dynamics) -> Rows:
     """The scene's rows in other postures, the product's way."""
     robot, scene, setting = system.robot, system.scene, system.setting
-    loops = (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure))
     return stack(
         [
             *(touch_block(state, touch, setting.before) for touch in setting.touches),
             *(stance_block(robot, state, frame) for frame in scene.stance),
-            *(closure_block(state, loop) for loop in loops),
+            *(closure_block(state, loop) for loop in loops_in(system)),
         ]
     )
 
@@ -87,36 +94,6 @@ def columns_at(system: System, state: Dynamics) -> Array | None:
     return freedom(system.robot, scene.base or "free", setting.plane, state.rotation[:, 0], setting.drives.locked)
 
 
-def assembler(system: System, data: pin.Data) -> Callable[[Array], tuple[Array, Array]]:
-    """A function q → H (nv, nv), J_c (nc, nv) with as little around Pinocchio's own work as Python allows.
-
-    For one posture the product's way costs more than the solution: it is made for many. The rivals get this one.
-    """
-    robot, model = system.robot, system.model
-    state, W = system.setting.state, system.setting.rows.W[0]
-    pushes: list[tuple[int, Array, Array, np.ndarray]] = []
-    for i, body in enumerate(robot.bodies):
-        rows = np.flatnonzero(np.abs(W[:, i]).max(axis=1) > 0.0)
-        if len(rows):
-            # A wrench fixed in the body: its moment is written at the joint, so that only the joint has to be placed anew.
-            at_joint = W[rows, i].copy()
-            at_joint[:, :3] -= np.cross(state.joint_position[0, i], at_joint[:, 3:])
-            moves = np.zeros((len(rows), len(W)))
-            moves[np.arange(len(rows)), rows] = 1.0
-            pushes.append((body.joint, at_joint, moves, state.moves[i].astype(float)))
-
-    def assemble(q: Array) -> tuple[Array, Array]:
-        H = pin.crba(model, data, q, pin.Convention.WORLD)
-        J = data.J
-        J_c = np.zeros((len(W), model.nv))
-        for joint, wrench, place, moves in pushes:
-            at = cross_matrix(data.oMi[joint].translation)
-            J_c += place.T @ (((wrench[:, :3] + wrench[:, 3:] @ at.T) @ J[3:] + wrench[:, 3:] @ J[:3]) * moves)
-        return H, J_c
-
-    return assemble
-
-
 def bodies_from(system: System, twists: Any) -> Array:
     """Jumps (nb, 6) of the bodies, body axes at the body frames' origins, from Pinocchio's joint velocities `data.v`."""
     jumps = np.empty((len(system.robot.bodies), 6))
@@ -125,6 +102,34 @@ def bodies_from(system: System, twists: Any) -> Array:
         omega = body.rotation.T @ there.angular
         jumps[i] = np.concatenate([omega, body.rotation.T @ velocity_at(there.angular, there.linear, body.offset)])
     return jumps
+
+
+def moving(system: System, q: Array, v: Array) -> pin.Data:
+    """The robot in a posture at joint velocities, as Pinocchio has it: places and velocities of its joints."""
+    data = system.model.createData()
+    pin.forwardKinematics(system.model, data, q, v)
+    return data
+
+
+def jumps_between(system: System, before: pin.Data, after: pin.Data) -> Array:
+    """Jumps (nb, 6) of the bodies between two moments, in body axes at the body frames' origins, as they were at the first.
+
+    Each body's velocity is taken in world axes, of its centre of mass, in the posture of its own moment: a body that turned on the
+    way has other axes after it, and parts of a velocity in two sets of axes do not subtract.
+    """
+    com = np.stack([body.com for body in system.robot.bodies])
+    start, change = _orientations(system, before), np.zeros((len(com), 2, 3))
+    for data, R, sign in ((before, start, -1.0), (after, _orientations(system, after), 1.0)):
+        twists = bodies_from(system, data.v)
+        parts = np.stack([twists[:, :3], velocity_at(twists[:, :3], twists[:, 3:], com)], axis=1)
+        change += sign * parts @ np.swapaxes(R, -1, -2)
+    omega, v = np.moveaxis(change @ start, 1, 0)
+    return np.hstack([omega, velocity_at(omega, v, -com)])
+
+
+def _orientations(system: System, data: pin.Data) -> Array:
+    """Of the body frames (nb, 3, 3), body to world."""
+    return np.stack([data.oMi[body.joint].rotation @ body.rotation for body in system.robot.bodies])
 
 
 def columns_along(system: System) -> Callable[[Array], Array | None]:

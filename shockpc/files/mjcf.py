@@ -40,7 +40,7 @@ def plain_mjcf(root: Element, reach: Reach) -> tuple[str, tuple[str, ...]]:
     _merge_sections(root)
     check_sections(root, file)
     world = root.find("worldbody")
-    if world is None or world.find("body") is None:
+    if world is None or world.find(".//body") is None:  # it may lie in a frame
         raise RobotError(f"{file} has no <body> in a <worldbody>, so there is no robot in it; is it a part for another file?")
     compiler = root.find("compiler")
     _write_out_defaults(root, world, file)

@@ -30,7 +30,7 @@ def write_out_places(world: Element, compiler: Element | None, file: str) -> Non
         file: the file's name, for messages.
 
     Raises:
-        RobotError: an orientation has no direction, or Euler axes are none.
+        RobotError: an orientation has no direction, Euler axes are none, or a site has two places.
     """
     settings = compiler.attrib if compiler is not None else {}
     unit = 1.0 if settings.get("angle", "degree") == "radian" else math.pi / 180
@@ -44,6 +44,10 @@ def write_out_places(world: Element, compiler: Element | None, file: str) -> Non
         parent, body = parents.pop()
         for element in list(parent):
             name = element.get("name", "") if element.tag == "body" else body
+            if element.tag == "site" and "fromto" in element.attrib:
+                if "pos" in element.attrib:
+                    raise RobotError(f'{file}: body "{name}": a <site> has both pos and fromto; keep one of them')
+                _between_ends(element)
             if element.tag in _PLACED and any(key in element.attrib for key in ORIENTATIONS):
                 turned = _orientation(element, unit, sequence)
                 if turned is None:
@@ -54,6 +58,15 @@ def write_out_places(world: Element, compiler: Element | None, file: str) -> Non
             if element.tag in ("body", "frame"):
                 parents.append((element, name))
     _dissolve(world)
+
+
+def _between_ends(site: Element) -> None:
+    """Place a site that is given by its two ends as MuJoCo does: midway, its z axis from the second to the first."""
+    x0, y0, z0, x1, y1, z1 = vector(site.attrib.pop("fromto"), 6) or (0.0,) * 6
+    for key in ORIENTATIONS:
+        site.attrib.pop(key, None)
+    site.set("pos", _text(((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2)))
+    site.set("zaxis", _text((x0 - x1, y0 - y1, z0 - z1)))
 
 
 def _dissolve(world: Element) -> None:

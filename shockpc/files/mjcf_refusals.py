@@ -32,7 +32,7 @@ _NUMBERS: dict[str, tuple[tuple[str, int], ...]] = {
     "inertial": (*_PLACE, ("mass", 1), ("diaginertia", 3), ("fullinertia", 6)),
     "joint": (("pos", 3), ("axis", 3), ("armature", 1), ("range", 2), ("ref", 1)),
     "geom": (*_PLACE, ("size", 0), ("fromto", 6), ("mass", 1), ("density", 1)),
-    "site": _PLACE,
+    "site": (*_PLACE, ("fromto", 6)),
 }
 
 

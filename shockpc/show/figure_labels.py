@@ -117,7 +117,7 @@ class Labels:
                 if beside and shapely.intersects(self._bodies, shapely.LineString([(x, y), (cx, cy)])):
                     cost += ACROSS * width * height
                 if cost < least:
-                    chosen, least, far = box, cost, reach > REACHES[1]
+                    chosen, least, far = box, cost, reach > REACHES[0]
         self._taken.append(chosen)
         cx, cy = (chosen.x0 + chosen.x1) / 2.0, (chosen.y0 + chosen.y1) / 2.0
         if far:
