@@ -17,7 +17,7 @@ _FLAT = 0.99  # two principal moments against the third: what is left for number
 _NOTHING = 1e-9  # relative to the largest principal moment
 _POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
 _LIGHTEST = float(np.finfo(float).eps)  # kg; below it Pinocchio loses where the centre of mass is
-_LARGEST = 1e12  # kg, kg m²; beyond it squares run out of range
+_LARGEST = 1e24  # kg, kg m², in whatever unit: a robot in grams and micrometres stays below; squares have numbers
 _ZERO = "the inertia is zero, that of a point"
 
 
