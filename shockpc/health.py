@@ -24,7 +24,6 @@ __all__ = [
     "ONE_DRAW",
     "PROMISED",
     "SAMPLES",
-    "SIX_DRAWS",
     "TRUSTED",
     "UNMOVED",
     "Second",
@@ -44,15 +43,14 @@ DOUBTFUL = TRUSTED / PROMISED
 SUSPECT = 1e-13
 """From here on the second solution is refined first, for it may be the one that is off."""
 
-ONE_DRAW, SIX_DRAWS = 10.0, 3.0
-"""A difference of two solutions is one draw of what the error may be, the largest of the samples is six; so many times that
-covers what such draws may miss."""
+ONE_DRAW = 10.0
+"""A difference of two solutions is one draw of what the error may be; so many times that covers what one draw may miss."""
 
 UNMOVED = 1e-13
 """A body that moves by less than this share of the fastest one is not told from one that does not move."""
 
-SAMPLES = 6
-"""Random changes that sample what rounding does."""
+SAMPLES = 12
+"""Random changes that sample what rounding does: the largest of so many effects is hardly made too small by chance."""
 
 JOINT_SPACE = "joint space (Eq. 4)"
 MAXIMAL = "maximal coordinates, refined"
@@ -123,19 +121,17 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         apart, moving = _compare(robot, motion, other, held)
     # Both solutions read the same rounded placements, so no difference between them tells what those do to rows that are small
     # differences of large terms, or that nearly repeat one another.
-    shared = np.where(held, 0.0, units * (1.0 + _cancellation(state, rows, impact.dead[0]) / 8.0) / float(impact.weakest[0]))
+    shared = np.where(held, 0.0, units * (8.0 + _cancellation(state, rows, impact.dead[0])) / 32.0 / float(impact.weakest[0]))
     method, errors = f"{JOINT_SPACE}, checked in maximal coordinates", ONE_DRAW * apart + shared
     warnings: list[str] = []
     if np.any(apart[moving] > SUSPECT) or np.any(errors[moving] > DOUBTFUL):
         # Where two solutions part visibly they may err alike at another body; samples of rounding tell.
-        sampled = shared + SIX_DRAWS * _relative(
-            robot, sampled_rounding(robot, state, bodies, rows, equation.G, SAMPLES), motion, held
-        )
+        sampled = shared + _relative(robot, sampled_rounding(robot, state, bodies, rows, equation.G, SAMPLES), motion, held)
         errors = np.maximum(errors, sampled)
     if np.any(errors[moving] > DOUBTFUL):
         candidates = {JOINT_SPACE: sampled}
         if other is not None and spread is not None:
-            candidates[MAXIMAL] = shared + SIX_DRAWS * _relative(robot, spread[..., -1], other.twists[..., -1], held)
+            candidates[MAXIMAL] = shared + _relative(robot, spread[..., -1], other.twists[..., -1], held)
         chosen = min(candidates, key=lambda name: float(np.max(candidates[name][moving])))
         errors = candidates[chosen]
         if np.any((apart > PROMISED * sum(candidates.values()))[moving]):

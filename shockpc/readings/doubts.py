@@ -15,7 +15,7 @@ from shockpc.core.maximal import mobility, refine
 from shockpc.core.rounding import units_of
 from shockpc.core.spatial import Array
 from shockpc.core.tree import Tree
-from shockpc.health import DOUBTFUL, ONE_DRAW, SAMPLES, SIX_DRAWS, TRUSTED, UNMOVED, Verdict
+from shockpc.health import DOUBTFUL, ONE_DRAW, SAMPLES, TRUSTED, UNMOVED, Verdict
 from shockpc.model.bodies import at_com, gyration_radii, speed_of
 from shockpc.model.contact import Touch
 from shockpc.model.dynamics import Dynamics
@@ -56,7 +56,7 @@ def turn_errors(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, verdict
     W = about_com(rows.W[0], bodies)[second.rows]
     refined, spread = refine(bodies, W, second.found, SAMPLES, units_of(state.rotation[0]))
     apart = np.abs((motion[:, :3] - refined.twists[:, :3, -1]) @ normal)
-    return np.minimum(most, ONE_DRAW * apart + SIX_DRAWS * spread[:, :3, -1] @ np.abs(normal))
+    return np.minimum(most, ONE_DRAW * apart + spread[:, :3, -1] @ np.abs(normal))
 
 
 def percussion_doubts(robot: Robot, turn: Array, error: Array, translates: np.ndarray) -> tuple[str, ...]:
