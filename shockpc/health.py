@@ -201,7 +201,9 @@ def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, befor
     J_c = before.equation.J_c[0]
     impulse = refined.impulse
     if len(chosen) < len(J_c):
-        # Of all impulses that do the same, the ones of least norm, as in joint space.
-        impulse = np.linalg.lstsq(J_c.T, J_c[chosen].T @ impulse, rcond=1e-12)[0]
+        # Of all impulses that do the same, the ones of least norm once rows have unit mobility, as in joint space.
+        scale, rank = before.impact.scale[0][:, None], len(chosen)
+        U, s, Vt = np.linalg.svd((scale * J_c).T, full_matrices=False)
+        impulse = scale * (Vt[:rank].T @ ((U[:, :rank].T @ (J_c[chosen].T @ impulse)) / s[:rank, None]))
     impact = before.impact._replace(delta_qd=delta_y, impulse=impulse[None])
     return Solution(before.equation, impact, delta_qd, jumps)

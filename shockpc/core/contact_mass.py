@@ -5,6 +5,7 @@ All from the Delassus matrix A = J H⁻¹ Jᵀ of one contact point: how fast th
 
 import numpy as np
 
+from shockpc.core.impulse import solve_impact
 from shockpc.core.spatial import Array
 
 __all__ = ["delassus", "effective_masses", "impact_mitigation"]
@@ -13,17 +14,17 @@ __all__ = ["delassus", "effective_masses", "impact_mitigation"]
 def delassus(H: Array, J: Array, K: Array) -> Array:
     """A = J P Jᵀ (..., 3, 3) [1/kg], with P = H⁻¹ − H⁻¹Kᵀ (K H⁻¹ Kᵀ)⁺ K H⁻¹ where other rows K (…, nk, nv) stay held.
 
+    What unit impulses at the point set moving, the held rows undo like an impact: their rank is decided as everywhere else.
+
     Args:
         H: (..., nv, nv) joint-space inertia.
         J: (..., 3, nv) velocity of the contact point along x, y and z.
         K: (..., nk, nv) rows that are held besides; nk may be 0.
     """
-    H_J = np.linalg.solve(H, np.swapaxes(J, -1, -2))
-    A = J @ H_J
+    moved = np.linalg.solve(H, np.swapaxes(J, -1, -2))
     if K.shape[-2]:
-        K_J = K @ H_J
-        H_K = np.linalg.solve(H, np.swapaxes(K, -1, -2))
-        A = A - np.swapaxes(K_J, -1, -2) @ np.linalg.pinv(K @ H_K, rcond=1e-12, hermitian=True) @ K_J
+        moved = moved + solve_impact(H, K, K @ moved).delta_qd
+    A = J @ moved
     return np.asarray(0.5 * (A + np.swapaxes(A, -1, -2)))
 
 

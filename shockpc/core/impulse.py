@@ -26,6 +26,7 @@ class Impact(NamedTuple):
         unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is. A row that
             nothing can move along takes no impulse.
         dead: (..., nc) rows that nothing can move along.
+        scale: (..., nc) by which each row was brought to unit mobility; zero for dead ones.
         rank: (...) how many rows are independent.
         weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
         condition: (...) how many times rounding in the inertia is enlarged, 1 / min(L_ii)² of its Cholesky factor, at least [1].
@@ -36,6 +37,7 @@ class Impact(NamedTuple):
     impulse: Array
     unique: np.ndarray
     dead: np.ndarray
+    scale: Array
     rank: np.ndarray
     weakest: Array
     condition: Array
@@ -99,7 +101,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, dead, kept.sum(axis=-1), weakest, 1.0 / least**2, marginal)
+    return Impact(delta_qd, impulse, unique, dead, c, kept.sum(axis=-1), weakest, 1.0 / least**2, marginal)
 
 
 def _substitute(L: Array, B: Array) -> Array:
