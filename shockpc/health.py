@@ -62,10 +62,12 @@ class Second(NamedTuple):
     Attributes:
         found: for the unit strikes along x, y and z, then the scene's own.
         rows: indices of the rows it was found with, independent of one another.
+        spread: (nb, 6, 4) what rounding in the data may do to its twists; None if there was no reason to try.
     """
 
     found: MaximalSolution
     rows: np.ndarray
+    spread: Array | None
 
 
 class Verdict(NamedTuple):
@@ -158,7 +160,7 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
         method=method,
         warnings=tuple(warnings),
     )
-    return Verdict(solution, health, None if other is None else Second(other, chosen_rows))
+    return Verdict(solution, health, None if other is None else Second(other, chosen_rows, spread))
 
 
 def _held(state: Dynamics, G: Array | None) -> np.ndarray:

@@ -53,8 +53,9 @@ def turn_errors(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, verdict
     second = verdict.second
     if second is None or not np.any(most > TRUSTED * np.abs(motion[:, :3] @ normal)):
         return most
-    W = about_com(rows.W[0], bodies)[second.rows]
-    refined, spread = refine(bodies, W, second.found, SAMPLES, units_of(state.rotation[0]))
+    refined, spread = second.found, second.spread
+    if spread is None:
+        refined, spread = refine(bodies, about_com(rows.W[0], bodies)[second.rows], refined, SAMPLES, units_of(state.rotation[0]))
     apart = np.abs((motion[:, :3] - refined.twists[:, :3, -1]) @ normal)
     return np.minimum(most, ONE_DRAW * apart + spread[:, :3, -1] @ np.abs(normal))
 
