@@ -87,8 +87,9 @@ class Verdict(NamedTuple):
 def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> Verdict:
     """Hold a solution against one in maximal coordinates, for the scene's strike (the last column).
 
-    While the two agree to 1e-10 of every body's own motion, the first stands and their difference is its error estimate. Where they
-    part, the second is refined, what rounding in the data does to each of them is sampled, and the steadier one is reported.
+    The estimate is what the two are apart, ten times, and what rounding of the placements does to both alike. While it vouches for
+    `TRUSTED` the first stands. Beyond that the second is refined, what rounding does to each of them is sampled, and the steadier
+    one is reported with a warning.
 
     Args:
         robot: the robot.

@@ -128,7 +128,7 @@ class Health:
         error_estimate: largest of `body_errors` over the bodies that move [1].
         body_errors: estimated error of every body's jump, relative to the body's own motion [1]: from the difference between two
             independent solutions, in joint space and in maximal coordinates, or from samples of what rounding does to the better
-            one, times what so few draws may miss.
+            one; the true error is not above ten times that. Infinite where no digit is sure.
         method: how the reported numbers were computed.
         warnings: each with its consequence.
     """

@@ -45,7 +45,7 @@ class Setting(NamedTuple):
         approach: (nc, 3) velocity of every contact point before the impact, world axes [m/s].
         anchored: whether a loop ties the robot to the world.
         assembly: what closing the loops changed; None without loops.
-        warnings: joints outside their limits.
+        warnings: joints outside their limits, a loop that stays open, joints to assemble that close none.
     """
 
     plane: Plane
@@ -124,8 +124,8 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     G = freedom(robot, scene.base or "free", plane, state.rotation[:, 0], drives.locked)
     outside = outside_limits(robot, q)
     if scene.assemble and not loops:
-        named = ", ".join(f'"{name}"' for pattern in scene.assemble for name in robot.match_joints(pattern)[:1])
-        outside += (f"joints are named that may move to close loops ({named} first), but nothing closes a loop, so none moved",)
+        named = ", ".join(f'"{name}"' for pattern in scene.assemble for name in robot.match_joints(pattern))
+        outside += (f"{named} may move to close loops, but nothing closes one, so nothing moved",)
     closing = None if loops else closing_scene(robot.source.path)
     if closing is not None:
         outside += (f"this robot's loop is open here, so its ends dangle; {closing} closes it",)

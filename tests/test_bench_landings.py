@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -162,7 +163,6 @@ def test_a_landing_ends_where_its_robot_has_turned_to():
 @pytest.mark.parametrize("name", ["anymal_b", "talos"])
 def test_mujoco_s_state_is_read_in_the_posture_that_it_has(name):
     """World velocities of all bodies, from MuJoCo itself and from its state written in Pinocchio's layout."""
-    mujoco = pytest.importorskip("mujoco")
     foot = {"anymal_b": "LF_FOOT", "talos": "left_sole_link"}[name]
     system = system_of(load_robot(name), Scene(robot=name, contact=(Contact(frame=foot),)))
     peer = mujoco_model(system.model, [], system.setting.q, 1.0, 1.0)

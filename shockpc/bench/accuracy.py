@@ -10,7 +10,7 @@ from shockpc.bench.exact import DIGITS, Exact, cross, widen
 from shockpc.bench.reference import Reference
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.health import UNMOVED
-from shockpc.model.bodies import gyration_radii
+from shockpc.model.bodies import gyration_radii, turning_lengths
 from shockpc.model.robot import Robot
 
 __all__ = ["Errors", "apart", "body_errors"]
@@ -40,9 +40,7 @@ def body_errors(robot: Robot, truth: Reference, jumps: Array) -> Errors:
         truth: the reference.
         jumps: (nb, 6) body coordinates at the body frames' origins.
     """
-    radius = gyration_radii(robot)
-    # A body without inertia of its own is measured by the smallest length that the others have, as the product does.
-    radius = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
+    radius = turning_lengths(robot)
     own, whole = np.full(len(radius), np.inf), np.full(len(radius), np.inf)
     with mp.workdps(DIGITS):
         speeds = [_size(twist[:3], twist[3:], r) for twist, r in zip(truth.twists, radius, strict=True)]

@@ -31,7 +31,7 @@ def bench(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder of the report, or of the soak's counts; what was interrupted goes on from there. [out/bench]",
+            help="Folder of the report [out/bench], or of a soak's counts [not kept]; what was interrupted goes on from there.",
         ),
     ] = None,
     compliant: Annotated[

@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array, cross_matrix, velocity_at
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.robot import Robot
 
-__all__ = ["at_com", "body_jumps", "gyration_radii", "speed_of"]
+__all__ = ["at_com", "body_jumps", "gyration_radii", "speed_of", "turning_lengths"]
 
 
 def body_jumps(state: Dynamics, delta_qd: Array) -> Array:
@@ -41,8 +41,14 @@ def gyration_radii(robot: Robot) -> Array:
     return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(mass > 0.0, mass, np.inf)))
 
 
+def turning_lengths(robot: Robot) -> Array:
+    """Length (nb,) by which a body's turning counts as a speed [m]: its radius of gyration, or the others' smallest if none."""
+    radius = gyration_radii(robot)
+    return np.asarray(np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0)))
+
+
 def at_com(robot: Robot, state: Dynamics, jump: Array) -> Array:
-    """Jumps (nb, 6) from body axes at the body frames to world axes at the centres of mass."""
+    """Jumps (nb, 6) from body axes at the body frames to world axes at the centres of mass. Args: state, first posture."""
     com = np.stack([body.com for body in robot.bodies])
     v_com = velocity_at(jump[:, :3], jump[:, 3:], com)
     rotation = state.rotation[0]
@@ -51,7 +57,5 @@ def at_com(robot: Robot, state: Dynamics, jump: Array) -> Array:
 
 def speed_of(robot: Robot, twist: Array) -> Array:
     """Size (nb,) of a twist (nb, 6) at the centre of mass as a speed: translation, and rotation times radius of gyration."""
-    radius = gyration_radii(robot)
-    # A body without inertia of its own is measured by the smallest length that the others have.
-    length = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=1.0))
-    return np.asarray(np.hypot(np.linalg.norm(twist[:, 3:], axis=-1), length * np.linalg.norm(twist[:, :3], axis=-1)))
+    turning = turning_lengths(robot) * np.linalg.norm(twist[:, :3], axis=-1)
+    return np.asarray(np.hypot(np.linalg.norm(twist[:, 3:], axis=-1), turning))

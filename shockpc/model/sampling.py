@@ -20,6 +20,14 @@ def sampled_rounding(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, G:
 
     Sampled with a few mechanisms that rounding cannot tell from this one, at the centres of mass; infinite where one of them
     cannot be solved.
+
+    Args:
+        robot: the robot.
+        state: its dynamics, first posture.
+        bodies: the same as free bodies and joints.
+        rows: what is held; the scene's strike in the last column.
+        G: (1, nv, ny) columns of the free velocities, or None where all are.
+        samples: how many mechanisms.
     """
     draw, units = np.random.default_rng(0), units_of(state.rotation[0])
     size = max(float(np.abs(bodies.com).max()), float(np.abs(bodies.joint).max()))

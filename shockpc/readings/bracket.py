@@ -59,7 +59,7 @@ def drive_bracket(
     heaviest = max(range(len(robot.bodies)), key=lambda i: robot.bodies[i].mass)
     places = [(robot.bodies[heaviest].name, heaviest, robot.bodies[heaviest].com)]
     places += [(spot.label, spot.frame.body, spot.r) for spot in spots if spot.frame.body >= 0]
-    warnings = tuple(f"shock with {drives} drives: good to about {off:.0e} of it only" for drives, off in doubtful.items())
+    warnings = tuple(f"shock with {drives} drives: good to about {off:.0e} of itself only" for drives, off in doubtful.items())
     found = tuple(
         Bracket(
             place=name,

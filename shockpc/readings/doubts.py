@@ -16,7 +16,7 @@ from shockpc.core.rounding import units_of
 from shockpc.core.spatial import Array
 from shockpc.core.tree import Tree
 from shockpc.health import DOUBTFUL, ONE_DRAW, SAMPLES, TRUSTED, UNMOVED, Verdict
-from shockpc.model.bodies import at_com, gyration_radii, speed_of
+from shockpc.model.bodies import at_com, speed_of, turning_lengths
 from shockpc.model.contact import Touch
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.robot import Robot
@@ -46,10 +46,7 @@ def turn_errors(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, verdict
         normal: (3,) of the plane, world axes.
     """
     motion = at_com(robot, state, verdict.solution.jumps[0, ..., -1])
-    radius = gyration_radii(robot)
-    # A body without inertia of its own is measured by the smallest length that the others have.
-    radius = np.where(radius > 0.0, radius, radius[radius > 0.0].min(initial=np.inf))
-    most = np.asarray(np.array(verdict.health.body_errors) * speed_of(robot, motion) / radius)
+    most = np.asarray(np.array(verdict.health.body_errors) * speed_of(robot, motion) / turning_lengths(robot))
     second = verdict.second
     if second is None or not np.any(most > TRUSTED * np.abs(motion[:, :3] @ normal)):
         return most
@@ -109,7 +106,8 @@ def load_doubts(robot: Robot, loads: Sequence[JointLoad], verdict: Verdict, size
     share = np.where(carried > least, _share(apart, carried), 0.0)
     found = _doubt("load", [f'joint "{load.joint}"' for load in loads], ONE_DRAW * share)
     if idle and np.any(apart[carried <= least] > TRUSTED * carried[carried <= least]):
-        found += (f"{idle} joints carry less than {UNMOVED:.0e} of the largest load; their loads are rounding",)
+        which = "1 joint carries" if idle == 1 else f"{idle} joints carry"
+        found += (f"{which} less than {UNMOVED:.0e} of the largest load; such loads are rounding",)
     return found
 
 
@@ -122,7 +120,7 @@ def direction_doubts(robot: Robot, state: Dynamics, verdict: Verdict) -> tuple[s
     theirs = [verdict.second.found.twists[..., k] for k in columns]
     size = np.linalg.norm([speed_of(robot, motion) for motion in theirs], axis=0)
     apart = np.linalg.norm([speed_of(robot, one - other) for one, other in zip(ours, theirs, strict=True)], axis=0)
-    # A strike's own estimate covers what is wrong with every body alike.
+    # What no strike moves to speak of has a warning of its own.
     share = np.where(size > UNMOVED * size.max(), ONE_DRAW * _share(apart, size), 0.0)
     return _doubt("worst and kindest strike", [body.name for body in robot.bodies], share)
 
@@ -145,23 +143,28 @@ def mass_doubts(
     """
     equation, impact = verdict.solution.equation, verdict.solution.impact
     H, K = equation.H[0], equation.J_c[0, rows.slices[len(touches) - 1].stop :]
-    names, shares = list[str](), list[float]()
-    for found, contact in zip(touches, contacts, strict=True):
+
+    def may_be_off(contact: ContactImpulse) -> bool:
         enlarged = max(1.0, contact.mass_sticking / contact.mass_frictionless, contact.mass_sticking / robot.mass)
-        if not (np.isfinite(enlarged) and ill_posed(state, float(impact.condition[0]) * enlarged)):
-            continue
-        held = solve_impact(H, K, np.zeros((len(K), 1)))
-        kept = len(equation.J_c[0]) - len(K) + independent_rows(H, K, int(held.rank), held.dead)
+        return bool(np.isfinite(enlarged)) and ill_posed(state, float(impact.condition[0]) * enlarged)
+
+    suspects = [pair for pair in zip(touches, contacts, strict=True) if may_be_off(pair[1])]
+    if not suspects:
+        return ()
+    held = solve_impact(H, K, np.zeros((len(K), 1)))
+    kept = len(equation.J_c[0]) - len(K) + independent_rows(H, K, int(held.rank), held.dead)
+    shares = []
+    for found, contact in suspects:
         at = about_com(point_block(state, found.body, found.point, np.eye(3))[0], bodies)
         try:
             A = mobility(bodies, about_com(rows.W[0], bodies)[kept], at)
         except np.linalg.LinAlgError:
-            names, shares = [*names, f'contact "{contact.frame}"'], [*shares, np.inf]
+            shares.append(np.inf)
             continue
         free, stuck = effective_masses(0.5 * (A + A.T), up)
         apart = [abs(free / contact.mass_frictionless - 1.0), abs(stuck / contact.mass_sticking - 1.0)]
-        names, shares = [*names, f'contact "{contact.frame}"'], [*shares, ONE_DRAW * max(apart)]
-    return _doubt("effective masses", names, np.array(shares))
+        shares.append(ONE_DRAW * max(apart))
+    return _doubt("effective masses", [f'contact "{contact.frame}"' for _, contact in suspects], np.array(shares))
 
 
 def _share(apart: Array, whole: Array) -> Array:
