@@ -50,8 +50,8 @@ def nearly_repeated(rows: Rows) -> str:
     """The warning for rows of which nobody can tell whether they repeat one another."""
     return (
         f"the rows of {', '.join(block.name for block in rows.blocks)} repeat one another so nearly that rounding decides whether "
-        "one more of them holds; they were taken to repeat, and if they do not, no digit below is right: put their points "
-        "exactly together, or farther apart than a billionth of the robot"
+        "one more of them holds, and if it decides wrongly, no digit below is right: put their points exactly together, or "
+        "farther apart than a billionth of the robot"
     )
 
 

@@ -102,6 +102,7 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     drives = transmission(robot, scene.joints)
     q = configuration(robot, scene.posture)
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure))
+    _refuse_tied_twice(loops)
     assembly = None
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
@@ -190,6 +191,20 @@ def _refuse_twice(robot: Robot, touches: tuple[Touch, ...], stance: tuple[str, .
                 else f'{kind}s "{other}" and "{name}" are at one point of one body, so they are one {kind}; '
                 "leave one of them out" + (", or move it by an offset" if kind == "contact" else "")
             )
+
+
+def _refuse_tied_twice(loops: tuple[Loop, ...]) -> None:
+    """Two closures of the same points are one closure; where they are almost the same, rounding would decide what they hold."""
+    for k, loop in enumerate(loops):
+        for other in loops[:k]:
+            if set(loop.bodies) != set(other.bodies):
+                continue
+            points = other.points if loop.bodies == other.bodies else other.points[::-1]
+            if all(np.linalg.norm(p - q) <= 1e-9 for p, q in zip(loop.points, points, strict=True)):
+                raise SceneError(
+                    f'closures "{other.name}" and "{loop.name}" tie the same points of the same bodies, so they are one closure; '
+                    "leave one of them out, and let the other hold all that both should"
+                )
 
 
 def _refuse_turning_of_the_base(scene: Scene, plane: Plane) -> None:

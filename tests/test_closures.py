@@ -757,6 +757,25 @@ def test_a_closure_that_makes_no_sense_is_refused(closure, message):
     assert str(refusal.value).startswith(message)
 
 
+@pytest.mark.parametrize("again", [LOOP, Closure(a=LOOP.b, b=LOOP.a), dataclasses.replace(LOOP, directions=("y",))])
+def test_points_tied_twice_are_refused(again):
+    """The same two points once more, in either order and along whatever; a little apart they are another closure."""
+    with pytest.raises(SceneError) as refusal:
+        shock_profile(four_bar(closure=(LOOP, again)), robot_from(FOUR_BAR))
+    assert "tie the same points of the same bodies, so they are one closure; leave one of them out" in str(refusal.value)
+
+
+def test_two_ties_along_the_axis_of_a_loop_are_two():
+    """A hinge made of two points: the same shock as with one, for the loop is planar."""
+    y = (0.0, 0.01, 0.0)
+    beside = [dataclasses.replace(end, offset=tuple(np.add(end.offset, y).tolist())) for end in (LOOP.a, LOOP.b)]
+    two, one = (
+        shock_profile(four_bar(closure=closures), robot_from(FOUR_BAR))
+        for closures in ((LOOP, Closure(a=beside[0], b=beside[1])), (LOOP,))
+    )
+    np.testing.assert_allclose(two.shock_com, one.shock_com, atol=1e-12)
+
+
 def rates_of(found, robot):
     """Joint rates before the impact, and how fast they open the loops [m/s]."""
     setting = setting_of(complete(found, robot), robot)

@@ -30,7 +30,7 @@ class Impact(NamedTuple):
         rank: (...) how many rows are independent.
         weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
         condition: (...) how many times rounding in the inertia is enlarged, 1 / min(L_ii)² of its Cholesky factor, at least [1].
-        marginal: (...) whether one was left out that is larger than what rounding makes of rows that repeat one another.
+        marginal: (...) whether one came so near to where they are left out that rounding may have decided.
     """
 
     delta_qd: Array
@@ -44,8 +44,9 @@ class Impact(NamedTuple):
     marginal: np.ndarray
 
 
-MARGIN = 1.0 / 32.0
-"""Share of the tolerance that rounding makes of a zero in fact: between the two, nobody can tell a zero."""
+MARGIN = 1.0 / 32.0, 8.0
+"""Shares of the tolerance: what rounding makes of a zero in fact, and where a singular value is surely none. In between nobody can
+tell."""
 
 
 def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
@@ -54,7 +55,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     H = L Lᵀ turns the contact rows into X = L⁻¹ J_cᵀ, and the singular values of X (with H scaled to a unit diagonal and the
     columns of X to unit length) decide the rank; working on X and not on XᵀX keeps twice the digits. Rows count as repeated when a
     singular value falls below 8 n ε / min(L_ii), which bounds what rounding in H can make of a zero; `marginal` tells where one
-    came near that. No damping.
+    came near that, on either side. No damping.
 
     Args:
         H: (..., nv, nv) joint-space inertia, symmetric positive definite [kg, kg m, kg m²].
@@ -86,8 +87,9 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     dead = length <= tolerance[..., None] * length.max(axis=-1, keepdims=True, initial=0.0)
     c = np.where(dead, 0.0, 1.0 / np.where(dead, 1.0, length))
     U, s, Vt = np.linalg.svd(X * c[..., None, :], full_matrices=False)
-    kept = s > tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
-    marginal = np.any(~kept & (s > MARGIN * tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)), axis=-1)
+    bound = tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
+    kept = s > bound
+    marginal = np.any((s > MARGIN[0] * bound) & (s < MARGIN[1] * bound), axis=-1)
     s_inv = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
 
     largest = s.max(axis=-1, initial=0.0)
