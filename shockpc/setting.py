@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
 from shockpc.files.catalogue import closing_scene
 from shockpc.model.assembly import Assembly, assemble
-from shockpc.model.closure import closure_block, loop_of
+from shockpc.model.closure import all_loops, closure_block
 from shockpc.model.contact import Touch, stance_block, touch, touch_block
 from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics, dynamics
@@ -101,8 +101,7 @@ def setting_of(scene: Scene, robot: Robot) -> Setting:
     up = ground_normal(plane, velocity)
     drives = transmission(robot, scene.joints)
     q = configuration(robot, scene.posture)
-    loops = (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure))
-    _refuse_tied_twice(loops)
+    loops = all_loops(robot, scene.closure)
     assembly = None
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
@@ -191,20 +190,6 @@ def _refuse_twice(robot: Robot, touches: tuple[Touch, ...], stance: tuple[str, .
                 else f'{kind}s "{other}" and "{name}" are at one point of one body, so they are one {kind}; '
                 "leave one of them out" + (", or move it by an offset" if kind == "contact" else "")
             )
-
-
-def _refuse_tied_twice(loops: tuple[Loop, ...]) -> None:
-    """Two closures of the same points are one closure; where they are almost the same, rounding would decide what they hold."""
-    for k, loop in enumerate(loops):
-        for other in loops[:k]:
-            if set(loop.bodies) != set(other.bodies):
-                continue
-            points = other.points if loop.bodies == other.bodies else other.points[::-1]
-            if all(np.linalg.norm(p - q) <= 1e-9 for p, q in zip(loop.points, points, strict=True)):
-                raise SceneError(
-                    f'closures "{other.name}" and "{loop.name}" tie the same points of the same bodies, so they are one closure; '
-                    "leave one of them out, and let the other hold all that both should"
-                )
 
 
 def _refuse_turning_of_the_base(scene: Scene, plane: Plane) -> None:

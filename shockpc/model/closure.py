@@ -4,6 +4,7 @@ The rows K Δq̇ = 0 are stacked under the contacts (shock paper, Section 3.1.1)
 such as a planar loop closed by a point in space, are normal: the solver counts the rank.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,7 +20,7 @@ from shockpc.model.dynamics import Dynamics
 from shockpc.model.robot import Robot
 from shockpc.model.rows import Block, force_block, moment_block
 
-__all__ = ["Closure", "Place", "closure_block", "closure_gap", "loop_of"]
+__all__ = ["Closure", "Place", "all_loops", "closure_block", "closure_gap", "loop_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +55,26 @@ class Closure:
     b: Place
     kind: Literal["point", "frame"] = "point"
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
+
+
+def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
+    """The loops of the robot's file, then those of a scene.
+
+    Raises:
+        UnknownName: the robot has no such frame.
+        SceneError: one makes no sense, or two tie the same points: where those are only almost the same, rounding would decide
+            what they hold.
+    """
+    loops = (*robot.loops, *(loop_of(robot, closure) for closure in closures))
+    for k, loop in enumerate(loops):
+        for other in loops[:k]:
+            ends = [dict(zip(one.bodies, one.points, strict=True)) for one in (loop, other)]
+            if ends[0].keys() == ends[1].keys() and all(np.linalg.norm(p - ends[1][body]) <= 1e-9 for body, p in ends[0].items()):
+                raise SceneError(
+                    f'closures "{other.name}" and "{loop.name}" tie the same points of the same bodies, so they are one closure; '
+                    "leave one of them out, and let the other hold all that both should"
+                )
+    return loops
 
 
 def loop_of(robot: Robot, closure: Closure) -> Loop:
