@@ -32,6 +32,7 @@ from shockpc.readings.doubts import (
     load_doubts,
     mass_doubts,
     percussion_doubts,
+    total_doubts,
     turn_errors,
 )
 from shockpc.readings.geometry import shock_ranges
@@ -93,7 +94,8 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         contacts, pulled = contact_impulses(state, setting.touches, rows, solution, setting.approach, up, floating)
         stance, dragged = stance_impulses(robot, scene.stance, len(setting.touches), state, rows, solution, up)
         grounded = len(setting.touches) + len(scene.stance)
-        force, moment = total_impulse(rows, grounded, solution, bodies.mass @ bodies.com / robot.mass)
+        centre = bodies.mass @ bodies.com / robot.mass
+        force, moment = total_impulse(rows, grounded, solution.impact.impulse[0, :, -1], centre)
     with ledger.stage("loads, energy and the bracket of drives"):
         loads = joint_loads(robot, state, bodies, rows, solution)
         lost, share = energy(robot, state, bodies, rows, solution, setting.before, floating)
@@ -103,6 +105,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         unsure += (
             *direction_doubts(robot, state, verdict),
             *impulse_doubts(rows, verdict),
+            *total_doubts(rows, grounded, centre, size, verdict),
             *load_doubts(robot, loads, verdict, size),
             *mass_doubts(robot, state, bodies, setting.touches, rows, verdict, contacts, up),
             *unchecked,

@@ -2,7 +2,7 @@
 
 In long numbers a zero that the model means is rarely a zero: three axes that should lie in a plane do so to sixteen digits, and
 with masses over eight decades what is left may look like a twelfth digit. But it is noise, and noise is told by shaking: of a
-mechanism whose doubles differ in their last places, a direction that exists keeps its size, and one that is rounding takes on
+mechanism whose doubles differ in their last digits, a direction that exists keeps its size, and one that is rounding takes on
 another.
 """
 

@@ -30,15 +30,15 @@ def joint_impulses(tree: Tree, jump: Array, wrench: Array) -> Array:
     return through
 
 
-def energy_lost(impulse: Array, before: Array, after: Array) -> float:
-    """Kinetic energy that the impulses take, −½ λᵀ (v⁻ + v⁺) [J], from what they push against before and after.
+def energy_lost(impulse: Array, b: Array, restitution: Array) -> float:
+    """Kinetic energy that the impulses take, −½ λᵀ (v⁻ + v⁺) [J]: with v⁺ = −e v⁻ = v⁻ − b that is −½ λᵀ b (1 − e) / (1 + e).
 
     Args:
         impulse: (nc,) along each row [N s].
-        before: (nc,) velocity along each row before the impact [m/s].
-        after: (nc,) after it [m/s].
+        b: (nc,) speed undone along each row [m/s].
+        restitution: (nc,) e of each row [1].
     """
-    return float(-0.5 * impulse @ (before + after))
+    return float(-0.5 * impulse @ (b * (1.0 - restitution) / (1.0 + restitution)))
 
 
 def kinetic_energy(tree: Tree, twist: Array, joint_rates: Array) -> float:

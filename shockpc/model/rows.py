@@ -48,6 +48,11 @@ class Rows(NamedTuple):
     slices: tuple[slice, ...]
     blocks: tuple[Block, ...]
 
+    @property
+    def restitution(self) -> Array:
+        """The e (nc,) of every row [1]."""
+        return np.concatenate([np.full(block.W.shape[1], block.restitution) for block in self.blocks])
+
 
 def point_block(state: Dynamics, body: int, point: Array, axes: Array) -> Array:
     """Wrenches (N, n, nb, 6) of unit impulses along axes at a point of a body.

@@ -72,17 +72,17 @@ def stance_impulses(
     return tuple(found), tuple(warnings)
 
 
-def total_impulse(rows: Rows, blocks: int, solution: Solution, com: Array) -> tuple[Array, Array]:
+def total_impulse(rows: Rows, blocks: int, impulse: Array, com: Array) -> tuple[Array, Array]:
     """Impulse (3,) of the ground on the robot [N s], and its moment (3,) about a point [N m s]; unique where its parts are not.
 
     Args:
         rows: what is held.
         blocks: how many of its blocks are the ground's.
-        solution: for the scene's strike, in the last column.
+        impulse: (nc,) along each row [N s].
         com: (3,) the point, from the base [m].
     """
     ground = slice(0, rows.slices[blocks - 1].stop)
-    moment, force = np.split(np.einsum("c,cbk->k", solution.impact.impulse[0, ground, -1], rows.W[0, ground]), 2)
+    moment, force = np.split(np.einsum("c,cbk->k", impulse[ground], rows.W[0, ground]), 2)
     return force, moment - np.cross(com, force)
 
 

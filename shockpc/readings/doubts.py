@@ -11,6 +11,7 @@ import numpy as np
 
 from shockpc.core.contact_mass import effective_masses
 from shockpc.core.impulse import independent_rows, solve_impact
+from shockpc.core.loads import energy_lost
 from shockpc.core.maximal import mobility, refine
 from shockpc.core.rounding import units_of
 from shockpc.core.spatial import Array
@@ -21,9 +22,19 @@ from shockpc.model.contact import Touch
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, about_com, point_block
+from shockpc.readings.contacts import total_impulse
 from shockpc.record import ContactImpulse, JointLoad
 
-__all__ = ["direction_doubts", "ill_posed", "impulse_doubts", "load_doubts", "mass_doubts", "percussion_doubts", "turn_errors"]
+__all__ = [
+    "direction_doubts",
+    "ill_posed",
+    "impulse_doubts",
+    "load_doubts",
+    "mass_doubts",
+    "percussion_doubts",
+    "total_doubts",
+    "turn_errors",
+]
 
 
 def ill_posed(state: Dynamics, condition: float) -> bool:
@@ -83,6 +94,29 @@ def impulse_doubts(rows: Rows, verdict: Verdict) -> tuple[str, ...]:
         names.append(block.name)
         apart.append([np.linalg.norm((ours - theirs)[of_block]), np.linalg.norm(theirs[of_block])])
     return _doubt("impulse", names, ONE_DRAW * _share(*np.array(apart).T))
+
+
+def total_doubts(rows: Rows, grounded: int, com: Array, size: float, verdict: Verdict) -> tuple[str, ...]:
+    """Whether the ground's impulse as a whole, with its moment, and the energy lost are known to few digits.
+
+    Args:
+        rows: what is held.
+        grounded: how many of its blocks are the ground's.
+        com: (3,) point that the moment is about, from the base [m].
+        size: of the robot, by which moments are compared with forces [m].
+        verdict: with the second solution.
+    """
+    if verdict.second is None:
+        return ()
+    ours, theirs = verdict.solution.impact.impulse[0, :, -1], np.zeros(len(rows.W[0]))
+    theirs[verdict.second.rows] = verdict.second.found.impulse[:, -1]
+    apart, whole = (
+        float(np.linalg.norm([force, moment / size]))
+        for force, moment in (total_impulse(rows, grounded, one, com) for one in (ours - theirs, theirs))
+    )
+    lost, other = (energy_lost(one, rows.b[0, :, -1], rows.restitution) for one in (ours, theirs))
+    share = ONE_DRAW * _share(np.array([apart, abs(lost - other)]), np.array([whole, abs(other)]))
+    return (*_doubt("total impulse", ["the ground"], share[:1]), *_doubt("loss of kinetic energy", ["the robot"], share[1:]))
 
 
 def load_doubts(robot: Robot, loads: Sequence[JointLoad], verdict: Verdict, size: float) -> tuple[str, ...]:

@@ -60,9 +60,7 @@ def energy(
         before: how the robot moved.
         floating: whether `before` says how every body moved; not so on a fixed base, or with feet that stand.
     """
-    approach = np.concatenate([block.b[0, :, -1] / (1.0 + block.restitution) for block in rows.blocks])
-    after = approach + solution.equation.J_c[0] @ solution.impact.delta_qd[0, :, -1]
-    lost = energy_lost(solution.impact.impulse[0, :, -1], approach, after)
+    lost = energy_lost(solution.impact.impulse[0, :, -1], rows.b[0, :, -1], rows.restitution)
     if not floating:
         return lost, None
     twist = twists_before(state, before)[0]
