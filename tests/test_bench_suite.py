@@ -139,7 +139,7 @@ def test_trees_that_broke_the_promise_once(number):
 
 @pytest.mark.parametrize("number", [23733, 83083])
 def test_noise_that_keeps_its_size_by_chance_is_still_noise(number):
-    """A closure's row across a planar joint is zero but for rounding, which two shakes did not tell, nor shakes as small as that."""
+    """A closure's row across a planar joint is zero but for rounding, which two shakes did not tell, nor shakes that small."""
     tally = Tally()
     tally.add(soak_one(number))
     assert (tally.solved, tally.violations) == (1, 0)
