@@ -181,7 +181,9 @@ def _gained(lost: float, mass: float, setting: Setting) -> tuple[str, ...]:
 
 
 def _saturated(scene: Scene, points: tuple[PointShock, ...]) -> tuple[str, ...]:
-    """A warning for every sensor that would see more than its range."""
+    """A warning for every sensor that would see more than its range, and where there is none for a pulse to be felt by."""
+    if scene.pulse is not None and not points:
+        return ("a pulse is given, but the robot has no sensor and no point is asked for, so no peak is; name one with --point",)
     if scene.range_g is None:
         return ()
     return tuple(

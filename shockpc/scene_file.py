@@ -28,7 +28,7 @@ def read_scene(path: Path) -> Scene:
     from pydantic import ValidationError
 
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise SceneError(f'no scene file "{path}" (looked in {Path.cwd()})') from None
     except IsADirectoryError:
@@ -36,7 +36,7 @@ def read_scene(path: Path) -> Scene:
     except OSError as refusal:
         raise SceneError(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except UnicodeDecodeError:
-        raise SceneError(f"{path} is not UTF-8 text; a scene is a TOML file") from None
+        raise SceneError(f"{path} is not UTF-8 text; a scene is TOML, a robot is URDF, xacro or MJCF, and both are text") from None
     except tomllib.TOMLDecodeError as refusal:
         raise SceneError(f"{path} is not TOML, as a scene has to be: {refusal}") from None
     try:

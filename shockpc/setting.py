@@ -238,7 +238,7 @@ def _refuse_separation(scene: Scene, touches: tuple[Touch, ...], approach: Array
             how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
             theta = scene.strike.strike_angle_deg
             remedy = (
-                f"strike angle is {theta:g} deg, try between -90 and 90 deg"
+                f"strike angle is {theta:g} deg, try one above -90 and below 90 deg"
                 if theta is not None and not math.cos(math.radians(theta)) > 1e-9
                 else "turn its velocity towards the ground, or list it under stance if it stands there already"
             )

@@ -246,17 +246,17 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
         (
             "--strike-angle 90",
             'contact "foot" moves along the ground, approaching it at 6.1e-17 m/s, so there is no impact; '
-            "strike angle is 90 deg, try between -90 and 90 deg",
+            "strike angle is 90 deg, try one above -90 and below 90 deg",
         ),
         (
             "--strike-angle 120",
             'contact "foot" is leaving the ground at 0.5 m/s, so there is no impact; '
-            "strike angle is 120 deg, try between -90 and 90 deg",
+            "strike angle is 120 deg, try one above -90 and below 90 deg",
         ),
         (
             "--strike-angle=-135 --speed 2",
             'contact "foot" is leaving the ground at 1.4 m/s, so there is no impact; '
-            "strike angle is -135 deg, try between -90 and 90 deg",
+            "strike angle is -135 deg, try one above -90 and below 90 deg",
         ),
         (
             "--velocity 0,0,0.31",

@@ -266,7 +266,7 @@ def test_joints_are_set_in_degrees(capfd, here):
 def test_joint_outside_its_limits_is_a_warning(capfd, here):
     out = good(capfd, "analyze", *DOG, "--contact", "lf_foot", "--set", "lf_hip=90")
     assert (
-        '\nwarning: joint "lf_hip" stands 0.0708 rad outside its limits [-1.5, 1.5]; the profile is computed there all the same\n'
+        '\nwarning: joint "lf_hip" stands 4.06 deg outside its limits [-85.9, 85.9]; the profile is computed there all the same\n'
         in out
     )
 
@@ -422,7 +422,7 @@ def test_csv_leaves_warnings_to_standard_error(capfd, here):
     assert outcome._replace(out="") == Outcome(
         0,
         "",
-        'shockpc: warning: joint "lh_hip" stands 0.0708 rad outside its limits [-1.5, 1.5]; '
+        'shockpc: warning: joint "lh_hip" stands 4.06 deg outside its limits [-85.9, 85.9]; '
         "the profile is computed there all the same\n",
     )
     assert outcome.out.startswith("contact,body,")

@@ -313,7 +313,7 @@ def test_limits_are_warned_of_with_the_consequence():
     robot = robot_from(mixed())
     q = configuration(robot, Posture(joints={"hinge": 1.25, "slide": -3.0, "wheel": 50.0}))
     warnings = (
-        'joint "hinge" stands 0.25 rad outside its limits [-1, 1]; the profile is computed there all the same',
+        'joint "hinge" stands 14.3 deg outside its limits [-57.3, 57.3]; the profile is computed there all the same',
         'joint "slide" stands 2 m outside its limits [-1, 1]; the profile is computed there all the same',
     )
     assert outside_limits(robot, q) == warnings

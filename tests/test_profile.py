@@ -303,7 +303,7 @@ def test_a_strike_that_leaves_the_ground_is_refused(angle):
         -95.0: "is leaving the ground at 0.087 m/s",
     }[angle]
     assert str(raised.value) == (
-        f'contact "heel" {how}, so there is no impact; strike angle is {angle:g} deg, try between -90 and 90 deg'
+        f'contact "heel" {how}, so there is no impact; strike angle is {angle:g} deg, try one above -90 and below 90 deg'
     )
 
 

@@ -108,7 +108,10 @@ def analyze(
         Path | None, typer.Option(metavar="DIR", help="Write JSON, CSV, a report and the figure into this folder.")
     ] = None,
     format_: Annotated[Format, typer.Option("--format", help="What standard output carries.")] = Format.TABLE,
-    save_scene: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the scene that this command line means.")] = None,
+    save_scene: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the scene that this command line means, one for each landing."),
+    ] = None,
     explain: Annotated[
         bool, typer.Option("--explain", help="Tell on standard error what each stage cost and what was left out.")
     ] = False,

@@ -49,11 +49,14 @@ def bench(
         os.environ[name] = "1"
     gc.enable()  # a long run makes garbage that a short command need not mind
     from shockpc.errors import SceneError
+    from shockpc.show.files import check_folder
 
     if compliant != (scene is not None):
         raise SceneError(
             "--compliant needs a scene file, and a scene file needs --compliant: shockpc bench landing.toml --compliant"
         )
+    if out is not None:
+        check_folder(out, "--out")
     _refuse_unheeded(compliant, {"--suite": suite, "--soak": soak, "--seed": seed, "--workers": workers})
     if scene is not None:
         _compliant(scene, out)

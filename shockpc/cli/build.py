@@ -118,7 +118,7 @@ def _landings(robot: Robot, scene: Scene, wishes: Wishes) -> list[tuple[str, ...
     for text in wishes.contact:
         parts = [(text,)] if text in robot.frames else [match_frames(robot, part) for part in _names(text)]
         if len(parts) > 1:
-            landings.append(tuple(dict.fromkeys(frame for part in parts for frame in part)))
+            landings.append(tuple(frame for part in parts for frame in part))
         else:
             landings += [(frame,) for frame in parts[0]]
     if wishes.together:
@@ -131,6 +131,9 @@ def _names(text: str) -> list[str]:
     names = [part.strip() for part in text.split("+")]
     if not all(names):
         raise SceneError(f'--contact: "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
+    twice = [name for k, name in enumerate(names) if name in names[:k]]
+    if twice:
+        raise SceneError(f'--contact: "{text}" names "{twice[0]}" twice, and one contact strikes once; leave one of them out')
     return names
 
 
@@ -164,8 +167,8 @@ def _posture(scene: Scene, wishes: Wishes) -> Any:
         name, value = assignment("--set", text, "JOINT=VALUE", "'*_knee=-60'")
         sets[name] = number(f"--set {name}", value)
     # Later words go over earlier ones, so a name that is typed again moves to the end.
-    before = {name: value for name, value in posture.joints_deg.items() if name not in sets}
-    return dataclasses.replace(posture, joints_deg=before | sets)
+    kept = ({name: value for name, value in given.items() if name not in sets} for given in (posture.joints, posture.joints_deg))
+    return dataclasses.replace(posture, joints=next(kept), joints_deg=next(kept) | sets)
 
 
 def _joints(scene: Scene, wishes: Wishes) -> Joints:

@@ -67,6 +67,9 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     q = np.array(robot.postures[name]) if name in robot.postures else np.array(robot.start)
     q = _with_rotations(robot, name, q)
     _set_base(robot, posture, q)
+    twice = posture.joints.keys() & posture.joints_deg.keys()
+    if twice:
+        raise SceneError(f'"{min(twice)}" is set twice, in joints (rad) and in joints_deg (deg); keep one of them')
     for pattern, value in posture.joints.items():
         _set_joints(robot, pattern, value, q, 1.0)
     for pattern, value in posture.joints_deg.items():
@@ -178,9 +181,9 @@ def outside_limits(robot: Robot, q: Array) -> tuple[str, ...]:
         excess = max(low - value, value - high)
         # The slack lets a posture rest on a limit that a file states in rounded decimals.
         if excess > 1e-4:
-            unit = "m" if joint.shortname().startswith("JointModelP") else "rad"
+            unit, size = ("m", 1.0) if joint.shortname().startswith("JointModelP") else ("deg", math.degrees(1.0))
             warnings.append(
-                f'joint "{robot.model.names[body.joint]}" stands {excess:.3g} {unit} outside its limits '
-                f"[{low:.3g}, {high:.3g}]; the profile is computed there all the same"
+                f'joint "{robot.model.names[body.joint]}" stands {excess * size:.3g} {unit} outside its limits '
+                f"[{low * size:.3g}, {high * size:.3g}]; the profile is computed there all the same"
             )
     return tuple(warnings)

@@ -73,7 +73,7 @@ def balance_lines(profile: ShockProfile) -> list[str]:
     lines = [f"energy lost  {profile.energy_lost:.4g} J{share}"]
     for contact in profile.contacts:
         mitigation = (
-            "no impact mitigation factor (it needs a free base, and joints that can give way in every direction)"
+            "no impact mitigation factor (it needs a free base, no standing foot, and joints that give way in every direction)"
             if contact.mitigation is None
             else f"impact mitigation factor {contact.mitigation:.3f}"
         )

@@ -18,7 +18,7 @@ from shockpc.show.figure_page import colour_bar, scale_bar, title
 from shockpc.show.figure_panel import PANEL, panel, panel_height
 from shockpc.show.figure_style import STYLE, blank, save_drawing
 from shockpc.show.figure_view import View, view_of
-from shockpc.show.figure_window import ARROW, Window, strike_in_plane
+from shockpc.show.figure_window import ARROW, Window, strikes_in_plane
 from shockpc.show.palette import PAPER
 from shockpc.show.silhouette import to_plane
 
@@ -106,14 +106,14 @@ def _contents(profile: ShockProfile, view: View) -> Array:
 
 def _window(profile: ShockProfile, contents: Array, least: float) -> tuple[Window, float, float]:
     """The window around the contents and the strike arrows, and the picture's width and height on paper [inches]."""
-    feet = [to_plane(contact.point, profile.plane) for contact in profile.contacts]
+    feet = np.stack([to_plane(contact.point, profile.plane) for contact in profile.contacts])
     held, inch = contents, 0.0
     # The arrows' length is one of paper, so what they need of the plane follows from the scale, and the scale from that.
     for _ in range(3):
         low, high = held.min(axis=0), held.max(axis=0)
         size = np.maximum(high - low, 1e-6)
         inch = float(max(size[0] / (WIDEST - 2.0 * PAD), size[1] / (TALLEST - 2.0 * PAD)))
-        held = np.concatenate([contents, [foot + ARROW * inch * strike_in_plane(profile) for foot in feet]])
+        held = np.concatenate([contents, feet + ARROW * inch * strikes_in_plane(profile)])
     low, high = held.min(axis=0), held.max(axis=0)
     paper = np.maximum((high - low) / inch + 2.0 * PAD, (NARROWEST, least))
     middle = (low + high) / 2.0

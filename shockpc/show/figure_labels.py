@@ -20,9 +20,9 @@ REACHES = (1.0, 2.2, 3.6, 5.5, 8.0)
 SIZE = 7.5
 """Of the letters [pt]."""
 
-EDGE, ACROSS, INSIDE = 2.0, 0.5, 0.1
-"""What it costs to hide an edge, to stand on the other side of a body, and to hide its colours, against 0.05 for every step away
-from the mark."""
+MARK, EDGE, ACROSS, INSIDE = 20.0, 2.0, 0.5, 0.1
+"""What it costs to hide a mark, to hide an edge, to stand on the other side of a body, and to hide its colours, against 0.05 for
+every step away from the mark."""
 
 
 class _Box(NamedTuple):
@@ -112,7 +112,7 @@ class Labels:
                 box = _Box(cx - width / 2.0, cy - height / 2.0, cx + width / 2.0, cy + height / 2.0)
                 covered = shapely.intersection(self._bodies, shapely.box(*box)).area / (width * height)
                 # Half on a body and half off it is worst: that hides an edge.
-                cost = 5.0 * sum(box.shared(other) for other in self._taken)
+                cost = MARK * sum(box.shared(other) for other in self._taken)
                 cost += (EDGE * min(covered, 1.0 - covered) + INSIDE * covered + 0.05 * reach) * width * height
                 if beside and shapely.intersects(self._bodies, shapely.LineString([(x, y), (cx, cy)])):
                     cost += ACROSS * width * height

@@ -11,7 +11,7 @@ from shockpc.record import ShockProfile
 from shockpc.show.figure_labels import Labels
 from shockpc.show.figure_pointers import draw_pointers
 from shockpc.show.figure_view import View
-from shockpc.show.figure_window import ARROW, Window, letter, strike_in_plane
+from shockpc.show.figure_window import ARROW, Window, letter, strikes_in_plane
 from shockpc.show.palette import INK, PAPER
 from shockpc.show.silhouette import Region, to_plane
 
@@ -41,7 +41,7 @@ def draw_marks(
         whole: share of a RoPc's circle for which the picture has to have room.
         tied: whether a line goes from each numbered body to its centre of percussion.
 
-    Returns: which signs occur, of "centre", "other centre", "tie", "radius", "pointer" and "joint".
+    Returns: which signs occur, of "centre", "other centre", "tie", "radius", "pointer", "other pointer" and "joint".
     """
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     centres = to_plane(profile.copc_world, profile.plane)
@@ -54,8 +54,8 @@ def draw_marks(
         labels.keep_free(centres[i], OWN)
     for place in sensors:
         labels.keep_free(place, 0.06)
-    for contact in profile.contacts:
-        _strike(axes, to_plane(contact.point, profile.plane), strike_in_plane(profile), labels, window)
+    for contact, velocity in zip(profile.contacts, strikes_in_plane(profile), strict=True):
+        _strike(axes, to_plane(contact.point, profile.plane), velocity, labels, window)
     if _tags(axes, view, numbers, labels, window, {i: centres[i] for i in numbered} if tied else {}):
         signs.add("tie")
     for i in visible:
@@ -75,7 +75,8 @@ def draw_marks(
     for k, place in enumerate(sensors):
         axes.plot(*place, "D", markersize=4.2, markerfacecolor=SENSOR, markeredgecolor=INK, markeredgewidth=0.7, zorder=7)
         labels.place(place, letter(k))
-    return frozenset(signs | ({"pointer"} if set(beyond) & set(numbers) else set()))
+    signs |= {"pointer" if i in numbers else "other pointer" for i in beyond}
+    return frozenset(signs)
 
 
 def _together(bodies: list[int], centres: Array, near: float) -> list[list[int]]:
@@ -161,21 +162,22 @@ def _joints(axes: Axes, profile: ShockProfile, labels: Labels, window: Window) -
     return bool(places)
 
 
-def _strike(axes: Axes, place: Array, direction: Array, labels: Labels, window: Window) -> None:
-    """The velocity at which a contact comes down, from the contact on; only a ring around it if that is across the plane."""
+def _strike(axes: Axes, place: Array, velocity: Array, labels: Labels, window: Window) -> None:
+    """The velocity at which a contact comes down, from the contact on; only a ring around it if it hardly moves in the plane."""
     axes.plot(*place, "o", markersize=5.0, markerfacecolor=INK, markeredgecolor=PAPER, markeredgewidth=0.6, zorder=7)
     labels.keep_free(place, 0.09)
-    if np.linalg.norm(direction) < 0.05:
+    speed = float(np.linalg.norm(velocity))
+    if speed < 0.05:
         axes.plot(*place, "o", markersize=12.0, fillstyle="none", color=INK, markeredgewidth=1.2, zorder=7)
         return
-    tip = place + ARROW * window.inch * direction
+    tip = place + ARROW * window.inch * velocity
     for width, colour, z in ((4.2, PAPER, 6.8), (1.9, INK, 7.0)):
         axes.add_patch(
             FancyArrowPatch(
                 tuple(place),
                 tuple(tip),
                 arrowstyle="-|>",
-                mutation_scale=13,
+                mutation_scale=13.0 * min(1.0, 0.3 + speed),
                 linewidth=width,
                 color=colour,
                 shrinkA=0,

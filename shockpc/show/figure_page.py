@@ -10,7 +10,7 @@ from shockpc.record import ShockProfile
 from shockpc.show.figure_window import Window, strike_in_plane
 from shockpc.show.palette import BANDS, EDGES, INK
 from shockpc.show.sheets import UNDRIVEN
-from shockpc.show.strike import strike_angle
+from shockpc.show.strike import motion_text, strike_angle
 
 __all__ = ["colour_bar", "joint_model", "scale_bar", "title"]
 
@@ -46,7 +46,7 @@ def _line(page: Axes, x: float, y: float, words: str, size: float, width: float,
 def _posture(profile: ShockProfile) -> str:
     """Posture and base in words."""
     posture, base = profile.scene.posture, profile.scene.base
-    changed = len(posture.joints) + len(posture.joints_deg)
+    changed = len({name for pattern in (*posture.joints, *posture.joints_deg) for name in profile.robot.match_joints(pattern)})
     words = f"posture {posture.reference}" + (f", {changed} joint{'s' if changed > 1 else ''} set" if changed else "")
     turned = zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False)
     words += "".join(f", base {name} {angle:g}°" for name, angle in turned if angle).replace("-", "−")
@@ -64,6 +64,8 @@ def _strike(profile: ShockProfile) -> str:
         words = "({}) m/s".format(", ".join(f"{v + 0.0:.3g}" for v in profile.strike)).replace("-", "−")
     bounce = max((contact.restitution for contact in profile.scene.contact), default=0.0)
     slides = any(len(contact.directions) < 3 for contact in profile.scene.contact)
+    moves = motion_text(profile)
+    words += (" at the fastest contact" if moves and len(profile.contacts) > 1 else "") + (f", {moves}" if moves else "")
     return words + (f", restitution {bounce:g}" if bounce else "") + (", free to slide" if slides else "")
 
 

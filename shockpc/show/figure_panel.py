@@ -31,7 +31,7 @@ ACROSS = 0.1
 def panel_height(profile: ShockProfile, numbers: dict[int, int]) -> float:
     """Height that the column needs at most [inches]."""
     rows = min(len(numbers), ROWS) + (min(len(profile.points), ROWS) + 2.5 if profile.points else 0.0)
-    return LINE * (rows + len(_across(profile, numbers)) + 13.0)
+    return LINE * (rows + len(_across(profile, numbers)) + 14.0)
 
 
 def panel(
@@ -121,9 +121,9 @@ def _legend(page: Axes, profile: ShockProfile, view: View, signs: frozenset[str]
     """What each sign means; only those that the picture holds."""
     sign = x + 0.1
 
-    def arrow(head: float, width: float) -> None:
+    def arrow(head: float, width: float, colour: str = INK) -> None:
         shape = FancyArrowPatch((x, y), (x + 0.2, y), arrowstyle="-|>", mutation_scale=head, shrinkA=0, shrinkB=0)
-        shape.set(linewidth=width, color=INK)
+        shape.set(linewidth=width, color=colour)
         page.add_patch(shape)
 
     def say(words: str) -> None:
@@ -145,6 +145,9 @@ def _legend(page: Axes, profile: ShockProfile, view: View, signs: frozenset[str]
     if "pointer" in signs:
         arrow(9.0, 1.0)
         say("CoPc lies so far beyond the border")
+    if "other pointer" in signs:
+        arrow(5.0, 0.6, faded(INK, 0.45))
+        say("CoPc of another body lies beyond")
     if "radius" in signs:
         page.plot([x, x + 0.2], [y, y], color=INK, linewidth=0.6, linestyle=DASHED)
         say("RoPc: shock is 1 on this circle")

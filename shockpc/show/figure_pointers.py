@@ -54,15 +54,16 @@ def draw_pointers(
             marks.append(mark)
         else:
             same.numbers.append(numbers[i])
-    taken: list[Array] = []
+    tips: list[Array] = []
     for mark in marks:
-        tip = _beside(mark, taken, labels, window)
-        taken.append(tip)
-        tail = _arrow(axes, tip, mark.direction, window, LONG, 10.0, INK)
-        labels.keep_free(tip, 0.05)
-        labels.keep_free((tip + tail) / 2.0, 0.05)
-        labels.keep_free(tail, 0.04)
-        labels.place((tip + tail) / 2.0, f"{', '.join(map(str, mark.numbers))}: {length(mark.distance)}", gap=0.08)
+        tips.append(_beside(mark, tips, labels, window))
+        tail = _arrow(axes, tips[-1], mark.direction, window, LONG, 10.0, INK)
+        for share, radius in ((0.0, 0.05), (0.25, 0.07), (0.6, 0.04), (1.0, 0.04)):
+            labels.keep_free(tips[-1] + share * (tail - tips[-1]), radius)
+    # All arrows before any words, so that none is written over.
+    for mark, tip in zip(marks, tips, strict=True):
+        middle = tip - 0.5 * LONG * window.inch * mark.direction
+        labels.place(middle, f"{', '.join(map(str, mark.numbers))}: {length(mark.distance)}", gap=0.08)
 
 
 class _Pointer(NamedTuple):

@@ -8,7 +8,7 @@ from shockpc.core.spatial import Array
 from shockpc.record import ShockProfile
 from shockpc.show.silhouette import to_plane
 
-__all__ = ["ARROW", "Window", "length", "letter", "strike_in_plane"]
+__all__ = ["ARROW", "Window", "length", "letter", "strike_in_plane", "strikes_in_plane"]
 
 ARROW = 0.62
 """Length of a strike arrow [inches]."""
@@ -41,6 +41,13 @@ def letter(index: int) -> str:
 def strike_in_plane(profile: ShockProfile) -> Array:
     """The strike (2,) along e1 and e2, relative to its speed [1]."""
     return to_plane(profile.strike, profile.plane) / float(np.linalg.norm(profile.strike))
+
+
+def strikes_in_plane(profile: ShockProfile) -> Array:
+    """The velocity (n, 2) of every contact along e1 and e2, relative to the speed of the fastest [1]."""
+    return to_plane(np.stack([contact.approach for contact in profile.contacts]), profile.plane) / float(
+        np.linalg.norm(profile.strike)
+    )
 
 
 def length(metres: float) -> str:

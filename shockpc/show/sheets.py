@@ -4,6 +4,8 @@ import fnmatch
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from shockpc.model.robot import Robot
 from shockpc.record import ContactImpulse, ShockProfile, StanceImpulse
 from shockpc.show.strike import strike_text
@@ -225,7 +227,10 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     grip = "sticks" if asked.sticks else f"slides, kept along {' '.join(kept)}"
     bounce = f", restitution {asked.restitution:g}" if asked.restitution else ""
     lowest = ", its lowest point" if asked.at == "lowest" else ""
-    return f"{asked.frame}{lowest} at ({where}) m, {grip}{bounce}"
+    comes = ""
+    if np.linalg.norm(found.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
+        comes = ", comes at ({}) m/s".format(", ".join(f"{v:.4g}" for v in found.approach.round(12) + 0.0))
+    return f"{asked.frame}{lowest} at ({where}) m, {grip}{bounce}{comes}"
 
 
 def _plane_text(profile: ShockProfile) -> str:
