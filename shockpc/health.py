@@ -5,15 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.blame import contradiction, ill_conditioned, nearly_repeated
-from shockpc.core.impulse import independent_rows, residuals
+from shockpc.core.impulse import independent_rows, residuals, solve_impact
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
 from shockpc.core.rounding import units_of
 from shockpc.core.spatial import Array
 from shockpc.core.tree import Tree
 from shockpc.errors import SceneError
-from shockpc.model.bodies import at_com, speed_of
+from shockpc.model.bodies import at_com, body_jumps, speed_of
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.equation import Solution
+from shockpc.model.equation import Equation, Solution
 from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, about_com, row_jacobian
 from shockpc.model.sampling import sampled_rounding
@@ -51,6 +51,9 @@ UNMOVED = 1e-13
 
 SAMPLES = 12
 """Random changes that sample what rounding does: the largest of so many effects is hardly made too small by chance."""
+
+CANCELLED = 8.0
+"""Speeds before the impact that are so much smaller than the terms they are sums of have lost digits worth counting."""
 
 JOINT_SPACE = "joint space (Eq. 4)"
 MAXIMAL = "maximal coordinates, refined"
@@ -141,22 +144,33 @@ def judge(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Sol
             # A difference that no sample explains is an error of one of the two, and nobody can tell of which.
             errors = np.maximum(errors, ONE_DRAW * apart)
         method = f"{chosen}, the steadier of two solutions"
-        still_apart, left = np.where(moving, apart, 0.0), float(np.max(errors[moving]))
+        still_apart, left = np.where(moving, apart, 0.0), float(np.max(errors[moving], initial=0.0))
         warnings.append(ill_conditioned(robot, rows, float(impact.weakest[0]), still_apart, left, DOUBTFUL, chosen))
         if other is not None and chosen == MAXIMAL:
-            solution = _from_maximal(robot, state, other, solution, chosen_rows)
+            solution = _from_maximal(robot, state, other, solution, chosen_rows, held)
+            motion = other.twists[..., -1]
+            moving = ~held & (speed_of(robot, motion) > UNMOVED * speed_of(robot, motion).max())
+    approach = _approach_rounding(robot, state, rows, equation, motion, held, units)
+    errors = errors + approach
+    if np.any(approach[moving] > DOUBTFUL):
+        warnings.append(
+            "the speeds before the impact are small differences of large ones, so the shock is good to about "
+            f"{approach[moving].max():.0e} of each body's motion only"
+        )
     if impact.marginal[0]:
         errors = np.where(held, errors, np.maximum(errors, 1.0))
         warnings.append(nearly_repeated(rows))
-    still = int(np.sum(~moving & ~held & (speed_of(robot, motion) > 0.0)))
-    if still:
-        which = "1 body moves" if still == 1 else f"{still} bodies move"
-        warnings.append(f"{which} by less than {UNMOVED:.0e} of the fastest one; such numbers are rounding")
+    speed = speed_of(robot, motion)
+    still = ~moving & (speed > 0.0)
+    if still.any():
+        which = "1 body moves" if still.sum() == 1 else f"{still.sum()} bodies move"
+        most = max(UNMOVED, float(speed[still].max() / speed.max()))
+        warnings.append(f"{which} by no more than {most:.0e} of the fastest one; such numbers are rounding")
     health = Health(
         rank=int(impact.rank[0]),
         rows=equation.J_c.shape[1],
         residual=float(max(momentum, contact.max())),
-        error_estimate=float(np.max(errors[moving])),
+        error_estimate=float(np.max(errors[moving], initial=0.0)),
         body_errors=tuple(map(float, errors)),
         method=method,
         warnings=tuple(warnings),
@@ -178,12 +192,26 @@ def _cancellation(state: Dynamics, rows: Rows, dead: np.ndarray) -> float:
     return float(np.max(np.linalg.norm(terms, axis=1)[~dead] / size[~dead], initial=1.0))
 
 
+def _approach_rounding(
+    robot: Robot, state: Dynamics, rows: Rows, equation: Equation, motion: Array, held: np.ndarray, units: float
+) -> Array:
+    """What rounding in the speeds before the impact does, which may be small differences, to each body's motion (nb,) [1]."""
+    terms, b = rows.terms[0], rows.b[0, :, -1]
+    if terms.max(initial=0.0) <= CANCELLED * np.abs(b).max(initial=0.0):
+        return np.zeros(len(motion))
+    delta = solve_impact(equation.H[0], equation.J_c[0], np.diag(terms)).delta_qd
+    jumps = body_jumps(state, (delta if equation.G is None else equation.G[0] @ delta)[None])[0]
+    moved = [speed_of(robot, at_com(robot, state, jumps[..., k])) for k in range(len(terms))]
+    return np.where(held, 0.0, units * np.linalg.norm(moved, axis=0) / np.maximum(speed_of(robot, motion), np.finfo(float).tiny))
+
+
 def _compare(robot: Robot, motion: Array, other: MaximalSolution | None, held: np.ndarray) -> tuple[Array, np.ndarray]:
     """How far two solutions are apart at every body (nb,), infinitely without a second one; and which bodies move (nb,)."""
     found = motion if other is None else other.twists[..., -1]
     apart = np.where(held, 0.0, np.inf) if other is None else _relative(robot, motion - found, found, held)
-    speed = speed_of(robot, found)
-    return apart, ~held & (speed > UNMOVED * speed.max())
+    ours, theirs = speed_of(robot, motion), speed_of(robot, found)
+    # What one solution moves by more than a trace is moved, until it is known which of them errs.
+    return apart, ~held & ((theirs > UNMOVED * theirs.max()) | (ours > TRUSTED * ours.max()))
 
 
 def _relative(robot: Robot, difference: Array, motion: Array, held: np.ndarray) -> Array:
@@ -193,10 +221,12 @@ def _relative(robot: Robot, difference: Array, motion: Array, held: np.ndarray) 
     return np.where(apart > 0.0, apart / np.where(own > 0.0, own, np.finfo(float).tiny), 0.0)
 
 
-def _from_maximal(robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, chosen: np.ndarray) -> Solution:
-    """The solution in maximal coordinates, written as the joint-space one is."""
-    rotation = np.swapaxes(state.rotation[0], -1, -2)
-    omega, v_com = rotation @ refined.twists[:, :3], rotation @ refined.twists[:, 3:]
+def _from_maximal(
+    robot: Robot, state: Dynamics, refined: MaximalSolution, before: Solution, chosen: np.ndarray, held: np.ndarray
+) -> Solution:
+    """The solution in maximal coordinates, written as the joint-space one is; bodies that nothing can move are at rest."""
+    rotation, twists = np.swapaxes(state.rotation[0], -1, -2), np.where(held[:, None, None], 0.0, refined.twists)
+    omega, v_com = rotation @ twists[:, :3], rotation @ twists[:, 3:]
     com = np.stack([body.com for body in robot.bodies])
     jumps = np.concatenate([omega, v_com - np.cross(omega, com[..., None], axis=1)], axis=1)[None]
     delta_y = refined.delta_y[None]

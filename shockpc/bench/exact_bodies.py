@@ -79,8 +79,7 @@ def free_bodies(robot: Robot, scene: Scene, setting: Setting, read: Reader) -> M
         R, p, columns = _move(model.joints[j], R, p, q, read)
         placed.append((R, p))
         moves, numbers = _free_columns(robot, scene, setting, i, columns, p)
-        for k, v in enumerate(numbers):
-            place[v] = (i, k)
+        place |= {v: (i, k) for k, v in enumerate(numbers) if v >= 0}
         S.append(moves)
         armature.append(widen(np.array([0.0 if v < 0 else setting.drives.armature[v] for v in numbers])))
         parent.append(int(model.parents[j]) - 1)

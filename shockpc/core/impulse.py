@@ -30,7 +30,8 @@ class Impact(NamedTuple):
         rank: (...) how many rows are independent.
         weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
         condition: (...) how many times rounding in the inertia is enlarged, 1 / min(L_ii)² of its Cholesky factor, at least [1].
-        marginal: (...) whether one came so near to where they are left out that rounding may have decided.
+        marginal: (...) whether rounding may have decided the rank: a singular value comes near to where they are left out, or the
+            rows by themselves have another.
     """
 
     delta_qd: Array
@@ -55,7 +56,7 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     H = L Lᵀ turns the contact rows into X = L⁻¹ J_cᵀ, and the singular values of X (with H scaled to a unit diagonal and the
     columns of X to unit length) decide the rank; working on X and not on XᵀX keeps twice the digits. Rows count as repeated when a
     singular value falls below 8 n ε / min(L_ii), which bounds what rounding in H can make of a zero; `marginal` tells where one
-    came near that, on either side. No damping.
+    came near that, on either side, and where the rows by themselves, without H, have another rank. No damping.
 
     Args:
         H: (..., nv, nv) joint-space inertia, symmetric positive definite [kg, kg m, kg m²].
@@ -90,6 +91,8 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     bound = tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
     kept = s > bound
     marginal = np.any((s > MARGIN[0] * bound) & (s < MARGIN[1] * bound), axis=-1)
+    if not kept.all():
+        marginal |= kept.sum(axis=-1) != _own_rank(J_c * d[..., None, :])
     s_inv = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
 
     largest = s.max(axis=-1, initial=0.0)
@@ -104,6 +107,15 @@ def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
     # A row's impulse is unique when its unit vector lies in the row space that was kept.
     unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
     return Impact(delta_qd, impulse, unique, dead, c, kept.sum(axis=-1), weakest, 1.0 / least**2, marginal)
+
+
+def _own_rank(J: Array) -> np.ndarray:
+    """How many rows (..., nc, nv) are independent before any inertia couples them; in exact numbers inertia cannot change that."""
+    threshold = 8 * max(J.shape[-2:]) * np.finfo(float).eps
+    length = np.linalg.norm(J, axis=-1, keepdims=True)
+    alive = length > threshold * length.max(axis=-2, keepdims=True, initial=0.0)
+    s = np.linalg.svd(np.where(alive, J / np.where(alive, length, 1.0), 0.0), compute_uv=False)
+    return np.asarray((s > threshold * s.max(axis=-1, keepdims=True, initial=0.0)).sum(axis=-1))
 
 
 def _substitute(L: Array, B: Array) -> Array:

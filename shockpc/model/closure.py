@@ -114,7 +114,7 @@ def closure_block(state: Dynamics, loop: Loop) -> Block:
         about = np.swapaxes(frame, -1, -2)
         W = np.concatenate([W, moment_block(state, a, about) - moment_block(state, b, about)], axis=1)
         axes = np.concatenate([axes, about], axis=1)
-    return Block(f'closure "{loop.name}"', W, np.zeros((*W.shape[:2], 4)), axes[0])
+    return Block(f'closure "{loop.name}"', W, np.zeros((*W.shape[:2], 4)), np.zeros(W.shape[:2]), axes[0])
 
 
 def closure_gap(state: Dynamics, loop: Loop) -> Array:

@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.motion import Motion, spin_before, velocity_before
+from shockpc.model.motion import Motion, spin_before, terms_before, velocity_before
 from shockpc.model.outline import outline
 from shockpc.model.robot import Robot
 from shockpc.model.rows import Block, moment_block, point_block
@@ -157,12 +157,16 @@ def touch_block(state: Dynamics, touch: Touch, before: Motion) -> Block:
     approach = velocity_before(state, before, touch.body, touch.point) @ touch.directions.T
     unit = np.broadcast_to(touch.directions, (len(state.H), *touch.directions.shape))
     b = (1.0 + touch.restitution) * np.concatenate([unit, approach[..., None]], axis=-1)
+    spun, moved = terms_before(state, before, touch.body, touch.point)
+    terms = moved @ np.abs(touch.directions).T
     if len(touch.turns):
         W = np.concatenate([W, moment_block(state, touch.body, touch.turns)], axis=1)
         turning = spin_before(state, before, touch.body) @ touch.turns.T
         still = np.zeros((len(state.H), len(touch.turns), 3))
+        terms = np.concatenate([terms, spun @ np.abs(touch.turns).T], axis=1)
         b = np.concatenate([b, (1.0 + touch.restitution) * np.concatenate([still, turning[..., None]], axis=-1)], axis=1)
-    return Block(f'contact "{touch.frame}"', W, b, np.concatenate([touch.directions, touch.turns]), touch.restitution)
+    axes = np.concatenate([touch.directions, touch.turns])
+    return Block(f'contact "{touch.frame}"', W, b, (1.0 + touch.restitution) * terms, axes, touch.restitution)
 
 
 def stance_block(robot: Robot, state: Dynamics, frame: str) -> Block:
@@ -176,7 +180,7 @@ def stance_block(robot: Robot, state: Dynamics, frame: str) -> Block:
     if found.body < 0:
         raise SceneError(f'stance "{frame}" is fixed to the world, so it stands anyway; name a frame on a moving link')
     W = point_block(state, found.body, found.offset, np.eye(3))
-    return Block(f'stance "{frame}"', W, np.zeros((len(state.H), 3, 4)), np.eye(3))
+    return Block(f'stance "{frame}"', W, np.zeros((len(state.H), 3, 4)), np.zeros((len(state.H), 3)), np.eye(3))
 
 
 def _across(up: Array) -> tuple[Array, Array]:

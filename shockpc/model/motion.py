@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
 
-__all__ = ["Motion", "spin_before", "twists_before", "velocity_before"]
+__all__ = ["Motion", "spin_before", "terms_before", "twists_before", "velocity_before"]
 
 
 class Motion(NamedTuple):
@@ -38,6 +38,15 @@ def velocity_before(state: Dynamics, before: Motion, body: int, point: Array) ->
     twist = _twist_before(state, before, body)
     p = state.position[:, body] + state.rotation[:, body] @ point
     return np.asarray(twist[:, 3:] + np.cross(twist[:, :3], p))
+
+
+def terms_before(state: Dynamics, before: Motion, body: int, point: Array) -> tuple[Array, Array]:
+    """Sizes (N, 3) of the terms that the angular velocity of a body and the velocity of a point of it are sums of [rad/s, m/s]."""
+    rates = np.abs(np.where(state.moves[body], before.joint_rates, 0.0))
+    twist = np.abs(np.concatenate([before.omega, before.velocity])) + np.abs(state.J) @ rates
+    reach = np.abs(state.position[:, body]) + np.abs(state.rotation[:, body]) @ np.abs(point)
+    turned = twist[:, [1, 2, 0]] * reach[:, [2, 0, 1]] + twist[:, [2, 0, 1]] * reach[:, [1, 2, 0]]
+    return twist[:, :3], twist[:, 3:] + turned
 
 
 def spin_before(state: Dynamics, before: Motion, body: int) -> Array:

@@ -44,7 +44,8 @@ def drive_bracket(
         try:
             G = freedom(robot, scene.base or "free", setting.plane, state.rotation[:, 0], locked)
             found = solve(robot, state, setting.rows, np.zeros(nv), G)
-            if ill_posed(state, float(found.impact.condition[0])):
+            enlarged = max(float(found.impact.condition[0]), 1.0 / float(found.impact.weakest[0]))
+            if found.impact.marginal[0] or ill_posed(state, enlarged):
                 found, health, _ = judge(robot, state, tree(robot, state, np.zeros(nv), G), setting.rows, found)
                 if health.error_estimate > DOUBTFUL:
                     doubtful[drives] = health.error_estimate

@@ -57,7 +57,8 @@ def turn_errors(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, verdict
         normal: (3,) of the plane, world axes.
     """
     motion = at_com(robot, state, verdict.solution.jumps[0, ..., -1])
-    most = np.asarray(np.array(verdict.health.body_errors) * speed_of(robot, motion) / turning_lengths(robot))
+    speed = speed_of(robot, motion) / turning_lengths(robot)
+    most = np.where(speed > 0.0, np.array(verdict.health.body_errors), 0.0) * speed
     second = verdict.second
     if second is None or not np.any(most > TRUSTED * np.abs(motion[:, :3] @ normal)):
         return most
