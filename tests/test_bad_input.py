@@ -161,6 +161,10 @@ def test_robot_files(capfd, here, command, name, text):
             "To list them: shockpc robots HERE/stick.urdf",
         ),
         (("--contact", "foot+"), '--contact: "foot+" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"'),
+        (
+            ("--contact", "foot+foot"),
+            '--contact: "foot+foot" names "foot" twice, and one contact strikes once; leave one of them out',
+        ),
         (("--contact", ""), '--contact: "" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"'),
         (
             ("--contact", "foot", "--point", "nose"),
@@ -777,3 +781,10 @@ def test_masses_beyond_numbers(capfd, here, mass, text):
     robot = urdf(link("body"), link("shin", mass=mass), joint("knee", "body", "shin", more=LIMIT), name="stick")
     (here / "stick.urdf").write_text(robot)
     refused(capfd, here, f'stick.urdf: body "shin" {text}', "analyze", "stick.urdf", "--contact", "shin")
+
+
+def test_a_folder_where_a_file_has_to_go(capfd, here):
+    """Found before anything is written, so that nothing is half there."""
+    (here / "out" / "profile.json").mkdir(parents=True)
+    text = '"out/profile.json" is a folder, where a file has to go; move it, or name another with --out'
+    refused(capfd, here, text, *LANDING, "--out", "out")

@@ -304,7 +304,24 @@ def test_the_figure_tells_the_strike_of_the_report():
     assert dict(header_lines(profile))["strike"].startswith(
         f"3.723 m/s, {angle} deg from the vertical: velocity (-2.396, 0, -2.85)"
     )
-    assert "posture standing; strike 3.72 m/s, −40.06° from the vertical" in words(draw(profile))
+    assert "posture standing; strike 3.72 m/s, −40.06° from the vertical, turning at (0, 5, 0) rad/s" in words(draw(profile))
+
+
+def test_every_contact_has_an_arrow_of_its_own_velocity():
+    """A robot that pitches forward comes down faster in front than behind, and the lengths of the arrows are as the speeds."""
+    strike = Strike(angular_velocity=(0.0, 1.0, 0.0))
+    contacts = (Contact(frame="LF_FOOT"), Contact(frame="LH_FOOT"))
+    profile = shock_profile(Scene(robot="anymal_b", contact=contacts, strike=strike))
+    picture = draw(profile).axes[1]
+    lines = [np.subtract(*patch._posA_posB[::-1]) for patch in picture.patches if getattr(patch, "_posA_posB", None)]
+    arrows = np.array([line for line in lines if np.linalg.norm(line) > 0.0])
+    for contact in profile.contacts:
+        along = to_plane(contact.approach, profile.plane)
+        share = np.linalg.norm(along) / np.linalg.norm(profile.strike)
+        length = share * max(np.linalg.norm(arrows, axis=1))
+        assert any(np.allclose(arrow, along / np.linalg.norm(along) * length, atol=1e-9) for arrow in arrows)
+    front, hind = (np.linalg.norm(contact.approach) for contact in profile.contacts)
+    assert front > 1.5 * hind
 
 
 def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):

@@ -354,7 +354,7 @@ def test_slips_are_named(here, text, said):
         ),
         (b'robot = "leg\n', "PATH is not TOML, as a scene has to be: Illegal character '\\n' (at line 1, column 13)"),
         (b"<robot/>\n", "PATH is not TOML, as a scene has to be: Invalid statement (at line 1, column 1)"),
-        (b'robot = "\xff"\n', "PATH is not UTF-8 text; a scene is a TOML file"),
+        (b'robot = "\xff"\n', "PATH is not UTF-8 text; a scene is TOML, a robot is URDF, xacro or MJCF, and both are text"),
     ],
 )
 def test_files_that_are_no_toml(here, data, said):
@@ -664,3 +664,10 @@ def faults(schema: dict, value: object, root: dict) -> list[str]:
         parts = schema.get("prefixItems", [schema.get("items", {})] * len(value))
         found += [fault for part, item in zip(parts, value, strict=False) for fault in faults(part, item, root)]
     return found
+
+
+def test_a_byte_order_mark_is_no_part_of_a_scene(here):
+    """Some editors put one before the text."""
+    path = here / "landing.toml"
+    path.write_bytes(b'\xef\xbb\xbfrobot = "leg"\n[[contact]]\nframe = "heel"\n')
+    assert read_scene(path).contact == (Contact(frame="heel"),)

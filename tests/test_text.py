@@ -288,6 +288,7 @@ def test_the_strike_told_is_that_of_the_contact(strike, line):
     """Turning at 1 rad/s about y, a point 1 m below the base goes back at 1 m/s; speed and angle are those of what is printed."""
     contact = Contact(frame="pivot", offset=(0.0, 0.0, -1.0))
     scene = Scene(robot="beam", contact=(contact,), strike=replace(strike, angular_velocity=(0.0, 1.0, 0.0)))
+    line += "; turning at (0, 1, 0) rad/s"
     assert f"\nstrike       {line}\n" in text_report([shock_profile(scene)])
     assert f"- **strike**: {line}\n" in markdown_report([shock_profile(scene)])
 
@@ -297,8 +298,8 @@ def test_a_strike_relative_to_the_centre_of_mass_says_so():
     strike = Strike(angular_velocity=(0.0, 2.0, 0.0))
     scene = Scene(robot="beam", contact=(Contact(frame="pivot"),), strike=strike, v_in="com")
     assert (
-        "\nstrike       1 m/s, 0 deg from the vertical: velocity (0, 0, -1) m/s; shock relative to the centre of mass's 2 m/s\n"
-        in text_report([shock_profile(scene)])
+        "\nstrike       1 m/s, 0 deg from the vertical: velocity (0, 0, -1) m/s; turning at (0, 2, 0) rad/s; "
+        "shock relative to the centre of mass's 2 m/s\n" in text_report([shock_profile(scene)])
     )
 
 

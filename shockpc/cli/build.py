@@ -167,8 +167,8 @@ def _posture(scene: Scene, wishes: Wishes) -> Any:
         name, value = assignment("--set", text, "JOINT=VALUE", "'*_knee=-60'")
         sets[name] = number(f"--set {name}", value)
     # Later words go over earlier ones, so a name that is typed again moves to the end.
-    kept = ({name: value for name, value in given.items() if name not in sets} for given in (posture.joints, posture.joints_deg))
-    return dataclasses.replace(posture, joints=next(kept), joints_deg=next(kept) | sets)
+    before = {name: value for name, value in posture.joints_deg.items() if name not in sets}
+    return dataclasses.replace(posture, joints_deg=before | sets)
 
 
 def _joints(scene: Scene, wishes: Wishes) -> Joints:

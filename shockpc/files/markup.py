@@ -54,7 +54,7 @@ def read_text(path: Path) -> str:
     try:
         data = path.read_bytes()
     except FileNotFoundError:
-        raise RobotError(f'no file "{path}" (looked in {Path.cwd()})') from None
+        raise RobotError(f'no file "{path}"') from None
     except OSError as error:
         raise RobotError(f'"{path}" cannot be read: {error.strerror}; check its permissions') from None
     try:

@@ -67,9 +67,6 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     q = np.array(robot.postures[name]) if name in robot.postures else np.array(robot.start)
     q = _with_rotations(robot, name, q)
     _set_base(robot, posture, q)
-    twice = posture.joints.keys() & posture.joints_deg.keys()
-    if twice:
-        raise SceneError(f'"{min(twice)}" is set twice, in joints (rad) and in joints_deg (deg); keep one of them')
     for pattern, value in posture.joints.items():
         _set_joints(robot, pattern, value, q, 1.0)
     for pattern, value in posture.joints_deg.items():

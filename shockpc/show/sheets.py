@@ -52,7 +52,7 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     base = {"free": "base free", "planar": "base moves in the plane only", "fixed": "base fixed"}[scene.base or "free"]
     turned = scene.posture.base_rpy_deg
     turn = f", base turned by roll {turned[0]:g}, pitch {turned[1]:g}, yaw {turned[2]:g} deg" if turned else ""
-    changed = [*scene.posture.joints, *scene.posture.joints_deg]
+    changed = dict.fromkeys([*scene.posture.joints, *scene.posture.joints_deg])
     sets = f", with {', '.join(changed)} set" if changed else ""
     mass = f"{robot.mass:.4g} kg, {bodies_text(robot)}"
     return [
