@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.blame import contradiction, ill_conditioned, nearly_repeated
-from shockpc.core.impulse import independent_rows, residuals, solve_impact
+from shockpc.core.impulse import independent_rows, least_impulse, residuals, solve_impact
 from shockpc.core.maximal import MaximalSolution, refine, solve_maximal
 from shockpc.core.rounding import units_of
 from shockpc.core.spatial import Array
@@ -232,11 +232,6 @@ def _from_maximal(
     delta_y = refined.delta_y[None]
     delta_qd = delta_y if before.equation.G is None else before.equation.G @ delta_y
     J_c = before.equation.J_c[0]
-    impulse = refined.impulse
-    if len(chosen) < len(J_c):
-        # Of all impulses that do the same, the ones of least norm once rows have unit mobility, as in joint space.
-        scale, rank = before.impact.scale[0][:, None], len(chosen)
-        U, s, Vt = np.linalg.svd((scale * J_c).T, full_matrices=False)
-        impulse = scale * (Vt[:rank].T @ ((U[:, :rank].T @ (J_c[chosen].T @ impulse)) / s[:rank, None]))
+    impulse = least_impulse(J_c, before.impact.scale[0], chosen, refined.impulse)
     impact = before.impact._replace(delta_qd=delta_y, impulse=impulse[None])
     return Solution(before.equation, impact, delta_qd, jumps)

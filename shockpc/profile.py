@@ -15,14 +15,13 @@ import numpy as np
 from shockpc.core.directions import extreme_directions
 from shockpc.core.percussion import off_plane_share, percussion, shock_at
 from shockpc.core.pulse import Pulse, pulse_from
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.spatial import velocity_at
 from shockpc.errors import SceneError
 from shockpc.health import judge
 from shockpc.ledger import Ledger
 from shockpc.model.bodies import gyration_radii
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
-from shockpc.model.motion import velocity_before
 from shockpc.model.robot import Robot, load_robot
 from shockpc.readings.bracket import drive_bracket
 from shockpc.readings.contacts import contact_impulses, stance_impulses, total_impulse
@@ -38,6 +37,7 @@ from shockpc.readings.doubts import (
 from shockpc.readings.geometry import shock_ranges
 from shockpc.readings.loads import energy, joint_loads
 from shockpc.readings.points import point_maps, point_shocks, spots
+from shockpc.readings.speed import normalising_speed
 from shockpc.record import PointShock, ShockProfile
 from shockpc.scene import Scene
 from shockpc.setting import Setting, complete, setting_of
@@ -68,7 +68,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
     with ledger.stage("posture, inertia, Jacobians and rows"):
         setting = setting_of(scene, robot)
         state, rows, up = setting.state, setting.rows, setting.up
-        v_in, strike = _v_in(scene, robot, setting)
+        v_in, strike, unsure = normalising_speed(scene, robot, setting)
         com = np.stack([body.com for body in robot.bodies])
     with ledger.stage("steps 1 and 2: impulsive equation of motion, bodies"):
         solution = solve(robot, state, rows, setting.drives.armature, setting.G)
@@ -83,7 +83,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         normal = setting.plane.normal @ rotation
         size, turn_error = _size(robot, setting), turn_errors(robot, state, bodies, rows, verdict, setting.plane.normal)
         reduced = percussion(delta_omega, delta_v, normal, v_in, size, ROUNDED, turn_error)
-        unsure = percussion_doubts(robot, np.sum(delta_omega * normal, axis=-1), turn_error, reduced.translates)
+        unsure += percussion_doubts(robot, np.sum(delta_omega * normal, axis=-1), turn_error, reduced.translates)
         off_plane = off_plane_share(delta_omega, velocity_at(delta_omega, delta_v, com), normal, gyration_radii(robot))
     with ledger.stage("shock over geometry"):
         shock_min, shock_max, unseen = shock_ranges(robot, delta_omega, delta_v, v_in)
@@ -106,7 +106,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
             *direction_doubts(robot, state, verdict),
             *impulse_doubts(rows, verdict),
             *total_doubts(rows, grounded, centre, size, verdict),
-            *load_doubts(robot, loads, verdict, size),
+            *load_doubts(robot, bodies, rows, loads, verdict, size),
             *mass_doubts(robot, state, bodies, setting.touches, rows, verdict, contacts, up),
             *unchecked,
         )
@@ -149,22 +149,6 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
             health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *unsure, *pulled, *dragged, *gained, *unseen)
         ),
     )
-
-
-def _v_in(scene: Scene, robot: Robot, setting: Setting) -> tuple[float, Array]:
-    """The speed that shock is normalised by [m/s], and the velocity of the fastest contact (3,)."""
-    strike = setting.approach[np.argmax(np.linalg.norm(setting.approach, axis=1))]
-    if scene.v_in == "contact":
-        return float(np.linalg.norm(strike)), strike
-    momentum = sum(
-        body.mass * velocity_before(setting.state, setting.before, i, body.com)[0] for i, body in enumerate(robot.bodies)
-    )
-    speed = float(np.linalg.norm(momentum)) / robot.mass
-    if not speed > 0.0:
-        raise SceneError(
-            'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
-        )
-    return speed, strike
 
 
 def _gained(lost: float, mass: float, setting: Setting) -> tuple[str, ...]:

@@ -78,7 +78,7 @@ def test_what_two_solutions_do_not_share_is_doubted(off, told):
     loads = joint_loads(robot, setting.state, bodies, setting.rows, verdict.solution)
     warned = [
         impulse_doubts(setting.rows, with_second(verdict, impulse=found.impulse * (1.0 + off))),
-        load_doubts(robot, loads, with_second(verdict, through=found.through * (1.0 + off)), 1.0),
+        load_doubts(robot, bodies, setting.rows, loads, with_second(verdict, through=found.through * (1.0 + off)), 1.0),
         direction_doubts(robot, setting.state, with_second(verdict, twists=found.twists * (1.0 + off))),
     ]
     assert [len(lines) for lines in warned] == [told] * 3

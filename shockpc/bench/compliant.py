@@ -189,7 +189,9 @@ def compliant_sheet(found: Compliant) -> Sheet:
         f"the rigid answer took {1e3 * found.seconds:.0f} ms",
         "error: of the jump until the contact lets go, of the worst body, relative to the fastest body's jump; without gravity, "
         "which adds so much of the strike's speed besides",
-        f"ground: so stiff along the strike, where {found.mass:.3g} kg are behind each contact, elsewhere as the mass there asks",
+        f"ground: so stiff along the strike, where {found.mass:.3g} kg are behind each contact; in other directions, and between "
+        "contacts, in proportion to the mass there, so that all come to rest together, as the rigid answer takes it: one that is "
+        "equally stiff all ways lets one go before another, and ends elsewhere however hard it is",
         "bouncing: the ground is loaded along one spring and unloaded along one 1/e² as stiff; with e = 0 it stays pushed in",
     ]
     softest = found.grounds[0]

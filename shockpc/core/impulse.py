@@ -14,7 +14,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
 
-__all__ = ["Impact", "independent_rows", "residuals", "solve_impact", "weakest_columns"]
+__all__ = ["Impact", "independent_rows", "least_impulse", "residuals", "solve_impact", "weakest_columns"]
 
 
 class Impact(NamedTuple):
@@ -156,6 +156,24 @@ def independent_rows(H: Array, J_c: Array, rank: int, dead: np.ndarray) -> np.nd
         X = X - np.outer(e, e @ X)
         X[:, chosen] = 0.0
     return np.array(sorted(chosen), dtype=int)
+
+
+def least_impulse(J_c: Array, scale: Array, chosen: np.ndarray, impulse: Array) -> Array:
+    """Of all impulses that do what those of some rows do, the one that `solve_impact` gives: of least norm at unit mobility.
+
+    Args:
+        J_c: (nc, nv) rows.
+        scale: (nc,) that brings them to unit mobility.
+        chosen: (r,) indices of rows that all others follow from.
+        impulse: (r, k) along those.
+
+    Returns: (nc, k).
+    """
+    rank = len(chosen)
+    if rank == len(J_c):
+        return impulse
+    U, s, Vt = np.linalg.svd((scale[:, None] * J_c).T, full_matrices=False)
+    return np.asarray(scale[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ (J_c[chosen].T @ impulse)) / s[:rank, None])))
 
 
 def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> tuple[Array, Array]:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.contact_mass import effective_masses
-from shockpc.core.impulse import independent_rows, solve_impact
-from shockpc.core.loads import energy_lost
+from shockpc.core.impulse import independent_rows, least_impulse, solve_impact
+from shockpc.core.loads import energy_lost, joint_impulses
 from shockpc.core.maximal import mobility, refine
 from shockpc.core.rounding import units_of
 from shockpc.core.spatial import Array
@@ -120,19 +120,28 @@ def total_doubts(rows: Rows, grounded: int, com: Array, size: float, verdict: Ve
     return (*_doubt("total impulse", ["the ground"], share[:1]), *_doubt("loss of kinetic energy", ["the robot"], share[1:]))
 
 
-def load_doubts(robot: Robot, loads: Sequence[JointLoad], verdict: Verdict, size: float) -> tuple[str, ...]:
-    """Joints whose load is known to few digits, and how many carry next to nothing; nothing where the loads are not unique.
+def load_doubts(
+    robot: Robot, bodies: Tree, rows: Rows, loads: Sequence[JointLoad], verdict: Verdict, size: float
+) -> tuple[str, ...]:
+    """Joints whose load is known to few digits, and how many carry next to nothing; of loads that are not unique, the least.
 
     Args:
         robot: the robot.
+        bodies: the same as free bodies and joints.
+        rows: what is held.
         loads: of its joints, in its order.
         verdict: with the second solution.
         size: of the robot, by which moments are compared with forces [m].
     """
-    if verdict.second is None or not loads or not verdict.solution.impact.unique.all():
+    if verdict.second is None or not loads:
         return ()
+    other, chosen = verdict.second.found, verdict.second.rows
+    through = other.through[..., -1]
+    if len(chosen) < len(rows.W[0]):
+        impulse = least_impulse(verdict.solution.equation.J_c[0], verdict.solution.impact.scale[0], chosen, other.impulse)
+        through = joint_impulses(bodies, other.twists[..., -1], np.einsum("c,cbk->bk", impulse[:, -1], rows.W[0]))
     names = [robot.model.names[body.joint] for body in robot.bodies]
-    through = verdict.second.found.through[[names.index(load.joint) for load in loads], :, -1]
+    through = through[[names.index(load.joint) for load in loads]]
     scale = np.array([1.0 / size] * 3 + [1.0] * 3)
     ours = np.array([[*load.moment, *load.force] for load in loads])
     carried, apart = np.linalg.norm(ours * scale, axis=1), np.linalg.norm((ours - through) * scale, axis=1)
