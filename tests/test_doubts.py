@@ -7,7 +7,7 @@ import pytest
 from mpmath import mp
 from trees import known_robot
 
-from shockpc.bench.build import Link, robot_of, rod
+from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases import family
 from shockpc.bench.cases.chains import chain
 from shockpc.bench.exact import DIGITS, cross, widen
@@ -24,6 +24,7 @@ from shockpc.health import judge
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
+from shockpc.model.motion import velocity_before
 from shockpc.model.posture import Posture
 from shockpc.model.rows import about_com, point_block
 from shockpc.model.transmission import Joints
@@ -292,3 +293,54 @@ def test_a_point_that_nothing_can_move_is_refused_in_every_posture():
             )
             with pytest.raises(SceneError, match="cannot be stopped"):
                 shock_profile(scene, robot)
+
+
+@pytest.mark.parametrize(("speed", "told"), [(1e-2, False), (1e-7, True)])
+def test_a_normalising_speed_that_is_a_small_difference_is_told(speed, told):
+    """Two rods, one up and one down: their centre of mass hardly moves, and shock is divided by what it does."""
+    robot = chain(np.full(2, 1.0), np.full(2, 0.4))
+    rates = {"joint1": -2.0}
+
+    def moving(z):
+        strike = Strike(velocity=(0.0, 0.0, z), joint_velocities=rates)
+        return Scene(robot="chain", contact=(Contact(frame="link0"),), strike=strike, v_in="com", posture=BENT)
+
+    # The centre of mass moves at a constant besides the velocity given, so two speeds tell which one leaves `speed`.
+    setting = setting_of(complete(moving(-1.0), robot), robot)
+    com = [velocity_before(setting.state, setting.before, i, body.com)[0] for i, body in enumerate(robot.bodies)]
+    x, y, z = np.mean(com, axis=0)
+    strike = Strike(velocity=(-x, -y, -1.0 - z - speed), joint_velocities=rates)
+    scene = Scene(robot="chain", contact=(Contact(frame="link0"),), strike=strike, v_in="com", posture=BENT)
+    profile = shock_profile(scene, robot)
+    assert profile.v_in == pytest.approx(speed, rel=1e-6)
+    assert any("by which all shock is divided" in w for w in profile.health.warnings) == told
+
+
+BENT = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"joint1": 0.8})
+
+
+@pytest.mark.parametrize("distance", [1e-3, 1e-6, 1e-8])
+def test_loads_beside_redundant_contacts_are_right_or_doubted(distance):
+    """A slab lands on its four corners, which repeat one another, and an arm on its end: the arm's load is unique all the same."""
+    slab = Link(-1, "", np.zeros(3), np.array([0.0, 1.0, 0.0]), 10.0, np.zeros(3), box(10.0, (0.3, 0.3, 0.3)))
+    arm = Link(
+        0,
+        "revolute",
+        np.array([0.15, 0.0, 0.0]),
+        np.array([0.0, 1.0, 0.0]),
+        2.0,
+        np.array([0.31, 0.0, 0.0]),
+        box(2.0, (0.4, 0.1, 0.1)),
+    )
+    robot = robot_of([slab, arm], "slab")
+    corners = tuple(Contact(frame="link0", offset=(x, y, -0.15)) for x in (-0.13, 0.13) for y in (-0.13, 0.13))
+    end = Contact(frame="link1", offset=(0.31 + distance, 0.0, -0.15), directions=("z",))
+    scene = Scene(robot="slab", contact=(*corners, end))
+    profile, system = shock_profile(scene, robot), system_of(robot, scene)
+    truth = reference(robot, system.scene, system.setting)
+    with mp.workdps(DIGITS):
+        exact = np.array([float(2 * truth.twists[1][3 + k] - (truth.impulse[12] if k == 2 else 0)) for k in range(3)])
+    off = np.linalg.norm(profile.loads[0].force - exact) / np.linalg.norm(exact)
+    told = any(w.startswith('load of joint "joint1"') for w in profile.health.warnings)
+    assert off <= RIGHT or told
+    assert told == (distance < 1e-4)

@@ -15,6 +15,8 @@ LIMITS = (
     "bodies are rigid and the impact takes no time; a real one takes milliseconds, which `shockpc bench SCENE --compliant` weighs",
     "contacts stick or slide along given directions; whether friction would hold is reported, not enforced",
     "a drive is free, has a reflected inertia, or holds; gearboxes that slip in between are not modelled",
+    "all contacts, in all directions, come to rest together; a ground that lets one go before another ends elsewhere",
+    "terms that cancel to within their rounding are zero, and so is a rotation that moves no point by 1e-9 of the strike",
     "restitution is Newton's, per contact; several contacts with different restitutions can make energy, which is warned of",
     "masses and placements are taken as exact; their own uncertainty is usually the larger error by far",
     "impulses of contacts that repeat one another are not unique, and are not given",
