@@ -733,3 +733,10 @@ def test_every_option_is_explained(capfd):
     options = re.split(r"\n  (?=-)", good(capfd, "analyze", "--help"))[1:]
     assert len(options) > 30
     assert [option for option in options if not re.search(r"\.(\s+\[default:\s+\w+\])?\s*$", option)] == []
+
+
+def test_a_pulse_that_nothing_feels_is_warned_of(capfd):
+    """A robot without sensors, and no point asked for: no peak is computed, and the table says so."""
+    words = ("analyze", "solo12", "--contact", "FL_FOOT", "--pulse", "half-sine:2ms")
+    assert "warning: a pulse is given, but the robot has no sensor" in good(capfd, *words)
+    assert "a pulse is given" not in good(capfd, *words, "--point", "base_link")

@@ -29,7 +29,7 @@ from shockpc.model.posture import Posture
 from shockpc.model.rows import about_com, point_block
 from shockpc.model.transmission import Joints
 from shockpc.profile import shock_profile
-from shockpc.readings.doubts import direction_doubts, impulse_doubts, load_doubts
+from shockpc.readings.doubts import direction_doubts, impulse_doubts, load_doubts, total_doubts
 from shockpc.readings.loads import joint_loads
 from shockpc.scene import Point, Scene, Strike
 from shockpc.setting import complete, setting_of
@@ -84,6 +84,8 @@ def test_what_two_solutions_do_not_share_is_doubted(off, told):
         direction_doubts(robot, setting.state, with_second(verdict, twists=found.twists * (1.0 + off))),
     ]
     assert [len(lines) for lines in warned] == [told] * 3
+    total = total_doubts(setting.rows, 2, np.zeros(3), 1.0, with_second(verdict, impulse=found.impulse * (1.0 + off)))
+    assert [line.split(":")[0] for line in total] == ["total impulse of the ground", "loss of kinetic energy of the robot"] * told
     if told:
         impulse, load, direction = (lines[0] for lines in warned)
         assert impulse == 'impulse of contact "LF_FOOT", stance "RH_FOOT": good to about 1e-07 of itself only'
@@ -345,3 +347,18 @@ def test_loads_beside_redundant_contacts_are_right_or_doubted(distance):
     told = any(w.startswith('load of joint "joint1"') for w in profile.health.warnings)
     assert off <= RIGHT or told
     assert told == (distance < 1e-4)
+
+
+@pytest.mark.parametrize(("distance", "told"), [(0.1, False), (1e-10, True)])
+def test_the_locked_bracket_of_contacts_close_together_is_told(distance, told):
+    """Two feet on two legs, so far apart: with free drives each leg gives way, locked they hold one body at almost one point."""
+    robot = known_robot("anymal_b")
+    fore = Contact(frame="LF_FOOT")
+    setting = setting_of(complete(Scene(robot="anymal_b", contact=(fore,)), robot), robot)
+    state, touch, hind = setting.state, setting.touches[0], robot.frame("LH_FOOT")
+    place = state.position[0, touch.body] + state.rotation[0, touch.body] @ touch.point + [distance, 0.0, 0.0]
+    local = state.rotation[0, hind.body].T @ (place - state.position[0, hind.body])
+    offset = hind.rotation.T @ (local - hind.offset)
+    near = Contact(frame="LH_FOOT", offset=(float(offset[0]), float(offset[1]), float(offset[2])))
+    profile = shock_profile(Scene(robot="anymal_b", contact=(fore, near)), robot)
+    assert any(w.startswith("shock with locked drives: ") for w in profile.health.warnings) == told

@@ -90,7 +90,7 @@ def percussion(found: list[Radius]) -> Sheet:
         )
         for r in found
     ]  # fmt: skip
-    notes = ("translates: the product tells no radius and no centre, because it turns by no more than rounding in a file",)
+    notes = ("translates: no radius and no centre are told, because the body turns by no more than rounding in a file makes",)
     return Sheet("centre and radius of percussion", header, rows, notes)
 
 

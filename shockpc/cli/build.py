@@ -118,7 +118,7 @@ def _landings(robot: Robot, scene: Scene, wishes: Wishes) -> list[tuple[str, ...
     for text in wishes.contact:
         parts = [(text,)] if text in robot.frames else [match_frames(robot, part) for part in _names(text)]
         if len(parts) > 1:
-            landings.append(tuple(frame for part in parts for frame in part))
+            landings.append(tuple(dict.fromkeys(frame for part in parts for frame in part)))
         else:
             landings += [(frame,) for frame in parts[0]]
     if wishes.together:
