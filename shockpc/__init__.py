@@ -7,40 +7,40 @@ if TYPE_CHECKING:
     from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
     from shockpc.model.closure import Closure, Place
     from shockpc.model.contact import Contact
+    from shockpc.model.joint_model import Joints, Rotor
     from shockpc.model.posture import Posture
-    from shockpc.model.robot import Robot, load_robot
-    from shockpc.model.transmission import Joints, Rotor
     from shockpc.profile import shock_profile
-    from shockpc.record import Bracket, ContactImpulse, Health, JointLoad, PointShock, ShockProfile
+    from shockpc.result import Bracket, ContactImpulse, Health, JointLoad, PointShock, ShockProfile
+    from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike
     from shockpc.scene_file import read_scene
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Bracket": "record",
+    "Bracket": "result",
     "Closure": "model.closure",
     "Contact": "model.contact",
-    "ContactImpulse": "record",
-    "Health": "record",
-    "JointLoad": "record",
-    "Joints": "model.transmission",
+    "ContactImpulse": "result",
+    "Health": "result",
+    "JointLoad": "result",
+    "Joints": "model.joint_model",
     "OutputError": "errors",
     "Place": "model.closure",
     "Point": "scene",
-    "PointShock": "record",
+    "PointShock": "result",
     "Posture": "model.posture",
-    "Robot": "model.robot",
+    "Robot": "robot.robot",
     "RobotError": "errors",
-    "Rotor": "model.transmission",
+    "Rotor": "model.joint_model",
     "Scene": "scene",
     "SceneError": "errors",
     "ShockError": "errors",
-    "ShockProfile": "record",
+    "ShockProfile": "result",
     "SolveError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
-    "load_robot": "model.robot",
+    "load_robot": "robot.robot",
     "read_scene": "scene_file",
     "shock_profile": "profile",
 }

@@ -3,8 +3,8 @@
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows
+from shockpc.robot.robot import Robot
 
 __all__ = ["contradiction", "ill_conditioned", "nearly_repeated"]
 

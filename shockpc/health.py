@@ -14,10 +14,10 @@ from shockpc.errors import SceneError
 from shockpc.model.bodies import at_com, body_jumps, speed_of
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.equation import Equation, Solution
-from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, about_com, row_jacobian
 from shockpc.model.sampling import sampled_rounding
-from shockpc.record import Health
+from shockpc.result import Health
+from shockpc.robot.robot import Robot
 
 __all__ = [
     "DOUBTFUL",

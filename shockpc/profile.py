@@ -18,14 +18,14 @@ from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import velocity_at
 from shockpc.errors import SceneError
 from shockpc.health import judge
-from shockpc.ledger import Ledger
+from shockpc.landing import Landing, complete, resolve
 from shockpc.model.bodies import gyration_radii
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
-from shockpc.model.robot import Robot, load_robot
-from shockpc.readings.bracket import drive_bracket
-from shockpc.readings.contacts import contact_impulses, stance_impulses, total_impulse
-from shockpc.readings.doubts import (
+from shockpc.result import PointShock, ShockProfile
+from shockpc.results.bracket import drive_bracket
+from shockpc.results.contacts import contact_impulses, stance_impulses, total_impulse
+from shockpc.results.doubts import (
     direction_doubts,
     impulse_doubts,
     load_doubts,
@@ -34,13 +34,13 @@ from shockpc.readings.doubts import (
     total_doubts,
     turn_errors,
 )
-from shockpc.readings.geometry import shock_ranges
-from shockpc.readings.loads import energy, joint_loads
-from shockpc.readings.points import point_maps, point_shocks, spots
-from shockpc.readings.speed import normalising_speed
-from shockpc.record import PointShock, ShockProfile
+from shockpc.results.geometry import shock_ranges
+from shockpc.results.loads import energy, joint_loads
+from shockpc.results.points import point_maps, point_shocks, spots
+from shockpc.results.speed import normalising_speed
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene
-from shockpc.setting import Setting, complete, setting_of
+from shockpc.trace import Trace
 
 __all__ = ["shock_profile"]
 
@@ -49,75 +49,75 @@ ROUNDED = 1e-9
 with ten digits or so, and their rounding turns bodies by as much."""
 
 
-def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | None = None) -> ShockProfile:
+def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
     """Compute the shock of one landing.
 
     Args:
         scene: the landing.
         robot: the scene's robot, if it is loaded already.
-        ledger: collects what each stage cost and what was left out.
+        trace: collects what each stage cost and what was left out.
 
     Raises:
         ShockError: the robot, the scene or the model does not allow it; the text says what to change.
     """
-    ledger = ledger or Ledger()
-    with ledger.stage("robot file"):
+    trace = trace or Trace()
+    with trace.stage("robot file"):
         robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
     scene = complete(scene, robot)
     pulse = _pulse(scene)
-    with ledger.stage("posture, inertia, Jacobians and rows"):
-        setting = setting_of(scene, robot)
-        state, rows, up = setting.state, setting.rows, setting.up
-        v_in, strike, unsure = normalising_speed(scene, robot, setting)
+    with trace.stage("posture, inertia, Jacobians and rows"):
+        landing = resolve(scene, robot)
+        state, rows, up = landing.state, landing.rows, landing.up
+        v_in, strike, unsure = normalising_speed(scene, robot, landing)
         com = np.stack([body.com for body in robot.bodies])
-    with ledger.stage("steps 1 and 2: impulsive equation of motion, bodies"):
-        solution = solve(robot, state, rows, setting.drives.armature, setting.G)
-    with ledger.stage("check in maximal coordinates"):
-        bodies = tree(robot, state, setting.drives.armature, setting.G)
+    with trace.stage("steps 1 and 2: impulsive equation of motion, bodies"):
+        solution = solve(robot, state, rows, landing.drives.armature, landing.G)
+    with trace.stage("check in maximal coordinates"):
+        bodies = tree(robot, state, landing.drives.armature, landing.G)
         verdict = judge(robot, state, bodies, rows, solution)
         solution, health = verdict.solution, verdict.health
         maps, jump = solution.jumps[0, ..., :3], solution.jumps[0, ..., 3]
         delta_omega, delta_v = jump[:, :3], jump[:, 3:]
-    with ledger.stage("step 3: centres and radii of percussion"):
+    with trace.stage("step 3: centres and radii of percussion"):
         rotation, position = state.rotation[0], state.position[0] + state.origin[0]
-        normal = setting.plane.normal @ rotation
-        size, turn_error = _size(robot, setting), turn_errors(robot, state, bodies, rows, verdict, setting.plane.normal)
+        normal = landing.plane.normal @ rotation
+        size, turn_error = _size(robot, landing), turn_errors(robot, state, bodies, rows, verdict, landing.plane.normal)
         reduced = percussion(delta_omega, delta_v, normal, v_in, size, ROUNDED, turn_error)
         unsure += percussion_doubts(robot, np.sum(delta_omega * normal, axis=-1), turn_error, reduced.translates)
         off_plane = off_plane_share(delta_omega, velocity_at(delta_omega, delta_v, com), normal, gyration_radii(robot))
-    with ledger.stage("shock over geometry"):
+    with trace.stage("shock over geometry"):
         shock_min, shock_max, unseen = shock_ranges(robot, delta_omega, delta_v, v_in)
-    with ledger.stage("sensors, points and contacts"):
+    with trace.stage("sensors, points and contacts"):
         found = spots(robot, scene.point)
         points = point_shocks(robot, found, rotation, position, jump, maps, v_in, up, pulse)
-        floating = scene.base == "free" and not scene.stance and not setting.anchored
-        contacts, pulled = contact_impulses(state, setting.touches, rows, solution, setting.approach, up, floating)
-        stance, dragged = stance_impulses(robot, scene.stance, len(setting.touches), state, rows, solution, up)
-        grounded = len(setting.touches) + len(scene.stance)
+        floating = scene.base == "free" and not scene.stance and not landing.anchored
+        contacts, pulled = contact_impulses(state, landing.touches, rows, solution, landing.approach, up, floating)
+        stance, dragged = stance_impulses(robot, scene.stance, len(landing.touches), state, rows, solution, up)
+        grounded = len(landing.touches) + len(scene.stance)
         centre = bodies.mass @ bodies.com / robot.mass
         force, moment = total_impulse(rows, grounded, solution.impact.impulse[0, :, -1], centre)
-    with ledger.stage("loads, energy and the bracket of drives"):
+    with trace.stage("loads, energy and the bracket of drives"):
         loads = joint_loads(robot, state, bodies, rows, solution)
-        lost, share = energy(robot, state, bodies, rows, solution, setting.before, floating)
-        gained = (*_gained(lost, robot.mass, setting), *_saturated(scene, points))
-        bracket, unchecked = drive_bracket(robot, scene, setting, solution, found, v_in)
-    with ledger.stage("doubts about what follows from the jumps"):
+        lost, share = energy(robot, state, bodies, rows, solution, landing.before, floating)
+        gained = (*_gained(lost, robot.mass, landing), *_saturated(scene, points))
+        bracket, unchecked = drive_bracket(robot, scene, landing, solution, found, v_in)
+    with trace.stage("doubts about what follows from the jumps"):
         unsure += (
             *direction_doubts(robot, state, verdict),
             *impulse_doubts(rows, verdict),
             *total_doubts(rows, grounded, centre, size, verdict),
             *load_doubts(robot, bodies, rows, loads, verdict, size),
-            *mass_doubts(robot, state, bodies, setting.touches, rows, verdict, contacts, up),
+            *mass_doubts(robot, state, bodies, landing.touches, rows, verdict, contacts, up),
             *unchecked,
         )
-    _left_out(ledger, scene, setting, points)
+    _left_out(trace, scene, landing, points)
     return ShockProfile(
         scene=scene,
         robot=robot,
-        plane=setting.plane,
+        plane=landing.plane,
         v_in=v_in,
         strike=strike,
-        q=setting.q,
+        q=landing.q,
         delta_qd=solution.delta_qd[0, :, 3],
         maps=maps,
         position=position,
@@ -143,20 +143,20 @@ def shock_profile(scene: Scene, robot: Robot | None = None, ledger: Ledger | Non
         energy_lost=lost,
         energy_share=share,
         bracket=bracket,
-        assembly=setting.assembly,
-        joint_model=setting.drives.model,
+        assembly=landing.assembly,
+        joint_model=landing.drives.model,
         health=replace(
-            health, warnings=(*robot.warnings, *setting.warnings, *health.warnings, *unsure, *pulled, *dragged, *gained, *unseen)
+            health, warnings=(*robot.warnings, *landing.warnings, *health.warnings, *unsure, *pulled, *dragged, *gained, *unseen)
         ),
     )
 
 
-def _gained(lost: float, mass: float, setting: Setting) -> tuple[str, ...]:
+def _gained(lost: float, mass: float, landing: Landing) -> tuple[str, ...]:
     """A warning where contacts that bounce differently would make energy, which no impact does."""
-    if lost >= -1e-9 * mass * float(np.linalg.norm(setting.approach, axis=1).max()) ** 2:
+    if lost >= -1e-9 * mass * float(np.linalg.norm(landing.approach, axis=1).max()) ** 2:
         return ()
     made = f"this impact would make {-lost:.3g} J of kinetic energy"
-    if len({touch.restitution for touch in setting.touches}) == 1:
+    if len({touch.restitution for touch in landing.touches}) == 1:
         return (f"{made}, which none does, so rounding has taken its numbers; do not use them",)
     return (
         f"{made}: contacts with unequal restitution push against one another; give them one restitution, or strike them one after "
@@ -191,28 +191,28 @@ def _pulse(scene: Scene) -> Pulse | None:
         raise SceneError(f"pulse: {refusal}") from None
 
 
-def _size(robot: Robot, setting: Setting) -> float:
+def _size(robot: Robot, landing: Landing) -> float:
     """Length of the robot [m]: over which a rotation too small to matter is measured."""
-    state = setting.state
+    state = landing.state
     com = np.stack([body.com for body in robot.bodies])
     places = np.concatenate([state.position[0], state.position[0] + (state.rotation[0] @ com[..., None])[..., 0]])
     size = float(np.linalg.norm(np.ptp(places, axis=0))) + float(gyration_radii(robot).max())
     return size or 1.0
 
 
-def _left_out(ledger: Ledger, scene: Scene, setting: Setting, points: tuple[PointShock, ...]) -> None:
+def _left_out(trace: Trace, scene: Scene, landing: Landing, points: tuple[PointShock, ...]) -> None:
     """Note what this scene did not need."""
-    if setting.assembly is None:
-        ledger.skip("closure rows and assembly", "nothing closes a loop")
-    if setting.G is None:
-        ledger.skip("reduction to free velocities (Eq. 7)", "every joint velocity is free, save where the bracket locks the drives")
-    if not setting.drives.armature.any():
-        ledger.skip("reflected inertia", "no drive has any")
+    if landing.assembly is None:
+        trace.skip("closure rows and assembly", "nothing closes a loop")
+    if landing.G is None:
+        trace.skip("reduction to free velocities (Eq. 7)", "every joint velocity is free, save where the bracket locks the drives")
+    if not landing.drives.armature.any():
+        trace.skip("reflected inertia", "no drive has any")
     if not scene.stance:
-        ledger.skip("stance rows", "no foot stands already")
+        trace.skip("stance rows", "no foot stands already")
     if scene.pulse is None:
-        ledger.skip("peak accelerations", "no pulse is given")
+        trace.skip("peak accelerations", "no pulse is given")
     if not points:
-        ledger.skip("sensors and points", "the robot has no sensor, and no point is asked for")
+        trace.skip("sensors and points", "the robot has no sensor, and no point is asked for")
     if all(contact.sticks for contact in scene.contact):
-        ledger.skip("sliding", "every contact sticks")
+        trace.skip("sliding", "every contact sticks")

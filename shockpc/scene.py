@@ -14,10 +14,10 @@ from shockpc.core.spatial import Array, Plane, plane_from
 from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.model.closure import Closure
+from shockpc.model.columns import Base
 from shockpc.model.contact import Contact
-from shockpc.model.freedom import Base
+from shockpc.model.joint_model import LARGEST, Joints
 from shockpc.model.posture import Posture
-from shockpc.model.transmission import LARGEST, Joints
 
 __all__ = ["GRAVITY", "PLANES", "Point", "Scene", "Strike", "plane_of", "refuse_nonsense", "scene_table"]
 

@@ -16,14 +16,14 @@ PACKAGE = Path(shockpc.__file__).parent
 TOP = PACKAGE.parent
 
 LAYERS = (
-    {"errors", "ledger"},
+    {"errors", "trace"},
     {"core"},
-    {"files"},
+    {"robot"},
     {"model"},
     {"scene"},
-    {"scene_file", "setting", "record"},
+    {"scene_file", "landing", "result"},
     {"blame"},
-    {"health", "readings"},
+    {"health", "results"},
     {"profile"},
     {"studies", "paper"},
     {"show"},
@@ -35,11 +35,11 @@ LAYERS = (
 
 OWNERS = {
     "scipy": "shockpc.core",
-    "pinocchio": ("shockpc.model", "shockpc.bench"),  # in the bench it is a rival
-    "coal": "shockpc.model",
-    "xacro": "shockpc.files",
-    "xacrodoc": "shockpc.files",
-    "yourdfpy": "shockpc.model",
+    "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),  # in the bench it is a rival
+    "coal": "shockpc.robot",
+    "xacro": "shockpc.robot",
+    "xacrodoc": "shockpc.robot",
+    "yourdfpy": "shockpc.robot",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
     "pydantic": "shockpc.scene_file",

@@ -6,8 +6,8 @@ import pytest
 from robot_texts import arm
 
 from shockpc.errors import RobotError
-from shockpc.files.catalogue import data_folder
-from shockpc.files.source import RobotSource, read_source, resolve_asset
+from shockpc.robot.catalogue import data_folder
+from shockpc.robot.source import RobotSource, read_source, resolve_asset
 
 
 @pytest.fixture

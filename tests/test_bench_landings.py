@@ -19,8 +19,8 @@ from shockpc.model.bodies import gyration_radii
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
-from shockpc.model.robot import load_robot
 from shockpc.model.rows import row_jacobian
+from shockpc.robot.robot import load_robot
 from shockpc.scene import Scene, Strike
 
 BOX = robot_of([Link(-1, "", np.zeros(3), np.eye(3)[1], 2.0, np.zeros(3), box(2.0, (0.4, 0.2, 0.1)))])
@@ -35,7 +35,7 @@ def corner_scene(directions, velocity):
 def elsewhere(system, seed=0):
     """A posture far from the scene's own."""
     step = 0.5 * np.random.default_rng(seed).normal(size=system.model.nv)
-    return pin.integrate(system.model, system.setting.q, step)
+    return pin.integrate(system.model, system.landing.q, step)
 
 
 def test_rows_of_a_foot_are_pinocchio_s_in_every_posture():
@@ -44,7 +44,7 @@ def test_rows_of_a_foot_are_pinocchio_s_in_every_posture():
     contacts = (Contact(frame="LF_FOOT"), Contact(frame="RH_FOOT", directions=("z",)))
     system = system_of(robot, Scene(robot="anymal_b", contact=contacts, stance=("LH_FOOT",)))
     model, data = system.model, system.model.createData()
-    for q in (system.setting.q, elsewhere(system), elsewhere(system, 1)):
+    for q in (system.landing.q, elsewhere(system), elsewhere(system, 1)):
         H, J_c = assembler(system, model.createData())(q)
         lf, rh, lh = (
             pin.computeFrameJacobian(model, data, q, model.getFrameId(foot), pin.LOCAL_WORLD_ALIGNED)[:3]
@@ -67,7 +67,7 @@ def test_all_rows_are_the_product_s_in_every_posture(what):
     scene = HELD.get(what)
     four_bar = family("flat four-bar").case("crank struck", 1.0)
     system = system_of(*four_bar.build()) if scene is None else system_of(load_robot(scene.robot), scene)
-    for q in (system.setting.q, elsewhere(system)):
+    for q in (system.landing.q, elsewhere(system)):
         state = dynamics(system.robot, q[None])
         expected = row_jacobian(state, rows_at(system, state).W)[0]
         np.testing.assert_allclose(assembler(system, system.model.createData())(q)[1], expected, atol=1e-13)
@@ -142,7 +142,7 @@ def test_a_body_that_turns_on_soft_ground(directions):
 def test_a_free_flight_is_no_jump():
     """A body that spins and flies has the same velocity later, though every part of it in the body's axes is another."""
     system = system_of(BOX, corner_scene(("z",), (3.0, 0.0, -1.0)))
-    q = system.setting.q
+    q = system.landing.q
     before = moving(system, q, np.array([3.0, 0.2, -1.0, 0.0, 2.0, 0.0]))
     turned = pin.integrate(system.model, q, np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]))
     R = pin.Quaternion(turned[3:7]).matrix()
@@ -155,7 +155,7 @@ def test_a_landing_ends_where_its_robot_has_turned_to():
     system = system_of(BOX, corner_scene(("z",), (5.0, 0.0, -1.0)))
     robot = Stepper(system, 0.0)
     q, v = land(robot, np.ones(1), 0.05, 20.0)
-    (jump,) = jumps_between(system, moving(system, system.setting.q, robot.before), moving(system, q, v))
+    (jump,) = jumps_between(system, moving(system, system.landing.q, robot.before), moving(system, q, v))
     assert np.arccos(pin.Quaternion(q[3:7]).matrix()[0, 0]) > 0.3
     np.testing.assert_allclose(jump[[0, 2, 3, 4]], 0.0, atol=0.01)  # nothing pushes it along the ground
 
@@ -165,7 +165,7 @@ def test_mujoco_s_state_is_read_in_the_posture_that_it_has(name):
     """World velocities of all bodies, from MuJoCo itself and from its state written in Pinocchio's layout."""
     foot = {"anymal_b": "LF_FOOT", "talos": "left_sole_link"}[name]
     system = system_of(load_robot(name), Scene(robot=name, contact=(Contact(frame=foot),)))
-    peer = mujoco_model(system.model, [], system.setting.q, 1.0, 1.0)
+    peer = mujoco_model(system.model, [], system.landing.q, 1.0, 1.0)
     data = mujoco.MjData(peer)
     data.qpos[:] = to_mujoco(system.model, elsewhere(system))
     data.qvel[:] = np.random.default_rng(2).normal(size=peer.nv)

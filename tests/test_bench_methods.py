@@ -54,7 +54,7 @@ def test_every_method_agrees_on_regular_cases(method, where):
             solved(method, where)
         return
     system, jumps = solved(method, where)
-    truth = reference(system.robot, system.scene, system.setting)
+    truth = reference(system.robot, system.scene, system.landing)
     # 18 to 24 unknowns; a body that hardly moves is a difference of others.
     assert body_errors(system.robot, truth, jumps).own.max() < DAMPED.get(method.name, 1e-11)
 
@@ -66,7 +66,7 @@ STEPPED = [SIMULATED[1:4], SIMULATED[6:9], MUJOCO[1:4], MUJOCO[5:8]]
 def test_simulated_landings_come_near_as_the_ground_hardens(methods):
     """Ten times the hardness leaves a tenth of the error: the limit of a simulated landing is the impulsive answer."""
     system = system_of(*family("robots").case("one foot", FOOTED.index("anymal_b")).build())
-    truth = reference(system.robot, system.scene, system.setting)
+    truth = reference(system.robot, system.scene, system.landing)
     errors = []
     for method in methods:
         prepared = method.prepare(system)
@@ -79,7 +79,7 @@ def test_simulation_takes_loops_and_held_joints():
     """Pads under the rows of a loop, and columns that are left out, lead to the impulsive answer as well."""
     for name, variant, value in (("flat four-bar", "crank struck", 1.0), ("locked feet", "hips free", 1)):
         system = system_of(*family(name).case(variant, value).build())
-        truth = reference(system.robot, system.scene, system.setting)
+        truth = reference(system.robot, system.scene, system.landing)
         prepared = SIMULATED[4].prepare(system)
         assert body_errors(system.robot, truth, prepared.read(prepared.run())).whole.max() < 1e-3
 

@@ -12,11 +12,11 @@ from shockpc.bench.exact import DIGITS, cross, shaken, widen
 from shockpc.bench.exact_rows import mechanism
 from shockpc.bench.reference import mobility, reference, solve_exactly
 from shockpc.errors import SolveError
+from shockpc.landing import complete, resolve
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
-from shockpc.setting import complete, setting_of
 
 FIFTY = mpmath.mpf(10) ** -50
 
@@ -38,13 +38,13 @@ HARD = [
 def posed(family_name, variant, value):
     robot, scene = family(family_name).case(variant, value).build()
     scene = complete(scene, robot)
-    return robot, scene, setting_of(scene, robot)
+    return robot, scene, resolve(scene, robot)
 
 
-def exactly(robot, scene, setting):
+def exactly(robot, scene, landing):
     """The mechanism of a scene and its solution, with the shakes that decide on its rank."""
-    m = mechanism(robot, scene, setting)
-    return m, solve_exactly(m, lambda seed: mobility(mechanism(robot, scene, setting, shaken(seed))))
+    m = mechanism(robot, scene, landing)
+    return m, solve_exactly(m, lambda seed: mobility(mechanism(robot, scene, landing, shaken(seed))))
 
 
 @pytest.mark.parametrize(("name", "variant", "value"), HARD)
@@ -56,10 +56,10 @@ def test_the_answer_put_back_meets_every_equation(name, variant, value):
 @pytest.mark.parametrize(("name", "variant", "value"), HARD[2:8])
 def test_more_digits_change_nothing(name, variant, value):
     """With half as many digits again the same fifty come out."""
-    robot, scene, setting = posed(name, variant, value)
-    found = reference(robot, scene, setting)
+    robot, scene, landing = posed(name, variant, value)
+    found = reference(robot, scene, landing)
     with mp.workdps(DIGITS + 50):
-        _, finer = exactly(robot, scene, setting)
+        _, finer = exactly(robot, scene, landing)
         size = max(abs(value) for value in finer.jumps.ravel())
         assert max(abs(value) for value in (finer.jumps - found.jumps).ravel()) < FIFTY * size
 
@@ -67,9 +67,9 @@ def test_more_digits_change_nothing(name, variant, value):
 @pytest.mark.parametrize(("name", "variant", "value"), HARD[:2] + HARD[5:7])
 def test_momentum_of_a_free_robot_changes_by_the_impulses_of_the_ground(name, variant, value):
     """Σ m Δv = Σ λ and Σ (c × m Δv + I Δω) = Σ p × λ, with bodies and impulses summed in the world."""
-    robot, scene, setting = posed(name, variant, value)
+    robot, scene, landing = posed(name, variant, value)
     with mp.workdps(DIGITS):
-        m, found = exactly(robot, scene, setting)
+        m, found = exactly(robot, scene, landing)
         gained, given = widen(np.zeros(6)), widen(np.zeros(6))
         for i, body in enumerate(robot.bodies):
             own = robot.model.inertias[body.joint]
@@ -85,10 +85,10 @@ def test_momentum_of_a_free_robot_changes_by_the_impulses_of_the_ground(name, va
 
 def test_a_full_bounce_keeps_the_energy():
     """With e = 1 a robot that fell without turning leaves with the kinetic energy it came with."""
-    robot, scene, setting = posed("restitution", "two feet", 1.0)
+    robot, scene, landing = posed("restitution", "two feet", 1.0)
     with mp.workdps(DIGITS):
-        m, found = exactly(robot, scene, setting)
-        strike = widen(setting.before.velocity)
+        m, found = exactly(robot, scene, landing)
+        strike = widen(landing.before.velocity)
         before = after = mp.zero
         for i, body in enumerate(robot.bodies):
             own = robot.model.inertias[body.joint]
@@ -104,7 +104,7 @@ def test_a_single_body_has_its_closed_form():
     robot = robot_of([Link(-1, "", np.zeros(3), np.eye(3)[1], 3.0, np.zeros(3), box(3.0, (0.4, 0.2, 0.1)))])
     contact = Contact(frame="link0", offset=(0.15, 0.0, 0.0), directions=("z",))
     scene = complete(Scene(robot="box", contact=(contact,), strike=Strike(speed=2.0)), robot)
-    found = reference(robot, scene, setting_of(scene, robot))
+    found = reference(robot, scene, resolve(scene, robot))
     with mp.workdps(DIGITS):
         d = mpmath.mpf(0.15)
         r2 = mpmath.mpf(float(robot.model.inertias[1].inertia[1, 1])) / 3
@@ -121,18 +121,18 @@ def test_two_bodies_on_a_slide_share_their_momentum():
     for axis, expected in ((np.eye(3)[2], 0), (np.eye(3)[0], 1)):
         robot = robot_of([links[0], links[1]._replace(axis=axis)])
         scene = complete(Scene(robot="slide", contact=(Contact(frame="link0"),)), robot)
-        found = reference(robot, scene, setting_of(scene, robot))
+        found = reference(robot, scene, resolve(scene, robot))
         assert abs(found.jumps[0, 5] - 1) < FIFTY
         assert abs(found.jumps[1, 5] - expected) < FIFTY
 
 
 def test_repeated_rows_are_counted_and_change_nothing():
     """Four sticking corners hold six directions, not twelve, and stop the box as two of its edges would."""
-    robot, scene, setting = posed("corners", "sticking", 4)
-    found = reference(robot, scene, setting)
+    robot, scene, landing = posed("corners", "sticking", 4)
+    found = reference(robot, scene, landing)
     assert (found.rank, len(found.impulse)) == (6, 12)
     assert found.violation < FIFTY
-    assert max(abs(value + expected) for value, expected in zip(found.jumps[0, 3:], setting.before.velocity, strict=True)) < FIFTY
+    assert max(abs(value + expected) for value, expected in zip(found.jumps[0, 3:], landing.before.velocity, strict=True)) < FIFTY
 
 
 def test_what_nothing_resists_is_refused():
@@ -153,7 +153,7 @@ def test_every_kind_of_joint_agrees_with_the_product(kind):
         com, inertia = rod(1.0 + i, np.array([0.3, 0.1, -0.2]))
         links.append(Link(i, kind, np.array([0.2, -0.1, 0.1]), axis, 1.0 + i, com, inertia, rpy=(0.3, -0.2, 0.5)))
     robot = robot_of(links)
-    joints = {name: 0.4 + 0.3 * i for i, name in enumerate(robot.joints)} if kind not in ("spherical", "planar") else {}
+    joints = {name: 0.4 + 0.3 * i for i, name in enumerate(robot.joint_names)} if kind not in ("spherical", "planar") else {}
     scene = Scene(
         robot="kinds",
         posture=Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints=joints),
@@ -161,7 +161,7 @@ def test_every_kind_of_joint_agrees_with_the_product(kind):
         contact=(Contact(frame="link2", offset=(0.1, 0.2, 0.3)),),
     )
     scene = complete(scene, robot)
-    found = reference(robot, scene, setting_of(scene, robot))
+    found = reference(robot, scene, resolve(scene, robot))
     assert found.violation < FIFTY
     profile = shock_profile(scene, robot)
     assert (
@@ -172,11 +172,11 @@ def test_every_kind_of_joint_agrees_with_the_product(kind):
 @pytest.mark.parametrize("name", ["panda", "talos_full"])
 def test_mimic_joints_agree_with_the_product(name):
     """Followers tied by rows (here) and left out as columns (product, Eq. 7) give one answer."""
-    from shockpc.model.robot import load_robot
+    from shockpc.robot.robot import load_robot
 
     robot = load_robot(name)
     scene = complete(Scene(robot=name, contact=(Contact(frame=robot.links[-1]),), strike=Strike(velocity=(0.3, 0.2, -1.0))), robot)
-    found = reference(robot, scene, setting_of(scene, robot))
+    found = reference(robot, scene, resolve(scene, robot))
     assert found.rank == 3 + len(robot.mimics)
     profile = shock_profile(scene, robot)
     assert body_errors(robot, found, np.hstack([profile.delta_omega, profile.delta_v])).own.max() < 1e-10  # 50 rates
@@ -184,8 +184,8 @@ def test_mimic_joints_agree_with_the_product(name):
 
 def test_the_rounded_truth_has_no_error():
     """The reference, rounded to doubles, is right to rounding; a NaN is infinitely wrong, and so is its body alone."""
-    robot, scene, setting = posed("restitution", "one foot", 0.5)
-    found = reference(robot, scene, setting)
+    robot, scene, landing = posed("restitution", "one foot", 0.5)
+    found = reference(robot, scene, landing)
     rounded = found.jumps.astype(float)
     assert body_errors(robot, found, rounded).own.max() < 1e-15
     rounded[3, 1] = np.nan

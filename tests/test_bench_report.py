@@ -23,9 +23,9 @@ from shockpc.bench.throughput import WORK
 from shockpc.bench.timing import timed
 from shockpc.errors import SceneError, SolveError
 from shockpc.model.contact import Contact
-from shockpc.model.robot import load_robot
+from shockpc.robot.robot import load_robot
 from shockpc.scene import Scene, Strike
-from shockpc.show.text import as_text
+from shockpc.show.tables.text import as_text
 
 SMALL = Plan(
     "small",

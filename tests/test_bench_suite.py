@@ -12,11 +12,11 @@ from shockpc.bench.random_trees import random_landing
 from shockpc.bench.soak import LOOSE, Tally, soak, soak_one
 from shockpc.bench.store import Store
 from shockpc.core.rounding import UNITS, units_of
-from shockpc.files.catalogue import catalogue
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration
-from shockpc.model.robot import load_robot
 from shockpc.profile import ROUNDED, shock_profile
+from shockpc.robot.catalogue import catalogue
+from shockpc.robot.robot import load_robot
 
 RESULTS: dict[str, list[CaseResult]] = {}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from shockpc.errors import RobotError, UnknownName
-from shockpc.files.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
+from shockpc.robot.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
 
 
 def test_every_robot_file_has_one_name():

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, mjcf, urdf
 
-from shockpc.files.source import read_source
-from shockpc.model.checkup import Finding, check_robot
-from shockpc.model.robot import load_robot
+from shockpc.robot.checkup import Finding, check_robot
+from shockpc.robot.robot import load_robot
+from shockpc.robot.source import read_source
 
 FREE = Finding(
     "note",
@@ -212,7 +212,7 @@ def test_axis_is_read_by_its_direction_alone(tmp_path: Path):
     import numpy as np
     import pinocchio as pin
 
-    from shockpc.model.build import build_model
+    from shockpc.robot.build import build_model
 
     matrices = []
     for axis in ("0 1 1", "0 2 2"):

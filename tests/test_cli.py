@@ -14,7 +14,7 @@ from commands import STICK, Outcome, dog_in, good, run
 import shockpc.show.folder
 from shockpc import Contact, Point, Posture, Scene, Strike, read_scene, shock_profile
 from shockpc.core.spatial import velocity_at
-from shockpc.model.transmission import Joints
+from shockpc.model.joint_model import Joints
 from shockpc.scene import GRAVITY
 from shockpc.show.document import to_json
 

@@ -12,20 +12,20 @@ from trees import known_robot, robot_from
 
 from shockpc.core.impulse import solve_impact
 from shockpc.errors import RobotError, SceneError
+from shockpc.landing import complete, resolve
 from shockpc.model.closure import Closure, Place, closure_block, closure_gap, loop_of
+from shockpc.model.columns import freedom
 from shockpc.model.contact import Contact
-from shockpc.model.couplings import Mimic
 from shockpc.model.dynamics import dynamics
-from shockpc.model.freedom import freedom
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture, configuration
 from shockpc.model.rows import row_jacobian
-from shockpc.model.transmission import Joints
 from shockpc.paper.landings import land, robot_of, scene
 from shockpc.paper.scenes import find_scene
 from shockpc.profile import shock_profile
+from shockpc.robot.couplings import Mimic
 from shockpc.scene import Scene, Strike
-from shockpc.setting import complete, setting_of
-from shockpc.show.design_sheets import balance_lines
+from shockpc.show.tables.design import balance_lines
 
 DIGITS = 1e-12
 
@@ -39,11 +39,11 @@ def nullspace(K):
 
 def both_ways(found, robot):
     """Δq̇ of a scene by Eq. 4 with every tie as a row, and by Eq. 7 with every tie as columns; and how many ties are independent."""
-    setting = setting_of(complete(found, robot), robot)
-    H = setting.state.H[0] + np.diag(setting.drives.armature)
-    J = row_jacobian(setting.state, setting.rows.W)[0]
-    b = setting.rows.b[0]
-    contacts = setting.rows.slices[len(found.contact) - 1].stop
+    landing = resolve(complete(found, robot), robot)
+    H = landing.state.H[0] + np.diag(landing.drives.armature)
+    J = row_jacobian(landing.state, landing.rows.W)[0]
+    b = landing.rows.b[0]
+    contacts = landing.rows.slices[len(found.contact) - 1].stop
     ties = [J[contacts:]]
     for mimic in robot.mimics:
         row = np.zeros((1, robot.model.nv))
@@ -214,7 +214,7 @@ def test_a_frame_closure_welds_two_bodies():
     """A closure of kind "frame" between a rod and the link that it hangs on is a locked joint."""
     robot = robot_from(FOUR_BAR)
     hand = Contact(frame="rod", offset=(0.0, 0.0, -0.3))
-    here = setting_of(complete(four_bar(closure=(), assemble=()), robot), robot).state
+    here = resolve(complete(four_bar(closure=(), assemble=()), robot), robot).state
     turned = here.rotation[0, 1].T @ (here.position[0, 2] - here.position[0, 1])
     weld = Closure(a=Place(frame="crank", offset=tuple(map(float, turned))), b=Place(frame="rod"), kind="frame")
     posture = Posture(joints_deg={"a": 40.0, "b": 0.0, "c": 10.0})
@@ -582,16 +582,16 @@ def test_the_posture_is_projected_onto_the_loop():
     """The gap before, the joints that moved and by how much; the ones that may not move do not."""
     robot = robot_from(FOUR_BAR)
     profile = shock_profile(four_bar(), robot)
-    setting = setting_of(complete(four_bar(), robot), robot)
+    landing = resolve(complete(four_bar(), robot), robot)
     loop = loop_of(robot, LOOP)
-    before = np.array(setting.q)
+    before = np.array(landing.q)
     before[7:] = np.radians([40.0, -60.0, 10.0])
     apart = closure_gap(dynamics(robot, before[None]), loop)[0]
     assert profile.assembly.gap == pytest.approx(np.linalg.norm(apart), rel=1e-12)
     assert np.linalg.norm(apart) > np.abs(apart).max()
     assert profile.assembly.turn == 0.0
-    assert np.abs(closure_gap(setting.state, loop)).max() < 1e-12
-    moved = pin.difference(robot.model, before, setting.q)
+    assert np.abs(closure_gap(landing.state, loop)).max() < 1e-12
+    moved = pin.difference(robot.model, before, landing.q)
     assert moved[6] == 0.0
     assert min(moved[7:]) < 0.0 < max(moved[7:])
     assert [(name, unit) for name, _, unit in profile.assembly.moved] == [("b", "rad"), ("c", "rad")]
@@ -778,10 +778,10 @@ def test_two_ties_along_the_axis_of_a_loop_are_two():
 
 def rates_of(found, robot):
     """Joint rates before the impact, and how fast they open the loops [m/s]."""
-    setting = setting_of(complete(found, robot), robot)
+    landing = resolve(complete(found, robot), robot)
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in found.closure))
-    K = np.concatenate([row_jacobian(setting.state, closure_block(setting.state, loop).W)[0] for loop in loops])
-    return setting.before.joint_rates, float(np.abs(K @ setting.before.joint_rates).max()), K
+    K = np.concatenate([row_jacobian(landing.state, closure_block(landing.state, loop).W)[0] for loop in loops])
+    return landing.before.joint_rates, float(np.abs(K @ landing.before.joint_rates).max()), K
 
 
 def swinging(**joints):
@@ -808,7 +808,7 @@ def test_rates_that_are_not_given_are_the_least():
     """A loop of five bars leaves one free: of all that closes it, the completion is the shortest; what no loop asks for rests."""
     found = scene("five_bar")
     robot = robot_of(found)
-    given = next(name for name in robot.joints if name.startswith("rear"))
+    given = next(name for name in robot.joint_names if name.startswith("rear"))
     found = dataclasses.replace(
         found, strike=dataclasses.replace(found.strike, joint_velocities={given: 2.0}), contact=found.contact
     )
@@ -816,7 +816,7 @@ def test_rates_that_are_not_given_are_the_least():
     index = robot.model.joints[robot.model.getJointId(given)].idx_v
     assert rates[index] == 2.0
     assert opening < 1e-13
-    others = np.array([robot.model.joints[robot.model.getJointId(n)].idx_v for n in robot.joints if n != given])
+    others = np.array([robot.model.joints[robot.model.getJointId(n)].idx_v for n in robot.joint_names if n != given])
     expected = -np.linalg.pinv(K[:, others], rcond=1e-10) @ K[:, index] * 2.0
     np.testing.assert_allclose(rates[others], expected, atol=1e-12)
     assert len(others) > np.linalg.matrix_rank(K[:, others], 1e-9)

@@ -82,7 +82,7 @@ def test_contact_rows_are_the_derivative_of_the_point(seed):
     rng = np.random.default_rng(seed)
     robot = known_robot("anymal_b")
     frame, offset = "LH_FOOT", tuple(rng.uniform(-0.1, 0.1, 3).tolist())
-    joints = dict(zip(robot.joints, rng.uniform(-1.0, 1.0, 12).tolist(), strict=True))
+    joints = dict(zip(robot.joint_names, rng.uniform(-1.0, 1.0, 12).tolist(), strict=True))
     q = configuration(robot, Posture(base_rpy_deg=tuple(rng.uniform(-90.0, 90.0, 3).tolist()), joints=joints))
     state = dynamics(robot, q[None])
     found = touch(robot, Contact(frame=frame, offset=offset), state.rotation[0], UP)

@@ -11,14 +11,14 @@ from robot_texts import body, floating, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError
+from shockpc.landing import complete, resolve
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
 from shockpc.model.motion import velocity_before
 from shockpc.model.posture import Posture
-from shockpc.model.transmission import Joints
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
-from shockpc.setting import complete, setting_of
 
 FEET = ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT")
 DIAGONAL = (Contact(frame="LF_FOOT"), Contact(frame="RH_FOOT"))
@@ -74,7 +74,7 @@ def pinocchios(profile, contacts, qd, e=0.0):
 @pytest.fixture
 def unshared():
     """A robot whose model a test may add frames to."""
-    from shockpc.model.robot import load_robot
+    from shockpc.robot.robot import load_robot
 
     return load_robot("anymal_b")
 
@@ -490,14 +490,14 @@ def test_every_point_approaches_as_the_motion_says(name):
     """Its velocity is v_base + ω × r + J_joints q̇, point by point."""
     scene = Scene(robot="anymal_b", contact=DIAGONAL, strike=MOTIONS[name])
     robot = known_robot("anymal_b")
-    setting = setting_of(complete(scene, robot), robot)
+    landing = resolve(complete(scene, robot), robot)
     profile = shock_profile(scene, robot)
     model, data = robot.model, robot.model.createData()
-    pin.forwardKinematics(model, data, setting.q, rates(profile, MOTIONS[name]))
+    pin.forwardKinematics(model, data, landing.q, rates(profile, MOTIONS[name]))
     pin.updateFramePlacements(model, data)
-    for touch in setting.touches:
+    for touch in landing.touches:
         there = pin.getFrameVelocity(model, data, model.getFrameId(touch.frame), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-        found = velocity_before(setting.state, setting.before, touch.body, touch.point)[0]
+        found = velocity_before(landing.state, landing.before, touch.body, touch.point)[0]
         np.testing.assert_allclose(found, there.linear, atol=1e-13 * 10)
 
 

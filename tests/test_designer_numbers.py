@@ -13,15 +13,15 @@ from shockpc.core.loads import joint_impulses, kinetic_energy
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.errors import SceneError
 from shockpc.health import judge
+from shockpc.landing import complete, resolve
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
+from shockpc.model.joint_model import Joints
 from shockpc.model.motion import twists_before
-from shockpc.model.transmission import Joints
 from shockpc.paper.landings import land, robot_of, scene
 from shockpc.profile import shock_profile
 from shockpc.scene import GRAVITY, Point, Scene, Strike
-from shockpc.setting import complete, setting_of
 
 ONE_FOOT = {"anymal_b": "LF_FOOT", "anymal_c": "LF_FOOT", "go2": "FL_foot", "solo12": "FL_FOOT", "hyq": "lf_foot"}
 
@@ -42,17 +42,17 @@ def test_joint_impulses_balance_to_the_root(name, joints):
     """Leaf to root, F_i = I_i Δv_i − f_i + Σ F_child; what is left at the floating base is zero."""
     robot = known_robot(name)
     found = complete(Scene(robot=name, contact=(Contact(frame=ONE_FOOT[name]),), joints=joints), robot)
-    setting = setting_of(found, robot)
-    bodies = tree(robot, setting.state, setting.drives.armature, setting.G)
-    solution = solve(robot, setting.state, setting.rows, setting.drives.armature, setting.G)
-    solution, *_ = judge(robot, setting.state, bodies, setting.rows, solution)
+    landing = resolve(found, robot)
+    bodies = tree(robot, landing.state, landing.drives.armature, landing.G)
+    solution = solve(robot, landing.state, landing.rows, landing.drives.armature, landing.G)
+    solution, *_ = judge(robot, landing.state, bodies, landing.rows, solution)
     jump = solution.jumps[0, :, :, -1]
-    R = setting.state.rotation[0]
+    R = landing.state.rotation[0]
     com = np.stack([body.com for body in robot.bodies])
     world = np.concatenate(
         [(R @ jump[:, :3, None])[..., 0], (R @ (jump[:, 3:] + np.cross(jump[:, :3], com))[..., None])[..., 0]], axis=1
     )
-    wrench = np.einsum("c,cbk->bk", solution.impact.impulse[0, :, -1], setting.rows.W[0])
+    wrench = np.einsum("c,cbk->bk", solution.impact.impulse[0, :, -1], landing.rows.W[0])
     through = joint_impulses(bodies, world, wrench)
     size = np.linalg.norm(solution.impact.impulse[0, :, -1])
     # An armature's reaction on the base is inside the joint, so nothing of it is left at the root either.
@@ -106,18 +106,18 @@ def test_the_energy_lost_is_the_drop_in_kinetic_energy(e, strike, joints):
     contacts = tuple(Contact(frame=foot, restitution=e) for foot in ("LF_FOOT", "RH_FOOT"))
     found = complete(Scene(robot="anymal_b", contact=contacts, strike=strike, joints=joints), robot)
     profile = shock_profile(found, robot)
-    setting = setting_of(found, robot)
-    bodies = tree(robot, setting.state, setting.drives.armature, None)
-    before = twists_before(setting.state, setting.before)[0]
+    landing = resolve(found, robot)
+    bodies = tree(robot, landing.state, landing.drives.armature, None)
+    before = twists_before(landing.state, landing.before)[0]
     R = profile.rotation
     jump = np.concatenate([(R @ profile.delta_omega[..., None])[..., 0], (R @ profile.delta_v[..., None])[..., 0]], axis=1)
-    at_frame = profile.position - setting.state.origin[0]
+    at_frame = profile.position - landing.state.origin[0]
 
     def energy(share):
         omega = before[:, :3] + share * jump[:, :3]
         v = before[:, 3:] + np.cross(before[:, :3], bodies.com)
         v = v + share * (jump[:, 3:] + np.cross(jump[:, :3], bodies.com - at_frame))
-        drives = setting.before.joint_rates + share * profile.delta_qd
+        drives = landing.before.joint_rates + share * profile.delta_qd
         return kinetic_energy(bodies, np.concatenate([omega, v], axis=1), drives)
 
     assert profile.energy_lost == pytest.approx(energy(0.0) - energy(1.0), abs=1e-10 * energy(0.0))
@@ -225,12 +225,12 @@ def test_mitigation_has_no_meaning_on_a_fixed_base():
     assert struck("go2", base="fixed").contacts[0].mitigation is None
 
 
-# Worst and kindest strikes
+# Worst and least_severe strikes
 
 
 @pytest.mark.parametrize("name", ["anymal_b", "go2"])
 def test_worst_and_kindest_strikes_against_the_whole_sphere(name):
-    """No strike of a fine sphere is worse than the worst or kinder than the kindest, and both are nearly met."""
+    """No strike of a fine sphere is worse than the worst or kinder than the least_severe, and both are nearly met."""
     k = np.arange(4000) + 0.5
     polar, around = np.arccos(1.0 - 2.0 * k / len(k)), math.pi * (1.0 + math.sqrt(5.0)) * k
     sphere = np.stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)], axis=1)
@@ -242,10 +242,13 @@ def test_worst_and_kindest_strikes_against_the_whole_sphere(name):
         maps = profile.maps[i]
         v = maps[3:] + np.cross(maps[:3].T, body.com).T
         shock = np.linalg.norm(v @ sphere.T, axis=0)
-        assert found.kindest_shock[i] - 1e-12 <= shock.min()
-        assert shock.max() <= found.worst_shock[i] + 1e-12
-        assert shock.max() == pytest.approx(found.worst_shock[i], rel=2e-3)
-        for direction, size in ((found.worst[i], found.worst_shock[i]), (found.kindest[i], found.kindest_shock[i])):
+        assert found.least_severe_shock[i] - 1e-12 <= shock.min()
+        assert shock.max() <= found.most_severe_shock[i] + 1e-12
+        assert shock.max() == pytest.approx(found.most_severe_shock[i], rel=2e-3)
+        for direction, size in (
+            (found.most_severe[i], found.most_severe_shock[i]),
+            (found.least_severe[i], found.least_severe_shock[i]),
+        ):
             assert np.linalg.norm(v @ direction) == pytest.approx(size, abs=1e-12)
             assert np.linalg.norm(direction) == pytest.approx(1.0)
             assert direction[2] <= 1e-12
@@ -253,9 +256,9 @@ def test_worst_and_kindest_strikes_against_the_whole_sphere(name):
 
 def test_the_worst_strike_is_what_the_scene_gives_when_struck_so():
     first = struck("go2", point=(Point(frame="imu"),))
-    direction = first.points[0].directions.worst
+    direction = first.points[0].directions.most_severe
     again = struck("go2", point=(Point(frame="imu"),), strike=Strike(velocity=tuple(map(float, direction))))
-    assert again.points[0].shock == pytest.approx(first.points[0].directions.worst_shock, rel=1e-9)
+    assert again.points[0].shock == pytest.approx(first.points[0].directions.most_severe_shock, rel=1e-9)
     assert again.points[0].shock > first.points[0].shock
 
 

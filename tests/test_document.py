@@ -14,9 +14,9 @@ from shockpc import Contact, Point, Posture, Scene, Strike, shock_profile
 from shockpc.bench.cases import family
 from shockpc.model.closure import Closure, Place
 from shockpc.model.dynamics import PINOCCHIO
-from shockpc.model.transmission import Joints
+from shockpc.model.joint_model import Joints
 from shockpc.show.document import SCHEMA, document, to_json
-from shockpc.show.sheets import health_lines
+from shockpc.show.tables.sheets import health_lines
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
@@ -73,8 +73,8 @@ SHAPE = {
             "shock_com": NUMBER,
             "shock_min": {None, "NUMBER"},
             "shock_max": {None, "NUMBER"},
-            "worst": STRIKE,
-            "kindest": STRIKE,
+            "most_severe": STRIKE,
+            "least_severe": STRIKE,
         },
     ),
     "points": (
@@ -83,8 +83,8 @@ SHAPE = {
             "body": str,
             "delta_v": VECTOR,
             "shock": NUMBER,
-            "worst": STRIKE,
-            "kindest": STRIKE,
+            "most_severe": STRIKE,
+            "least_severe": STRIKE,
             "peak_g": {None, "NUMBER"},
         },
     ),
@@ -236,11 +236,11 @@ def test_document_is_the_profile(profile):
 
 
 def same_strikes(row, found):
-    """The worst and the kindest strike of a row are those of the profile."""
-    worst, worst_shock, kindest, kindest_shock = found
-    assert np.array_equal(row["worst"]["direction"], worst)
-    assert np.array_equal(row["kindest"]["direction"], kindest)
-    assert (row["worst"]["shock"], row["kindest"]["shock"]) == (worst_shock, kindest_shock)
+    """The worst and the least_severe strike of a row are those of the profile."""
+    worst, most_severe_shock, least_severe, least_severe_shock = found
+    assert np.array_equal(row["most_severe"]["direction"], worst)
+    assert np.array_equal(row["least_severe"]["direction"], least_severe)
+    assert (row["most_severe"]["shock"], row["least_severe"]["shock"]) == (most_severe_shock, least_severe_shock)
 
 
 def test_nulls_stand_where_things_do_not_exist():

@@ -21,18 +21,18 @@ from shockpc.core.impulse import solve_impact
 from shockpc.core.maximal import mobility
 from shockpc.errors import SceneError
 from shockpc.health import judge
+from shockpc.landing import complete, resolve
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
+from shockpc.model.joint_model import Joints
 from shockpc.model.motion import velocity_before
 from shockpc.model.posture import Posture
 from shockpc.model.rows import about_com, point_block
-from shockpc.model.transmission import Joints
 from shockpc.profile import shock_profile
-from shockpc.readings.doubts import direction_doubts, impulse_doubts, load_doubts, total_doubts
-from shockpc.readings.loads import joint_loads
+from shockpc.results.doubts import direction_doubts, impulse_doubts, load_doubts, total_doubts
+from shockpc.results.loads import joint_loads
 from shockpc.scene import Point, Scene, Strike
-from shockpc.setting import complete, setting_of
 
 RIGHT = 1e-9
 ORDINARY = [
@@ -59,12 +59,12 @@ def test_ordinary_robots_raise_no_doubt(name, feet, joints, base):
 
 
 def judged(name="anymal_b", foot="LF_FOOT", **changes):
-    """All that the doubts are about, for one landing: robot, setting, bodies, verdict."""
+    """All that the doubts are about, for one landing: robot, landing, bodies, verdict."""
     robot = known_robot(name)
-    setting = setting_of(complete(Scene(robot=name, contact=(Contact(frame=foot),), **changes), robot), robot)
-    bodies = tree(robot, setting.state, setting.drives.armature, setting.G)
-    solution = solve(robot, setting.state, setting.rows, setting.drives.armature, setting.G)
-    return robot, setting, bodies, judge(robot, setting.state, bodies, setting.rows, solution)
+    landing = resolve(complete(Scene(robot=name, contact=(Contact(frame=foot),), **changes), robot), robot)
+    bodies = tree(robot, landing.state, landing.drives.armature, landing.G)
+    solution = solve(robot, landing.state, landing.rows, landing.drives.armature, landing.G)
+    return robot, landing, bodies, judge(robot, landing.state, bodies, landing.rows, solution)
 
 
 def with_second(verdict, **changes):
@@ -75,35 +75,35 @@ def with_second(verdict, **changes):
 @pytest.mark.parametrize(("off", "told"), [(1e-12, 0), (1e-8, 1)])
 def test_what_two_solutions_do_not_share_is_doubted(off, told):
     """Impulses, loads and maps that differ in the twelfth digit pass; in the eighth each kind is named, with ten times as much."""
-    robot, setting, bodies, verdict = judged(stance=("RH_FOOT",))
+    robot, landing, bodies, verdict = judged(stance=("RH_FOOT",))
     found = verdict.second.found
-    loads = joint_loads(robot, setting.state, bodies, setting.rows, verdict.solution)
+    loads = joint_loads(robot, landing.state, bodies, landing.rows, verdict.solution)
     warned = [
-        impulse_doubts(setting.rows, with_second(verdict, impulse=found.impulse * (1.0 + off))),
-        load_doubts(robot, bodies, setting.rows, loads, with_second(verdict, through=found.through * (1.0 + off)), 1.0),
-        direction_doubts(robot, setting.state, with_second(verdict, twists=found.twists * (1.0 + off))),
+        impulse_doubts(landing.rows, with_second(verdict, impulse=found.impulse * (1.0 + off))),
+        load_doubts(robot, bodies, landing.rows, loads, with_second(verdict, through=found.through * (1.0 + off)), 1.0),
+        direction_doubts(robot, landing.state, with_second(verdict, twists=found.twists * (1.0 + off))),
     ]
     assert [len(lines) for lines in warned] == [told] * 3
-    total = total_doubts(setting.rows, 2, np.zeros(3), 1.0, with_second(verdict, impulse=found.impulse * (1.0 + off)))
+    total = total_doubts(landing.rows, 2, np.zeros(3), 1.0, with_second(verdict, impulse=found.impulse * (1.0 + off)))
     assert [line.split(":")[0] for line in total] == ["total impulse of the ground", "loss of kinetic energy of the robot"] * told
     if told:
         impulse, load, direction = (lines[0] for lines in warned)
         assert impulse == 'impulse of contact "LF_FOOT", stance "RH_FOOT": good to about 1e-07 of itself only'
         assert load.startswith('load of joint "LF_HAA", ')
-        assert direction.startswith("worst and kindest strike of base, ")
+        assert direction.startswith("most and least severe impact direction of base, ")
 
 
 def test_both_formulations_give_the_same_loads_and_mobility():
     """What passes through the joints, and how a foot gives way while another stands: maximal coordinates against joint space."""
-    robot, setting, bodies, verdict = judged(stance=("RH_FOOT",), joints=Joints(armature={"*_KFE": 0.1}))
-    loads = joint_loads(robot, setting.state, bodies, setting.rows, verdict.solution)
+    robot, landing, bodies, verdict = judged(stance=("RH_FOOT",), joints=Joints(armature={"*_KFE": 0.1}))
+    loads = joint_loads(robot, landing.state, bodies, landing.rows, verdict.solution)
     names = [robot.model.names[body.joint] for body in robot.bodies]
     for load in loads:
         through = verdict.second.found.through[names.index(load.joint), :, -1]
         np.testing.assert_allclose([*load.moment, *load.force], through, atol=1e-12)
-    touch, (equation, state) = setting.touches[0], (verdict.solution.equation, setting.state)
+    touch, (equation, state) = landing.touches[0], (verdict.solution.equation, landing.state)
     W = point_block(state, touch.body, touch.point, np.eye(3))[0]
-    A = mobility(bodies, about_com(setting.rows.W[0, 3:], bodies), about_com(W, bodies))
+    A = mobility(bodies, about_com(landing.rows.W[0, 3:], bodies), about_com(W, bodies))
     np.testing.assert_allclose(delassus(equation.H[0], equation.J_c[0, :3], equation.J_c[0, 3:]), A, rtol=1e-10, atol=1e-12)
 
 
@@ -114,7 +114,7 @@ def test_the_bracket_is_right_or_doubted(ratio):
     scene = replace(scene, point=(Point(frame="link0"), Point(frame="link1")))
     locked = shock_profile(replace(scene, joints=Joints(model="locked")), robot)
     system = system_of(robot, scene)
-    truth = reference(robot, system.scene, system.setting)
+    truth = reference(robot, system.scene, system.landing)
     doubted = any(w.startswith("shock with free drives: ") for w in locked.health.warnings)
     for bracket, body in zip(locked.bracket[1:], (0, 1), strict=True):
         with mp.workdps(DIGITS):
@@ -127,21 +127,21 @@ def test_the_bracket_is_right_or_doubted(ratio):
 def test_strikes_from_elsewhere_are_right_or_doubted(ratio, doubted):
     """A chain on its side, struck from above: what a strike along it would do, exactly, against the maps."""
     robot = chain(np.geomspace(1.0, ratio, 6), np.full(6, 0.4), out_of_plane=False)
-    joints = dict(zip(robot.joints, (0.7, -0.9, 0.5, -0.3, 0.8), strict=True))
+    joints = dict(zip(robot.joint_names, (0.7, -0.9, 0.5, -0.3, 0.8), strict=True))
     contact = (Contact(frame="link5", offset=(0.0, 0.0, 0.4)),)
     scene = Scene(robot="chain", posture=Posture(base_rpy_deg=(90.0, 0.0, 0.0), joints=joints), contact=contact)
     profile, system = shock_profile(scene, robot), system_of(robot, scene)
     off = np.zeros(6)
     for k, velocity in enumerate(np.eye(3)):
-        truth = reference(robot, system.scene, system.setting._replace(before=system.setting.before._replace(velocity=velocity)))
+        truth = reference(robot, system.scene, system.landing._replace(before=system.landing.before._replace(velocity=velocity)))
         with mp.workdps(DIGITS):
             for i, body in enumerate(robot.bodies):
                 apart = widen(profile.maps[i][:, k]) - truth.jumps[i]
                 v = apart[3:] + cross(apart[:3], widen(body.com))
                 off[i] = np.hypot(off[i], float(mp.sqrt(v @ v)))
-    size = np.linalg.norm(profile.directions.worst_shock[:, None], axis=1)
+    size = np.linalg.norm(profile.directions.most_severe_shock[:, None], axis=1)
     wrong = [body.name for body, share in zip(robot.bodies, off / size, strict=True) if share > RIGHT]
-    told = [w for w in profile.health.warnings if w.startswith("worst and kindest strike of ")]
+    told = [w for w in profile.health.warnings if w.startswith("worst and least_severe strike of ")]
     assert all(any(name in line for line in told) for name in wrong)
     # In between, joint space has lost some digits of them and is still good enough for the strike itself.
     assert bool(told) == doubted
@@ -202,7 +202,7 @@ def landing_at_a_hinge(distance, seed):
     near = [tuple(float(x) for x in distance * rng.normal(size=3)) for _ in range(2)]
     upper = Contact(frame="link1", offset=(near[1][0], near[1][1], 0.4 + near[1][2]))
     posture = Posture(
-        base_rpy_deg=tuple(rng.uniform(-90.0, 90.0, 3)), joints={name: float(rng.uniform(-1, 1)) for name in robot.joints}
+        base_rpy_deg=tuple(rng.uniform(-90.0, 90.0, 3)), joints={name: float(rng.uniform(-1, 1)) for name in robot.joint_names}
     )
     return robot, Scene(
         robot="chain", contact=(Contact(frame="link2", offset=near[0]), upper, Contact(frame="link3")), posture=posture
@@ -277,9 +277,9 @@ def test_rates_of_joints_do_not_move_a_planar_base():
             robot="chain", base="planar", contact=(Contact(frame="link0"),), strike=Strike(joint_velocities={"joint2": rate})
         )
         system, profile = system_of(robot, scene), shock_profile(scene, robot)
-        truth = reference(robot, system.scene, system.setting)
+        truth = reference(robot, system.scene, system.landing)
         np.testing.assert_allclose(
-            profile.contacts[0].impulse @ system.setting.touches[0].directions.T, [float(x) for x in truth.impulse], atol=1e-12
+            profile.contacts[0].impulse @ system.landing.touches[0].directions.T, [float(x) for x in truth.impulse], atol=1e-12
         )
 
 
@@ -309,8 +309,8 @@ def test_a_normalising_speed_that_is_a_small_difference_is_told(speed, told):
         return Scene(robot="chain", contact=(Contact(frame="link0"),), strike=strike, v_in="com", posture=BENT)
 
     # The centre of mass moves at a constant besides the velocity given, so two speeds tell which one leaves `speed`.
-    setting = setting_of(complete(moving(-1.0), robot), robot)
-    com = [velocity_before(setting.state, setting.before, i, body.com)[0] for i, body in enumerate(robot.bodies)]
+    landing = resolve(complete(moving(-1.0), robot), robot)
+    com = [velocity_before(landing.state, landing.before, i, body.com)[0] for i, body in enumerate(robot.bodies)]
     x, y, z = np.mean(com, axis=0)
     strike = Strike(velocity=(-x, -y, -1.0 - z - speed), joint_velocities=rates)
     scene = Scene(robot="chain", contact=(Contact(frame="link0"),), strike=strike, v_in="com", posture=BENT)
@@ -340,7 +340,7 @@ def test_loads_beside_redundant_contacts_are_right_or_doubted(distance):
     end = Contact(frame="link1", offset=(0.31 + distance, 0.0, -0.15), directions=("z",))
     scene = Scene(robot="slab", contact=(*corners, end))
     profile, system = shock_profile(scene, robot), system_of(robot, scene)
-    truth = reference(robot, system.scene, system.setting)
+    truth = reference(robot, system.scene, system.landing)
     with mp.workdps(DIGITS):
         exact = np.array([float(2 * truth.twists[1][3 + k] - (truth.impulse[12] if k == 2 else 0)) for k in range(3)])
     off = np.linalg.norm(profile.loads[0].force - exact) / np.linalg.norm(exact)
@@ -354,8 +354,8 @@ def test_the_locked_bracket_of_contacts_close_together_is_told(distance, told):
     """Two feet on two legs, so far apart: with free drives each leg gives way, locked they hold one body at almost one point."""
     robot = known_robot("anymal_b")
     fore = Contact(frame="LF_FOOT")
-    setting = setting_of(complete(Scene(robot="anymal_b", contact=(fore,)), robot), robot)
-    state, touch, hind = setting.state, setting.touches[0], robot.frame("LH_FOOT")
+    landing = resolve(complete(Scene(robot="anymal_b", contact=(fore,)), robot), robot)
+    state, touch, hind = landing.state, landing.touches[0], robot.frame("LH_FOOT")
     place = state.position[0, touch.body] + state.rotation[0, touch.body] @ touch.point + [distance, 0.0, 0.0]
     local = state.rotation[0, hind.body].T @ (place - state.position[0, hind.body])
     offset = hind.rotation.T @ (local - hind.offset)

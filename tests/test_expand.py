@@ -6,7 +6,7 @@ import pytest
 from robot_texts import arm, joint, link, xacro
 
 from shockpc.errors import RobotError
-from shockpc.files.source import RobotSource, read_source
+from shockpc.robot.source import RobotSource, read_source
 
 PAYLOAD = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass="$(arg payload)"))
 

@@ -8,7 +8,7 @@ import pytest
 from robot_texts import link, xacro
 
 from shockpc.errors import RobotError
-from shockpc.files.source import RobotSource, read_source
+from shockpc.robot.source import RobotSource, read_source
 
 PAYLOAD = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass="$(arg payload)"))
 

@@ -6,7 +6,7 @@ import pytest
 from robot_texts import link, xacro
 
 from shockpc.errors import RobotError
-from shockpc.files.source import read_source
+from shockpc.robot.source import read_source
 
 
 def refusal(folder: Path, text: str) -> str:

@@ -16,18 +16,18 @@ from hypothesis import strategies as st
 from shockpc.core.spatial import plane_from
 from shockpc.errors import OutputError
 from shockpc.model.contact import Contact
-from shockpc.model.meshes import Mesh
-from shockpc.model.outline import Shape
 from shockpc.model.posture import Posture
 from shockpc.profile import shock_profile
+from shockpc.robot.meshes import Mesh
+from shockpc.robot.outline import Shape
 from shockpc.scene import Scene, Strike
-from shockpc.show.figure import draw, save_figure
-from shockpc.show.figure_bodies import layers
-from shockpc.show.figure_field import Field, below, field_of
-from shockpc.show.figure_view import view_of
-from shockpc.show.palette import BANDS, EDGES, band
-from shockpc.show.sheets import header_lines
-from shockpc.show.silhouette import silhouette, to_plane
+from shockpc.show.figure.bodies import layers
+from shockpc.show.figure.field import Field, below, field_of
+from shockpc.show.figure.landing import draw, save_figure
+from shockpc.show.figure.palette import BANDS, EDGES, band
+from shockpc.show.figure.silhouette import silhouette, to_plane
+from shockpc.show.figure.view import view_of
+from shockpc.show.tables.sheets import header_lines
 
 SAGITTAL = plane_from((0.0, -1.0, 0.0))
 BOX = (-1.0, -1.0, 1.0, 1.0)
@@ -428,5 +428,5 @@ def test_drawing_leaves_matplotlib_as_it_was(beam):
     before = dict(matplotlib.rcParams)
     draw(beam)
     assert dict(matplotlib.rcParams) == before
-    script = "import sys, shockpc.show.figure; sys.exit('matplotlib.pyplot' in sys.modules)"
+    script = "import sys, shockpc.show.figure.landing; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

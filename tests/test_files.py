@@ -17,7 +17,7 @@ from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.document import to_json
 from shockpc.show.files import check_folder, make_folder, write_text, write_whole
 from shockpc.show.folder import write_profile
-from shockpc.show.text import markdown_report
+from shockpc.show.tables.text import markdown_report
 
 
 def failure(code: int) -> OSError:

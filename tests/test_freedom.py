@@ -9,13 +9,13 @@ from trees import known_robot, robot_from
 
 from shockpc.core.impulse import solve_impact
 from shockpc.errors import SceneError
+from shockpc.landing import complete, resolve
 from shockpc.model.contact import Contact
 from shockpc.model.equation import impulsive_equation, solve
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.model.transmission import Joints
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
-from shockpc.setting import complete, setting_of
 
 TURNED = Posture(base_rpy_deg=(10.0, -20.0, 30.0))
 
@@ -105,10 +105,10 @@ def test_a_planar_base_moves_in_its_plane_alone(plane):
 
 
 def equations(robot, scene):
-    """The setting of a scene, its own reduced solution, and the system without any reduction."""
-    setting = setting_of(complete(scene, robot), robot)
-    solution = solve(robot, setting.state, setting.rows, setting.drives.armature, setting.G)
-    return setting, solution, impulsive_equation(setting.state, setting.rows, setting.drives.armature, None)
+    """The landing of a scene, its own reduced solution, and the system without any reduction."""
+    landing = resolve(complete(scene, robot), robot)
+    solution = solve(robot, landing.state, landing.rows, landing.drives.armature, landing.G)
+    return landing, solution, impulsive_equation(landing.state, landing.rows, landing.drives.armature, None)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["xz", "yz", "xy", (1.0, 2.0, 0.5)]))
@@ -116,16 +116,16 @@ def test_holding_the_base_by_rows_is_holding_it_by_columns(seed, plane):
     """Both ways of Section 3.1.1: K Δq̇ = 0 stacked under the contact gives the Δq̇ of the reduced system."""
     rng = np.random.default_rng(seed)
     robot = known_robot("anymal_b")
-    joints = dict(zip(robot.joints, rng.uniform(-1.0, 1.0, len(robot.joints)).tolist(), strict=True))
+    joints = dict(zip(robot.joint_names, rng.uniform(-1.0, 1.0, len(robot.joint_names)).tolist(), strict=True))
     posture = Posture(base_rpy_deg=tuple(rng.uniform(-180.0, 180.0, 3).tolist()), joints=joints)
     contact = (Contact(frame="LF_FOOT"),)
     strike = Strike(velocity=(0.1, 0.2, -1.0))
     scene = Scene(robot="anymal_b", base="planar", plane=plane, posture=posture, contact=contact, strike=strike)
-    setting, reduced, whole = equations(robot, scene)
-    R = setting.state.rotation[0, 0]
+    landing, reduced, whole = equations(robot, scene)
+    R = landing.state.rotation[0, 0]
     K = np.zeros((3, robot.model.nv))
-    K[0, :3] = setting.plane.normal @ R
-    K[1, 3:6], K[2, 3:6] = setting.plane.e1 @ R, setting.plane.e2 @ R
+    K[0, :3] = landing.plane.normal @ R
+    K[1, 3:6], K[2, 3:6] = landing.plane.e1 @ R, landing.plane.e2 @ R
     stacked = solve_impact(whole.H[0], np.vstack([whole.J_c[0], K]), np.vstack([whole.b[0], np.zeros((3, 4))])).delta_qd
     np.testing.assert_allclose(reduced.delta_qd[0], stacked, rtol=0, atol=1e-11 * np.abs(stacked).max())  # legs nearly straight
 
@@ -178,10 +178,10 @@ def test_mimic_joints_as_columns_equal_mimic_joints_as_rows(kinds, base):
         posture = Posture(base_rpy_deg=(10.0, -20.0, 30.0), joints=joints)
         return Scene(robot="arm.urdf", base=base, contact=(contact,), strike=Strike(velocity=(0.3, 0.1, -1.0)), posture=posture)
 
-    setting, _, whole = equations(free, scene(values))
+    landing, _, whole = equations(free, scene(values))
     found = shock_profile(scene({"j1": 0.4}), tied)
-    np.testing.assert_allclose(found.q, setting.q, atol=1e-15)
-    G = np.eye(9) if setting.G is None else setting.G[0]
+    np.testing.assert_allclose(found.q, landing.q, atol=1e-15)
+    G = np.eye(9) if landing.G is None else landing.G[0]
     K = np.zeros((2, 9))
     K[0, 6:8] = 0.5, 1.0
     K[1, 7:9] = -2.0, 1.0
@@ -242,4 +242,4 @@ def test_everything_free_needs_no_reduction():
     """A free base without followers leaves the equation as it is: no G, no product."""
     robot = known_robot("anymal_b")
     scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
-    assert setting_of(complete(scene, robot), robot).G is None
+    assert resolve(complete(scene, robot), robot).G is None

@@ -8,8 +8,8 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, mjcf
 
-from shockpc.files.source import RobotSource, read_source
-from shockpc.model.build import build_model
+from shockpc.robot.build import build_model
+from shockpc.robot.source import RobotSource, read_source
 
 
 @pytest.fixture(autouse=True)

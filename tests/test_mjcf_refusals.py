@@ -9,8 +9,8 @@ import pytest
 from robot_texts import BODY, body, floating, mjcf
 
 from shockpc.errors import RobotError
-from shockpc.files.source import read_source
-from shockpc.model.build import build_model
+from shockpc.robot.build import build_model
+from shockpc.robot.source import read_source
 
 
 @pytest.fixture(autouse=True)

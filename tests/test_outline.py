@@ -8,10 +8,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from shockpc.files.catalogue import data_folder
-from shockpc.model.meshes import read_mesh
-from shockpc.model.outline import inertia_box, outline
-from shockpc.model.robot import Body, load_robot
+from shockpc.robot.catalogue import data_folder
+from shockpc.robot.meshes import read_mesh
+from shockpc.robot.outline import inertia_box, outline
+from shockpc.robot.robot import Body, load_robot
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)

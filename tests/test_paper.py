@@ -14,9 +14,7 @@ from mpmath import mpf
 from planar import STICKS, at, beam, difference, falling, pointing, solve
 
 from shockpc.core.impulse import solve_impact
-from shockpc.files.catalogue import own_robots_folder
 from shockpc.model.dynamics import dynamics
-from shockpc.model.robot import load_robot
 from shockpc.paper.beam import beam_statements
 from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.paper.leg import ends
@@ -25,13 +23,15 @@ from shockpc.paper.quadruped import quadruped_statements
 from shockpc.paper.scenes import FIGURES, find_scene, scene_files
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy_statements
 from shockpc.paper.statement import Reading, Statement, outcomes
-from shockpc.show.figure_labels import Labels
-from shockpc.show.figure_pointers import draw_pointers
-from shockpc.show.figure_view import view_of
-from shockpc.show.figure_window import Window
+from shockpc.robot.catalogue import own_robots_folder
+from shockpc.robot.robot import load_robot
+from shockpc.show.figure.labels import Labels
+from shockpc.show.figure.paper import draw_paper_figure
+from shockpc.show.figure.pointers import draw_pointers
+from shockpc.show.figure.silhouette import to_plane
+from shockpc.show.figure.view import view_of
+from shockpc.show.figure.window import Window
 from shockpc.show.models_page import models_page
-from shockpc.show.paper_figure import draw_paper_figure
-from shockpc.show.silhouette import to_plane
 
 DIGITS = 1e-12
 

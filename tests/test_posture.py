@@ -149,7 +149,7 @@ def test_a_glob_sets_every_joint_it_means_in_degrees():
     """The four knees of hyq go to −60 degrees, and nothing else moves."""
     robot = known_robot("hyq")
     before, after = (configuration(robot, posture) for posture in (Posture(), Posture(joints_deg={"*_kfe_joint": -60.0})))
-    knees = [robot.model.joints[robot.model.getJointId(name)].idx_q for name in robot.joints if name.endswith("_kfe_joint")]
+    knees = [robot.model.joints[robot.model.getJointId(name)].idx_q for name in robot.joint_names if name.endswith("_kfe_joint")]
     assert len(knees) == 4
     np.testing.assert_allclose(after[knees], -math.pi / 3.0, rtol=1e-15)
     np.testing.assert_array_equal(np.delete(after, knees), np.delete(before, knees))
@@ -158,7 +158,7 @@ def test_a_glob_sets_every_joint_it_means_in_degrees():
 def test_later_patterns_go_over_earlier_ones_and_degrees_over_radians():
     """A value for all, then one for one: the order in which they are written counts."""
     robot = known_robot("hyq")
-    first = robot.joints[0]
+    first = robot.joint_names[0]
     q = configuration(robot, Posture(joints={"*": 0.1, first: 0.2}))
     assert (q[7], q[8]) == (0.2, 0.1)
     assert configuration(robot, Posture(joints={first: 0.2, "*": 0.1}))[7] == 0.1

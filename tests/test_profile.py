@@ -12,8 +12,8 @@ from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError, ShockError, SolveError
 from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.model.transmission import Joints
 from shockpc.profile import ROUNDED, shock_profile
 from shockpc.scene import GRAVITY, Point, Scene, Strike
 

@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from shockpc.files.source import RobotSource, read_source
-from shockpc.model.build import build_model
+from shockpc.robot.build import build_model
+from shockpc.robot.source import RobotSource, read_source
 
 
 def links(source: RobotSource) -> dict[str, pin.Inertia]:

@@ -6,9 +6,9 @@ import re
 import pytest
 from commands import ROBOTS, STICK, Outcome, good, run
 
-import shockpc.files.catalogue
-from shockpc.files.catalogue import catalogue
+import shockpc.robot.catalogue
 from shockpc.model.dynamics import PINOCCHIO
+from shockpc.robot.catalogue import catalogue
 
 DOG = (ROBOTS / "dog" / "dog.urdf.xacro", "--package", f"dog_description={ROBOTS / 'dog'}")
 
@@ -151,7 +151,7 @@ def test_list_of_all(capfd):
 
 def test_list_without_any_robot(capfd, monkeypatch):
     """The list is there even if there is nothing to list."""
-    monkeypatch.setattr(shockpc.files.catalogue, "catalogue", lambda: ())
+    monkeypatch.setattr(shockpc.robot.catalogue, "catalogue", lambda: ())
     assert table(good(capfd, "robots"), "robots known by name") == []
 
 

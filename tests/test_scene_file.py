@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene
 from shockpc.model.closure import Closure, Place
-from shockpc.model.transmission import Joints, Rotor
+from shockpc.model.joint_model import Joints, Rotor
 from shockpc.scene import scene_table
 from shockpc.scene_file import scene_schema, scene_text
 

@@ -8,9 +8,9 @@ import pytest
 from robot_texts import arm, body, floating, link, mjcf, urdf
 
 from shockpc.errors import RobotError, UnknownName
-from shockpc.files.catalogue import catalogue
-from shockpc.files.source import read_source
-from shockpc.model.build import build_model
+from shockpc.robot.build import build_model
+from shockpc.robot.catalogue import catalogue
+from shockpc.robot.source import read_source
 
 NOT_ROBOTS = {"ur3_empty", "hector_macro", "hector_xacro"}  # files of the data package that hold none
 
@@ -171,7 +171,7 @@ SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "yourdfpy", "xacro", "xacro
 def test_import_is_light(module: str):
     """Reading a file needs the standard library alone."""
     # The package's own __init__ is not under test here, so the module's own imports are counted from an empty package.
-    code = f"import sys, shockpc.files.{module}; print([m for m in {SLOW!r} if m in sys.modules])"
+    code = f"import sys, shockpc.robot.{module}; print([m for m in {SLOW!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

@@ -13,10 +13,10 @@ from trees import robot_from
 
 from shockpc import Contact, Health, Point, Posture, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
-from shockpc.record import ContactImpulse, StanceImpulse
-from shockpc.show.design_sheets import directions_sheet
-from shockpc.show.sheets import Sheet, contacts_sheet, fits
-from shockpc.show.text import as_csv, as_markdown, as_text, csv_report, markdown_report, text_report
+from shockpc.result import ContactImpulse, StanceImpulse
+from shockpc.show.tables.design import directions_sheet
+from shockpc.show.tables.sheets import Sheet, contacts_sheet, fits
+from shockpc.show.tables.text import as_csv, as_markdown, as_text, csv_report, markdown_report, text_report
 
 HEALTH = Health(
     rank=3,
@@ -30,9 +30,9 @@ HEALTH = Health(
 
 
 def strikes(*shape):
-    """Worst and kindest strikes that every machine finds alike; a beam's are as good in one direction as in another."""
-    worst, kindest = np.broadcast_to([0.6, 0.0, -0.8], (*shape, 3)), np.broadcast_to([0.0, -1.0, 0.0], (*shape, 3))
-    return ExtremeDirections(worst, np.full(shape, 1.25), kindest, np.full(shape, 0.0625))
+    """Worst and least_severe strikes that every machine finds alike; a beam's are as good in one direction as in another."""
+    worst, least_severe = np.broadcast_to([0.6, 0.0, -0.8], (*shape, 3)), np.broadcast_to([0.0, -1.0, 0.0], (*shape, 3))
+    return ExtremeDirections(worst, np.full(shape, 1.25), least_severe, np.full(shape, 0.0625))
 
 
 def landing(contact: str, **changes):
@@ -74,8 +74,8 @@ contact  impulse x  impulse y  impulse z  friction to stick
 ───────  ─────────  ─────────  ─────────  ─────────────────
 pivot            0          0     0.2500                  0
 
-worst and kindest strike (direction of the velocity, world axes)
-place         worst  from x  y        z  kindest  from x        y  z  way
+worst and least_severe strike (direction of the velocity, world axes)
+place         worst  from x  y        z  least_severe  from x        y  z  way
                 [-]                          [-]
 ───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─  ─────
 CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0  level
@@ -112,8 +112,8 @@ contact  impulse x  impulse y  impulse z  friction to stick
 ───────  ─────────  ─────────  ─────────  ─────────────────
 center           0          0     1.0000                  0
 
-worst and kindest strike (direction of the velocity, world axes)
-place         worst  from x  y        z  kindest  from x        y  z  way
+worst and least_severe strike (direction of the velocity, world axes)
+place         worst  from x  y        z  least_severe  from x        y  z  way
                 [-]                          [-]
 ───────────  ──────  ──────  ─  ───────  ───────  ──────  ───────  ─  ─────
 CoM of beam  1.2500  0.6000  0  -0.8000   0.0625       0  -1.0000  0  level
@@ -163,9 +163,9 @@ MARKDOWN = """\
 |---|---:|---:|---:|---:|
 | pivot | 0 | 0 | 0.2500 | 0 |
 
-### Worst and kindest strike (direction of the velocity, world axes)
+### Worst and least_severe strike (direction of the velocity, world axes)
 
-| place | worst [-] | from x | y | z | kindest [-] | from x | y | z | way |
+| place | worst [-] | from x | y | z | least_severe [-] | from x | y | z | way |
 |---|---:|---:|---:|---:|---:|---:|---:|---:|---|
 | CoM of beam | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 | level |
 | tip:0,0,0.1 | 1.2500 | 0.6000 | 0 | -0.8000 | 0.0625 | 0 | -1.0000 | 0 | level |
@@ -318,8 +318,8 @@ def test_level_is_along_the_ground_that_is_struck():
     """In a plane seen from above, struck within it, the ground stands upright, and a strike along world z goes along it."""
     scene = Scene(robot="beam", contact=(Contact(frame="tip"),), strike=Strike(velocity=(0.0, -1.0, 0.0)), plane="xy")
     found = shock_profile(scene)
-    for kindest, way in (((0.0, -1.0, 0.0), "down"), ((0.0, 0.0, -1.0), "level")):
-        chosen = found.directions._replace(kindest=np.array([kindest]))
+    for least_severe, way in (((0.0, -1.0, 0.0), "down"), ((0.0, 0.0, -1.0), "level")):
+        chosen = found.directions._replace(least_severe=np.array([least_severe]))
         assert directions_sheet(replace(found, directions=chosen)).rows[0][-1] == way
 
 

@@ -12,8 +12,8 @@ from trees import known_robot, robot_from
 from shockpc.errors import RobotError, SceneError, ShockError
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
+from shockpc.model.joint_model import Joints, Rotor, transmission
 from shockpc.model.posture import Posture
-from shockpc.model.transmission import Joints, Rotor, transmission
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
 
@@ -109,7 +109,9 @@ def test_the_bracket_is_what_the_other_scenes_give():
 def armatures(name, joints):
     robot = known_robot(name)
     found = transmission(robot, joints)
-    return {joint: float(found.armature[robot.model.joints[robot.model.getJointId(joint)].idx_v]) for joint in robot.joints}, found
+    return {
+        joint: float(found.armature[robot.model.joints[robot.model.getJointId(joint)].idx_v]) for joint in robot.joint_names
+    }, found
 
 
 def test_a_pattern_means_the_joints_that_fit_it():

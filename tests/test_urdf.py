@@ -6,9 +6,9 @@ import pytest
 from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
 
 from shockpc.errors import RobotError
-from shockpc.files.source import read_source
-from shockpc.model.build import build_model
-from shockpc.model.robot import load_robot
+from shockpc.robot.build import build_model
+from shockpc.robot.robot import load_robot
+from shockpc.robot.source import read_source
 
 
 def refusal(tmp_path: Path, text: str) -> str:

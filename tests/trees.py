@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from shockpc.core.spatial import cross_matrix
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
-from shockpc.model.robot import Robot, load_robot
 from shockpc.profile import shock_profile
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 URDF_KINDS = ("revolute", "continuous", "prismatic")

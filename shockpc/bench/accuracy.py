@@ -11,7 +11,7 @@ from shockpc.bench.reference import Reference
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.health import UNMOVED
 from shockpc.model.bodies import gyration_radii, turning_lengths
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 
 __all__ = ["Errors", "apart", "body_errors"]
 

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from shockpc.bench.system import System, loops_in
 from shockpc.core.spatial import Array
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 
 __all__ = ["assembler"]
 
@@ -94,7 +94,7 @@ def _pieces(system: System) -> Iterator[tuple[tuple[tuple[int, float], ...], int
     Yields: the bodies that feel it and with which sign; body and point in its frame where it acts; body with which its axes turn,
     and axes in its frame along which (n, 3) and about which (m, 3) it holds. Body −1 is the world.
     """
-    for touch in system.setting.touches:
+    for touch in system.landing.touches:
         yield ((touch.body, 1.0),), touch.body, touch.point, -1, touch.directions, touch.turns
     for frame in map(system.robot.frame, system.scene.stance):
         yield ((frame.body, 1.0),), frame.body, frame.offset, -1, np.eye(3), NONE

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.model.robot import Robot, load_robot
+from shockpc.robot.robot import Robot, load_robot
 
 __all__ = ["Link", "box", "robot_of", "rod"]
 

@@ -11,10 +11,10 @@ from shockpc.bench.simulate import Stepper
 from shockpc.bench.system import jumps_between, moving, system_of
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
-from shockpc.model.robot import Robot
 from shockpc.profile import shock_profile
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.show.sheets import Cell, Sheet
+from shockpc.show.tables.sheets import Cell, Sheet
 
 __all__ = ["Compliant", "Ground", "compliant", "compliant_sheet"]
 
@@ -81,13 +81,13 @@ def compliant(scene: Scene, robot: Robot) -> Compliant:
     rigid = time.perf_counter() - start
     expected = np.hstack([profile.delta_omega, profile.delta_v])
     system = system_of(robot, scene)
-    restitution = system.setting.touches[0].restitution
-    if any(touch.restitution != restitution for touch in system.setting.touches):
+    restitution = system.landing.touches[0].restitution
+    if any(touch.restitution != restitution for touch in system.landing.touches):
         raise SceneError(
             "contacts that bounce differently cannot be compared with a ground that gives way; give all one restitution"
         )
     falling = Stepper(system, restitution)
-    touching = moving(system, system.setting.q, falling.before)
+    touching = moving(system, system.landing.q, falling.before)
     impedance: Array = np.asarray(np.linalg.pinv(falling.mobility(), rcond=1e-10, hermitian=True), dtype=float)
     strike = falling.speed(falling.before)
     mass = float(strike @ impedance @ strike / (strike @ strike))

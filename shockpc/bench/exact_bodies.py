@@ -12,9 +12,9 @@ import pinocchio as pin
 from mpmath import mp
 
 from shockpc.bench.exact import Exact, Reader, cross, cross_matrix, quaternion, rotation_nearest, turn, unit, widen
-from shockpc.model.robot import Robot
+from shockpc.landing import Landing
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.setting import Setting
 
 __all__ = ["Mechanism", "Row", "free_bodies"]
 
@@ -59,17 +59,17 @@ class Mechanism(NamedTuple):
     rows: tuple[Row, ...] = ()
 
 
-def free_bodies(robot: Robot, scene: Scene, setting: Setting, read: Reader) -> Mechanism:
+def free_bodies(robot: Robot, scene: Scene, landing: Landing, read: Reader) -> Mechanism:
     """Bodies and joints, nothing held yet. Call it, and all that follows, inside `mp.workdps(DIGITS)`.
 
     Args:
         robot: the robot.
         scene: the scene, complete.
-        setting: of the scene; only what it read is used (q and the drives), nothing that it placed in the world.
+        landing: of the scene; only what it read is used (q and the drives), nothing that it placed in the world.
         read: how lengths, angles and axes are read from the model.
     """
     model = robot.model
-    q = read(setting.q)
+    q = read(landing.q)
     placed: list[tuple[Exact, Exact]] = [(widen(np.eye(3)), widen(np.zeros(3)))]
     parent, inertia, S, armature, rotation, position, com = [], [], [], [], [], [], []
     place: dict[int, tuple[int, int]] = {}
@@ -78,10 +78,10 @@ def free_bodies(robot: Robot, scene: Scene, setting: Setting, read: Reader) -> M
         R, p = _onto(placed[model.parents[j]], model.jointPlacements[j], read)
         R, p, columns = _move(model.joints[j], R, p, q, read)
         placed.append((R, p))
-        moves, numbers = _free_columns(robot, scene, setting, i, columns, p)
+        moves, numbers = _free_columns(robot, scene, landing, i, columns, p)
         place |= {v: (i, k) for k, v in enumerate(numbers) if v >= 0}
         S.append(moves)
-        armature.append(widen(np.array([0.0 if v < 0 else setting.drives.armature[v] for v in numbers])))
+        armature.append(widen(np.array([0.0 if v < 0 else landing.drives.armature[v] for v in numbers])))
         parent.append(int(model.parents[j]) - 1)
         own = model.inertias[j]
         c = p + R @ read(own.lever)
@@ -143,7 +143,7 @@ def _slides(axes: Exact) -> list[Exact]:
     return [np.concatenate([widen(np.zeros(3)), axis]) for axis in axes]
 
 
-def _free_columns(robot: Robot, scene: Scene, setting: Setting, i: int, columns: list[Exact], p: Exact) -> tuple[Exact, list[int]]:
+def _free_columns(robot: Robot, scene: Scene, landing: Landing, i: int, columns: list[Exact], p: Exact) -> tuple[Exact, list[int]]:
     """The columns of a body's joint that may move, and which joint velocity each is; −1 for the three of a planar base."""
     joint = robot.model.joints[robot.bodies[i].joint]
     base = robot.free_base and i == 0
@@ -151,11 +151,11 @@ def _free_columns(robot: Robot, scene: Scene, setting: Setting, i: int, columns:
     if base and scene.base == "fixed":
         kept = []
     elif base and scene.base == "planar":
-        e1, e2, normal = (widen(v) for v in (setting.plane.e1, setting.plane.e2, setting.plane.normal))
+        e1, e2, normal = (widen(v) for v in (landing.plane.e1, landing.plane.e2, landing.plane.normal))
         columns = [*_slides(np.stack([e1, e2])), *_turns(normal[None], p)]
         numbers, kept = [-1, -1, -1], [0, 1, 2]
     else:
-        kept = [k for k, v in enumerate(numbers) if not setting.drives.locked[v]]
+        kept = [k for k, v in enumerate(numbers) if not landing.drives.locked[v]]
     S = np.stack([columns[k] for k in kept], axis=1) if kept else np.empty((6, 0), dtype=object)
     return S, [numbers[k] for k in kept]
 

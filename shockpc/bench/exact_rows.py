@@ -6,39 +6,39 @@ from mpmath import mp
 
 from shockpc.bench.exact import Exact, Reader, cross, rotation_nearest, widen
 from shockpc.bench.exact_bodies import Mechanism, Row, free_bodies
+from shockpc.landing import Landing
 from shockpc.model.closure import loop_of
-from shockpc.model.couplings import Loop
-from shockpc.model.robot import Robot
+from shockpc.robot.couplings import Loop
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.setting import Setting
 
 __all__ = ["mechanism"]
 
 
-def mechanism(robot: Robot, scene: Scene, setting: Setting, read: Reader = widen) -> Mechanism:
+def mechanism(robot: Robot, scene: Scene, landing: Landing, read: Reader = widen) -> Mechanism:
     """Everything that the impact depends on; arguments as for `free_bodies`. Call it inside `mp.workdps(DIGITS)`.
 
     Contact points given by a frame and an offset are placed anew; those sought on the geometry are taken as found.
     """
-    found = free_bodies(robot, scene, setting, read)
-    before = _before(robot, setting, found)
-    rows = [*_contact_rows(robot, scene, setting, found, before, read), *_stance_rows(robot, scene, found, read)]
+    found = free_bodies(robot, scene, landing, read)
+    before = _before(robot, landing, found)
+    rows = [*_contact_rows(robot, scene, landing, found, before, read), *_stance_rows(robot, scene, found, read)]
     for loop in (*robot.loops, *(loop_of(robot, closure) for closure in scene.closure)):
         rows += _loop_rows(found, loop, read)
     return found._replace(rows=(*rows, *_mimic_rows(robot, found.place)))
 
 
-def _before(robot: Robot, setting: Setting, found: Mechanism) -> list[Exact]:
+def _before(robot: Robot, landing: Landing, found: Mechanism) -> list[Exact]:
     """Twist (6,) of every body before the impact."""
-    omega, velocity = widen(setting.before.omega), widen(setting.before.velocity)
+    omega, velocity = widen(landing.before.omega), widen(landing.before.velocity)
     origin = found.position[0] if robot.free_base else widen(np.zeros(3))
     base = np.concatenate([omega, velocity - cross(omega, origin)])
     twists: list[Exact] = []
     for i, p in enumerate(found.parent):
         twists.append(base if p < 0 else twists[p])
         for v, (body, k) in found.place.items():
-            if body == i and setting.before.joint_rates[v] != 0.0:
-                twists[i] = twists[i] + found.S[i][:, k] * mpmath.mpf(float(setting.before.joint_rates[v]))
+            if body == i and landing.before.joint_rates[v] != 0.0:
+                twists[i] = twists[i] + found.S[i][:, k] * mpmath.mpf(float(landing.before.joint_rates[v]))
     return twists
 
 
@@ -52,10 +52,10 @@ def _force(point: Exact, axis: Exact) -> Exact:
     return np.concatenate([cross(point, axis), axis])
 
 
-def _contact_rows(robot: Robot, scene: Scene, setting: Setting, found: Mechanism, before: list[Exact], read: Reader) -> list[Row]:
+def _contact_rows(robot: Robot, scene: Scene, landing: Landing, found: Mechanism, before: list[Exact], read: Reader) -> list[Row]:
     """Rows of the contacts: (1 + e) times what they approach with is undone."""
     rows = []
-    for contact, touch in zip(scene.contact, setting.touches, strict=True):
+    for contact, touch in zip(scene.contact, landing.touches, strict=True):
         frame = robot.frame(contact.frame)
         point = read(touch.point)
         if contact.at == "frame":

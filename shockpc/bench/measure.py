@@ -116,7 +116,7 @@ def measure(case: Case, methods: tuple[Method, ...], budget: float) -> CaseResul
     except ShockError as refusal:
         return CaseResult(*head, False, 0, 0, (MethodResult(methods[0].name, methods[0].kind, "refused", message=str(refusal)),))
     try:
-        truth = reference(robot, system.scene, system.setting)
+        truth = reference(robot, system.scene, system.landing)
     except SolveError:
         truth = None
     answer = truth is not None and truth.violation < UNANSWERABLE

@@ -58,7 +58,7 @@ def _joint_space(solver: Callable[[Array, Array, Array], Array]) -> Callable[[Sy
 
     def prepare(system: System) -> Prepared:
         data = system.model.createData()
-        assemble, q, b, G = assembler(system, data), system.setting.q, system.b, system.G
+        assemble, q, b, G = assembler(system, data), system.landing.q, system.b, system.G
 
         def run() -> Any:
             H, J_c = assemble(q)
@@ -117,7 +117,7 @@ def _alike(system: System) -> float:
     Raises:
         Unsuited: restitutions differ, or loops and followers would bounce too.
     """
-    e = {block.restitution for block in system.setting.rows.blocks}
+    e = {block.restitution for block in system.landing.rows.blocks}
     if len(e) > 1:
         raise Unsuited("Pinocchio takes one restitution for all rows")
     if system.G is not None or not system.robot.free_base:
@@ -129,7 +129,7 @@ def _pin_jacobian(damping: float) -> Callable[[System], Prepared]:
     """pin.impulseDynamics with a constraint Jacobian."""
 
     def prepare(system: System) -> Prepared:
-        e, v, q = _alike(system), velocity_at_impact(system), system.setting.q
+        e, v, q = _alike(system), velocity_at_impact(system), system.landing.q
         data = system.model.createData()
         assemble = assembler(system, data)
 
@@ -151,17 +151,17 @@ def _pin_constraints(mu: float) -> Callable[[System], Prepared]:
     """
 
     def prepare(system: System) -> Prepared:
-        e, v, q = _alike(system), velocity_at_impact(system), system.setting.q
+        e, v, q = _alike(system), velocity_at_impact(system), system.landing.q
         robot, scene = system.robot, system.scene
         if (
             robot.loops
             or scene.closure
             or scene.stance
-            or any(len(t.directions) != 3 or len(t.turns) for t in system.setting.touches)
+            or any(len(t.directions) != 3 or len(t.turns) for t in system.landing.touches)
         ):
             raise Unsuited("rigid constraint models are used here for sticking points alone")
         models = pin.StdVec_RigidConstraintModel()
-        for touch in system.setting.touches:
+        for touch in system.landing.touches:
             body = robot.bodies[touch.body]
             place = pin.SE3(np.eye(3), body.offset + body.rotation @ touch.point)
             models.append(
@@ -188,9 +188,9 @@ def _maximal(system: System) -> Prepared:
     """The product's second opinion, alone."""
 
     def run() -> Any:
-        state = dynamics(system.robot, system.setting.q[None])
+        state = dynamics(system.robot, system.landing.q[None])
         rows = rows_at(system, state)
-        bodies = tree(system.robot, state, system.setting.drives.armature, columns_at(system, state))
+        bodies = tree(system.robot, state, system.landing.drives.armature, columns_at(system, state))
         W = about_com(rows.W[0], bodies)
         return state, solve_maximal(bodies, W, rows.b[0, :, -1:]).twists[..., 0]
 
@@ -208,9 +208,9 @@ def _batch_of_one(system: System) -> Prepared:
     """The product's steps 1 and 2 for one posture, without its second opinion."""
 
     def run() -> Any:
-        state = dynamics(system.robot, system.setting.q[None])
+        state = dynamics(system.robot, system.landing.q[None])
         G = columns_at(system, state)
-        return solve(system.robot, state, rows_at(system, state), system.setting.drives.armature, G).jumps
+        return solve(system.robot, state, rows_at(system, state), system.landing.drives.armature, G).jumps
 
     return Prepared(run, lambda raw: raw[0, :, :, -1])
 

@@ -149,16 +149,16 @@ def _compliant(tau: float, per_tau: int) -> Method:
 def _land_with(system: System, tau: float, step: float) -> Prepared:
     """A landing in MuJoCo: from the touch until the contact's speed has died away, 20 τ."""
     scene, robot = system.scene, system.robot
-    blocks = system.setting.rows.blocks
+    blocks = system.landing.rows.blocks
     if system.G is not None or not robot.free_base or robot.loops or scene.closure or scene.stance:
         raise Unsuited("MuJoCo is used here for feet of free robots without loops")
-    if any(block.restitution for block in blocks) or any(len(t.directions) != 3 or len(t.turns) for t in system.setting.touches):
+    if any(block.restitution for block in blocks) or any(len(t.directions) != 3 or len(t.turns) for t in system.landing.touches):
         raise Unsuited("MuJoCo is used here for sticking points without restitution")
     feet = [
         (robot.bodies[t.body].joint, robot.bodies[t.body].offset + robot.bodies[t.body].rotation @ t.point)
-        for t in system.setting.touches
+        for t in system.landing.touches
     ]
-    q, before = system.setting.q, velocity_at_impact(system)
+    q, before = system.landing.q, velocity_at_impact(system)
     peer = mujoco_model(system.model, feet, q, tau, step)
     import mujoco
 
@@ -191,11 +191,11 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
     Returns: run gives MuJoCo's own velocities (N, nb, 6), world axes at the robot's centre of mass; read turns them into body axes
     at the joints' frames.
     """
-    touch = system.setting.touches[0]
-    peer = mujoco_model(system.model, [], system.setting.q, 1.0, 1.0)
+    touch = system.landing.touches[0]
+    peer = mujoco_model(system.model, [], system.landing.q, 1.0, 1.0)
     import mujoco
 
-    data, v_in, nv = mujoco.MjData(peer), system.setting.before.velocity, peer.nv
+    data, v_in, nv = mujoco.MjData(peer), system.landing.before.velocity, peer.nv
     postures = [to_mujoco(system.model, q) for q in Q]
     J, H_J = np.zeros((3, nv)), np.zeros((3, nv))
     out = np.empty((len(Q), peer.nbody - 1, 6))

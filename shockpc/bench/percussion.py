@@ -43,7 +43,7 @@ def radii(case: Case) -> list[Radius]:
     """
     robot, scene = case.build()
     system = system_of(robot, scene)
-    truth, profile = reference(robot, system.scene, system.setting), shock_profile(scene, robot)
+    truth, profile = reference(robot, system.scene, system.landing), shock_profile(scene, robot)
     found: list[Radius] = []
     with mp.workdps(DIGITS):
         for i, body in enumerate(robot.bodies):

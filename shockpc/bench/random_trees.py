@@ -13,7 +13,7 @@ from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import Posture, configuration
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, Strike
 
 __all__ = ["random_landing"]
@@ -34,7 +34,9 @@ def random_landing(number: int) -> tuple[Robot, Scene]:
     links = [_link(rng, int(rng.integers(max(0, i - 3), i)) if i else -1, str(rng.choice(kinds))) for i in range(n)]
     robot = robot_of(links, f"tree{number}")
     joints = {
-        name: float(rng.uniform(-1.5, 1.5)) for name in robot.joints if robot.model.joints[robot.model.getJointId(name)].nv == 1
+        name: float(rng.uniform(-1.5, 1.5))
+        for name in robot.joint_names
+        if robot.model.joints[robot.model.getJointId(name)].nv == 1
     }
     quaternion = tuple(float(c) for c in _unit(rng, 4))
     posture = Posture(base_quaternion=quaternion, joints=joints)  # type: ignore[arg-type]

@@ -22,9 +22,9 @@ from shockpc.bench.exact_bodies import Mechanism, Row
 from shockpc.bench.exact_rank import least_impulse
 from shockpc.bench.exact_rows import mechanism
 from shockpc.errors import SolveError
-from shockpc.model.robot import Robot
+from shockpc.landing import Landing
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.setting import Setting
 
 __all__ = ["Reference", "mobility", "reference", "solve_exactly"]
 
@@ -49,7 +49,7 @@ class Reference(NamedTuple):
     violation: float
 
 
-def reference(robot: Robot, scene: Scene, setting: Setting) -> Reference:
+def reference(robot: Robot, scene: Scene, landing: Landing) -> Reference:
     """Solve a scene exactly; arguments as for `mechanism`.
 
     Raises:
@@ -58,9 +58,9 @@ def reference(robot: Robot, scene: Scene, setting: Setting) -> Reference:
     with mp.workdps(DIGITS):
 
         def shake(seed: int) -> Exact:
-            return mobility(mechanism(robot, scene, setting, shaken(seed)))
+            return mobility(mechanism(robot, scene, landing, shaken(seed)))
 
-        return solve_exactly(mechanism(robot, scene, setting), shake)
+        return solve_exactly(mechanism(robot, scene, landing), shake)
 
 
 class _Step(NamedTuple):

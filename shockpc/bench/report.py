@@ -15,10 +15,10 @@ from shockpc.bench.saving import PARTS, Saving
 from shockpc.bench.tables import everything, family_sheet, outcomes, percussion, precision, promise, savings, throughput
 from shockpc.bench.throughput import CLOCK, PeerResult
 from shockpc.health import TRUSTED
-from shockpc.show.curves import Curve, save_curves
+from shockpc.show.figure.curves import Curve, save_curves
+from shockpc.show.figure.panels import Panel, save_panels
 from shockpc.show.files import write_text
-from shockpc.show.panels import Panel, save_panels
-from shockpc.show.text import as_csv, as_markdown
+from shockpc.show.tables.text import as_csv, as_markdown
 
 __all__ = ["Bench", "summary", "write_report"]
 

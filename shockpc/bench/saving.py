@@ -19,9 +19,9 @@ from shockpc.errors import SolveError
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import tree
 from shockpc.model.equation import solve
-from shockpc.model.robot import Robot, load_robot
 from shockpc.model.rows import about_com
 from shockpc.profile import shock_profile
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 __all__ = ["PARTS", "SCENES", "Saving", "measure_saving", "run_alone"]
@@ -85,9 +85,9 @@ def run_alone(parts: str, scene: str) -> dict[str, float]:
     robot_name, foot = SCENES[scene]
     robot = load_robot(robot_name)
     if parts == "everything":
-        import shockpc.show.figure  # noqa: F401 - importing it is what is timed
-        from shockpc.model.outline import outline
-        from shockpc.model.second_reader import disagreement
+        import shockpc.show.figure.landing  # noqa: F401 - importing it is what is timed
+        from shockpc.robot.outline import outline
+        from shockpc.robot.second_reader import disagreement
 
         outline(robot, "visual")
         disagreement(robot.source)
@@ -120,12 +120,12 @@ def _work(robot: Robot, landing: Scene, everything: bool) -> None:
     from shockpc.core.maximal import refine, solve_maximal
     from shockpc.core.rounding import units_of
     from shockpc.health import SAMPLES
-    from shockpc.model.checkup import check_robot
-    from shockpc.show.figure import save_figure
+    from shockpc.robot.checkup import check_robot
+    from shockpc.show.figure.landing import save_figure
 
     check_robot(robot.source)
     system = system_of(robot, landing)
-    state, rows, nv = system.setting.state, system.setting.rows, robot.model.nv
+    state, rows, nv = system.landing.state, system.landing.rows, robot.model.nv
     nothing_held = np.eye(nv)[None]
     no_inertia = np.full(nv, np.finfo(float).tiny)
     solve(robot, state, rows, no_inertia, nothing_held)

@@ -41,7 +41,7 @@ class Stepper:
         self.model = pin.Model(system.model)
         self.model.gravity.linear = np.zeros(3)
         self.data = self.model.createData()
-        self._start, self._assemble, self._columns = system.setting.q, assembler(system, self.data), columns_along(system)
+        self._start, self._assemble, self._columns = system.landing.q, assembler(system, self.data), columns_along(system)
         self.before, self.G = velocity_at_impact(system), system.G
         if self.G is not None:
             self.before = self.G @ np.linalg.lstsq(self.G, self.before, rcond=None)[0]
@@ -116,7 +116,7 @@ def land(robot: Stepper, arm: Array, tau: float, per_fastest: float = 2.0) -> tu
 
 def _arm(system: System) -> Array:
     """What a pad counts for in each row (nc,): one that holds a rotation feels it at an arm of a tenth of a metre."""
-    turns = ~np.any(system.setting.rows.W[0][..., 3:], axis=(1, 2))
+    turns = ~np.any(system.landing.rows.W[0][..., 3:], axis=(1, 2))
     return np.where(turns, 0.1**2, 1.0)
 
 
@@ -126,7 +126,7 @@ def _restitution(system: System) -> float:
     Raises:
         Unsuited: they differ, or a loop would have to bounce with the contacts.
     """
-    e = {block.restitution for block in system.setting.rows.blocks}
+    e = {block.restitution for block in system.landing.rows.blocks}
     if len(e) > 1:
         raise Unsuited("a glued contact stands for one restitution only")
     return e.pop()
@@ -138,7 +138,7 @@ def _on_viscous_pad(tau: float, per_fastest: int) -> Method:
     def prepare(system: System) -> Prepared:
         restitution, arm = _restitution(system), _arm(system)
         robot = Stepper(system, restitution)
-        start = moving(system, system.setting.q, robot.before)
+        start = moving(system, system.landing.q, robot.before)
 
         def run() -> Any:
             return moving(system, *land(robot, arm, tau, per_fastest))

@@ -8,15 +8,15 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
+from shockpc.landing import Landing, complete, resolve
 from shockpc.model.closure import closure_block, loop_of
+from shockpc.model.columns import freedom
 from shockpc.model.contact import stance_block, touch_block
-from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.freedom import freedom
-from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, stack
+from shockpc.robot.couplings import Loop
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.setting import Setting, complete, setting_of
 
 __all__ = [
     "System",
@@ -43,7 +43,7 @@ class System(NamedTuple):
     Attributes:
         robot: the robot.
         scene: complete.
-        setting: the scene made arrays.
+        landing: the scene made arrays.
         model: the robot's Pinocchio model with the drives' reflected inertia in it.
         b: (nc,) speed to be undone along each row.
         G: (nv, ny) columns of the free velocities, or None where all are.
@@ -51,7 +51,7 @@ class System(NamedTuple):
 
     robot: Robot
     scene: Scene
-    setting: Setting
+    landing: Landing
     model: pin.Model
     b: Array
     G: Array | None
@@ -64,11 +64,11 @@ def system_of(robot: Robot, scene: Scene) -> System:
         ShockError: the scene cannot be computed.
     """
     scene = complete(scene, robot)
-    setting = setting_of(scene, robot)
+    landing = resolve(scene, robot)
     model = pin.Model(robot.model)
-    model.armature = setting.drives.armature
-    G = None if setting.G is None else setting.G[0]
-    return System(robot, scene, setting, model, setting.rows.b[0, :, -1], G)
+    model.armature = landing.drives.armature
+    G = None if landing.G is None else landing.G[0]
+    return System(robot, scene, landing, model, landing.rows.b[0, :, -1], G)
 
 
 def loops_in(system: System) -> tuple[Loop, ...]:
@@ -78,10 +78,10 @@ def loops_in(system: System) -> tuple[Loop, ...]:
 
 def rows_at(system: System, state: Dynamics) -> Rows:
     """The scene's rows in other postures, the product's way."""
-    robot, scene, setting = system.robot, system.scene, system.setting
+    robot, scene, landing = system.robot, system.scene, system.landing
     return stack(
         [
-            *(touch_block(state, touch, setting.before) for touch in setting.touches),
+            *(touch_block(state, touch, landing.before) for touch in landing.touches),
             *(stance_block(robot, state, frame) for frame in scene.stance),
             *(closure_block(state, loop) for loop in loops_in(system)),
         ]
@@ -90,8 +90,8 @@ def rows_at(system: System, state: Dynamics) -> Rows:
 
 def columns_at(system: System, state: Dynamics) -> Array | None:
     """The columns of the free velocities in other postures."""
-    setting, scene = system.setting, system.scene
-    return freedom(system.robot, scene.base or "free", setting.plane, state.rotation[:, 0], setting.drives.locked)
+    landing, scene = system.landing, system.scene
+    return freedom(system.robot, scene.base or "free", landing.plane, state.rotation[:, 0], landing.drives.locked)
 
 
 def bodies_from(system: System, twists: Any) -> Array:
@@ -138,9 +138,9 @@ def columns_along(system: System) -> Callable[[Array], Array | None]:
         return lambda q: system.G
 
     def columns(q: Array) -> Array | None:
-        setting = system.setting
+        landing = system.landing
         R = pin.Quaternion(q[3:7] / np.linalg.norm(q[3:7])).matrix() @ system.robot.bodies[0].rotation
-        G = freedom(system.robot, "planar", setting.plane, R[None], setting.drives.locked)
+        G = freedom(system.robot, "planar", landing.plane, R[None], landing.drives.locked)
         return None if G is None else G[0]
 
     return columns
@@ -151,10 +151,10 @@ def velocity_at_impact(system: System) -> Array:
 
     A base that is held at rest among its joints has none: its part is zero where the robot's file has no free base.
     """
-    before = system.setting.before
+    before = system.landing.before
     v = before.joint_rates.copy()
     if system.robot.free_base:
-        R = system.setting.state.rotation[0, 0] @ system.robot.bodies[0].rotation.T
+        R = system.landing.state.rotation[0, 0] @ system.robot.bodies[0].rotation.T
         v[:3] = R.T @ before.velocity
         v[3:6] = R.T @ before.omega
     return np.asarray(v)

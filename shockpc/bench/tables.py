@@ -8,7 +8,7 @@ from shockpc.bench.percussion import Radius
 from shockpc.bench.saving import Saving
 from shockpc.bench.soak import LOOSE
 from shockpc.bench.throughput import PeerResult
-from shockpc.show.sheets import Cell, Sheet
+from shockpc.show.tables.sheets import Cell, Sheet
 
 __all__ = ["everything", "family_sheet", "outcomes", "percussion", "precision", "promise", "savings", "throughput"]
 

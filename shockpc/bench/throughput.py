@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import solve
-from shockpc.model.robot import Robot, load_robot
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 __all__ = ["CLOCK", "PEERS", "WORK", "PeerResult", "Work", "compete", "postures", "shock_of_many"]
@@ -89,12 +89,12 @@ def postures(system: System, n: int) -> Array:
     rng = np.random.default_rng(20)
     step = 0.35 * rng.normal(size=(n, system.model.nv))
     step[:, :3] = 0.0
-    return np.stack([pin.integrate(system.model, system.setting.q, s) for s in step])
+    return np.stack([pin.integrate(system.model, system.landing.q, s) for s in step])
 
 
 def shock_of_many(system: System, Q: Array) -> Array:
     """The product: jumps (N, nb, 6) in body axes for the scene's own strike, in chunks."""
-    armature = system.setting.drives.armature
+    armature = system.landing.drives.armature
     parts = []
     for start in range(0, len(Q), CHUNK):
         state = dynamics(system.robot, Q[start : start + CHUNK])
@@ -123,7 +123,7 @@ def _angular_first(twists: Array) -> Array:
 
 def _naive(system: System, Q: Array) -> Prepared:
     """What one writes first: crba, a frame's Jacobian, the KKT matrix in numpy, forwardKinematics, one posture after another."""
-    model, data, v_in = system.model, system.model.createData(), system.setting.before.velocity
+    model, data, v_in = system.model, system.model.createData(), system.landing.before.velocity
     frame, nv = model.getFrameId(system.scene.contact[0].frame), system.model.nv
     out = np.empty((len(Q), len(system.robot.bodies), 6))
     twists = _twists(data, out.shape[1])
@@ -143,7 +143,7 @@ def _naive(system: System, Q: Array) -> Prepared:
 
 def _pinocchio(system: System, Q: Array) -> Prepared:
     """The shortest way in Pinocchio: impulseDynamics with a rigid constraint, forwardKinematics, one posture after another."""
-    model, data, touch = system.model, system.model.createData(), system.setting.touches[0]
+    model, data, touch = system.model, system.model.createData(), system.landing.touches[0]
     body = system.robot.bodies[touch.body]
     place = pin.SE3(np.eye(3), touch.point)
     models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
@@ -153,7 +153,7 @@ def _pinocchio(system: System, Q: Array) -> Prepared:
     out = np.empty((len(Q), len(system.robot.bodies), 6))
     twists = _twists(data, out.shape[1])
     before = np.zeros((len(Q), model.nv))
-    before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ system.setting.before.velocity for q in Q]
+    before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ system.landing.before.velocity for q in Q]
 
     def run() -> Array:
         for k, (q, v) in enumerate(zip(Q, before, strict=True)):

@@ -117,17 +117,17 @@ def analyze(
     ] = False,
 ) -> None:
     """Compute the shock of a landing on every body of a robot."""
-    from shockpc.ledger import Ledger
+    from shockpc.trace import Trace
 
-    ledger = Ledger()
-    with ledger.stage("imports"):
-        from shockpc.cli.build import Wishes, build
+    trace = Trace()
+    with trace.stage("imports"):
+        from shockpc.cli.build import Options, build
         from shockpc.profile import shock_profile
 
         gc.freeze()
         gc.enable()
     check_places(out, save_scene)
-    wishes = Wishes(
+    options = Options(
         contact=tuple(contact or ()),
         together=together,
         offset=offset,
@@ -158,18 +158,18 @@ def analyze(
         xacro=tuple(xacro or ()),
         package=tuple(package or ()),
     )
-    loaded, scenes = build(robot, wishes, ledger)
+    loaded, scenes = build(robot, options, trace)
     if bodies is not None:
         check_pattern(loaded, bodies)
-    profiles = [shock_profile(scene, loaded, ledger) for scene in scenes]
-    with ledger.stage("output"):
+    profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
+    with trace.stage("output"):
         text = shown(profiles, format_, bodies)
         if save_scene is not None:
             save_scenes(profiles, save_scene)
         if out is not None:
             write_files(profiles, out, bodies)
         else:
-            ledger.skip("figure, and matplotlib with it", "no --out")
+            trace.skip("figure, and matplotlib with it", "no --out")
         sys.stdout.write(text)
     if explain:
-        sys.stderr.write(ledger.text())
+        sys.stderr.write(trace.text())

@@ -98,7 +98,7 @@ def _suite(suite: str, out: Path) -> None:
     """Measure, write the report, and say what came out."""
     from shockpc.bench.run import plan_of, run_bench
     from shockpc.bench.tables import outcomes, promise, throughput
-    from shockpc.show.text import as_text
+    from shockpc.show.tables.text import as_text
 
     found = run_bench(plan_of(suite), out, f"shockpc bench --suite {suite}")
     for sheet in (promise(found.cases), outcomes(found.cases), throughput(found.peers)):
@@ -109,10 +109,10 @@ def _suite(suite: str, out: Path) -> None:
 def _compliant(path: Path, out: Path | None) -> None:
     """Land one's own scene on grounds from soft to hard."""
     from shockpc.bench.compliant import compliant, compliant_sheet
-    from shockpc.model.robot import load_robot
+    from shockpc.robot.robot import load_robot
     from shockpc.scene_file import read_scene
     from shockpc.show.files import make_folder, write_text
-    from shockpc.show.text import as_csv, as_markdown, as_text
+    from shockpc.show.tables.text import as_csv, as_markdown, as_text
 
     scene = read_scene(path)
     robot = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)

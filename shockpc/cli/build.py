@@ -7,20 +7,20 @@ from typing import Any
 
 from shockpc.cli.parse import assignment, number, package_folders, vector, xacro_arguments
 from shockpc.errors import SceneError
-from shockpc.ledger import Ledger
 from shockpc.model.contact import Contact, match_frames
-from shockpc.model.landmarks import feet
-from shockpc.model.robot import Robot, load_robot
-from shockpc.model.transmission import Joints
+from shockpc.model.joint_model import Joints
+from shockpc.robot.landmarks import feet
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import PLANES, Point, Scene, Strike, plane_of
+from shockpc.trace import Trace
 
-__all__ = ["ROBOT_SUFFIXES", "Wishes", "build", "is_scene_file"]
+__all__ = ["ROBOT_SUFFIXES", "Options", "build", "is_scene_file"]
 
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wishes:
+class Options:
     """The options of `shockpc analyze` that say what to compute, as they were typed; None or empty where nothing was."""
 
     contact: tuple[str, ...]
@@ -54,7 +54,7 @@ class Wishes:
     package: tuple[str, ...]
 
 
-def build(robot: str, wishes: Wishes, ledger: Ledger) -> tuple[Robot, list[Scene]]:
+def build(robot: str, options: Options, trace: Trace) -> tuple[Robot, list[Scene]]:
     """The robot, and one scene for each landing that is meant. What is typed goes before what a scene file says.
 
     Raises:
@@ -67,27 +67,27 @@ def build(robot: str, wishes: Wishes, ledger: Ledger) -> tuple[Robot, list[Scene
         scene = read_scene(Path(robot))
     scene = dataclasses.replace(
         scene,
-        srdf=wishes.srdf or scene.srdf,
-        xacro={**scene.xacro, **xacro_arguments(wishes.xacro)},
-        packages={**scene.packages, **package_folders(wishes.package)},
+        srdf=options.srdf or scene.srdf,
+        xacro={**scene.xacro, **xacro_arguments(options.xacro)},
+        packages={**scene.packages, **package_folders(options.package)},
     )
-    with ledger.stage("robot file"):
+    with trace.stage("robot file"):
         loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
     scene = dataclasses.replace(
         scene,
-        base=wishes.base or scene.base,
-        plane=scene.plane if wishes.plane is None else _plane(wishes.plane),
-        posture=_posture(scene, wishes),
-        strike=_strike(scene, wishes),
-        stance=tuple(dict.fromkeys(frame for text in wishes.stance for frame in match_frames(loaded, text))) or scene.stance,
-        joints=_joints(scene, wishes),
-        assemble=wishes.assemble or scene.assemble,
-        v_in=wishes.v_in or scene.v_in,
-        pulse=wishes.pulse or scene.pulse,
-        range_g=scene.range_g if wishes.range_g is None else number("--range-g", wishes.range_g),
-        point=scene.point + tuple(_point(loaded, text) for text in wishes.point),
+        base=options.base or scene.base,
+        plane=scene.plane if options.plane is None else _plane(options.plane),
+        posture=_posture(scene, options),
+        strike=_strike(scene, options),
+        stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_frames(loaded, text))) or scene.stance,
+        joints=_joints(scene, options),
+        assemble=options.assemble or scene.assemble,
+        v_in=options.v_in or scene.v_in,
+        pulse=options.pulse or scene.pulse,
+        range_g=scene.range_g if options.range_g is None else number("--range-g", options.range_g),
+        point=scene.point + tuple(_point(loaded, text) for text in options.point),
     )
-    return loaded, [_with_contacts(scene, wishes, frames) for frames in _landings(loaded, scene, wishes)]
+    return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options)]
 
 
 def is_scene_file(name: str) -> bool:
@@ -106,22 +106,22 @@ def is_scene_file(name: str) -> bool:
     return bool(head) and not head.startswith(b"<")
 
 
-def _landings(robot: Robot, scene: Scene, wishes: Wishes) -> list[tuple[str, ...] | None]:
+def _landings(robot: Robot, scene: Scene, options: Options) -> list[tuple[str, ...] | None]:
     """The frames of each landing; None for the contacts that the scene file gives."""
-    if not wishes.contact:
+    if not options.contact:
         if scene.contact:
             return [None]
         known = feet(robot)
         listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
         raise SceneError(f'no contact is given, so nothing strikes robot "{robot.name}"; name one with --contact, such as {listed}')
     landings: list[tuple[str, ...]] = []
-    for text in wishes.contact:
+    for text in options.contact:
         parts = [(text,)] if text in robot.frames else [match_frames(robot, part) for part in _names(text)]
         if len(parts) > 1:
             landings.append(tuple(dict.fromkeys(frame for part in parts for frame in part)))
         else:
             landings += [(frame,) for frame in parts[0]]
-    if wishes.together:
+    if options.together:
         landings = [tuple(frame for landing in landings for frame in landing)]
     return list(dict.fromkeys(tuple(dict.fromkeys(landing)) for landing in landings))
 
@@ -137,33 +137,33 @@ def _names(text: str) -> list[str]:
     return names
 
 
-def _with_contacts(scene: Scene, wishes: Wishes, frames: tuple[str, ...] | None) -> Scene:
+def _with_contacts(scene: Scene, options: Options, frames: tuple[str, ...] | None) -> Scene:
     """The scene of one landing."""
     changes: dict[str, Any] = {}
-    if wishes.offset is not None:
-        changes["offset"] = vector("--offset", wishes.offset, "0,0,-0.02")
-    if wishes.contact_point is not None:
-        changes["at"] = wishes.contact_point
-    if wishes.slide:
+    if options.offset is not None:
+        changes["offset"] = vector("--offset", options.offset, "0,0,-0.02")
+    if options.contact_point is not None:
+        changes["at"] = options.contact_point
+    if options.slide:
         level = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9
         velocity = scene.strike.velocity
         # In a plane seen from above, and struck within it, up is the world's y.
         changes["directions"] = ("y",) if level and velocity is not None and velocity[2] == 0.0 else ("z",)
-    if wishes.restitution is not None:
-        changes["restitution"] = number("--restitution", wishes.restitution)
+    if options.restitution is not None:
+        changes["restitution"] = number("--restitution", options.restitution)
     contacts = scene.contact if frames is None else tuple(Contact(frame=frame) for frame in frames)
     return dataclasses.replace(scene, contact=tuple(dataclasses.replace(contact, **changes) for contact in contacts))
 
 
-def _posture(scene: Scene, wishes: Wishes) -> Any:
+def _posture(scene: Scene, options: Options) -> Any:
     """The posture, with what is typed put over it."""
     posture = scene.posture
-    if wishes.posture is not None:
-        posture = dataclasses.replace(posture, reference=wishes.posture)
-    if wishes.base_rpy is not None:
-        posture = dataclasses.replace(posture, base_rpy_deg=vector("--base-rpy", wishes.base_rpy, "0,15,0"), base_quaternion=None)
+    if options.posture is not None:
+        posture = dataclasses.replace(posture, reference=options.posture)
+    if options.base_rpy is not None:
+        posture = dataclasses.replace(posture, base_rpy_deg=vector("--base-rpy", options.base_rpy, "0,15,0"), base_quaternion=None)
     sets = {}
-    for text in wishes.set:
+    for text in options.set:
         name, value = assignment("--set", text, "JOINT=VALUE", "'*_knee=-60'")
         sets[name] = number(f"--set {name}", value)
     # Later words go over earlier ones, so a name that is typed again moves to the end.
@@ -171,33 +171,33 @@ def _posture(scene: Scene, wishes: Wishes) -> Any:
     return dataclasses.replace(posture, joints_deg=before | sets)
 
 
-def _joints(scene: Scene, wishes: Wishes) -> Joints:
+def _joints(scene: Scene, options: Options) -> Joints:
     """The drives, with what is typed put over what the scene says."""
     given = {}
-    for text in wishes.armature:
+    for text in options.armature:
         name, value = assignment("--armature", text, "JOINT=INERTIA", "'*_KFE=0.05'")
         given[name] = number(f"--armature {name}", value)
     before = {name: value for name, value in scene.joints.armature.items() if name not in given}
     return dataclasses.replace(
         scene.joints,
-        model=wishes.joints or scene.joints.model,
+        model=options.joints or scene.joints.model,
         armature=before | given,
-        locked=tuple(dict.fromkeys([*scene.joints.locked, *wishes.lock])),
+        locked=tuple(dict.fromkeys([*scene.joints.locked, *options.lock])),
     )
 
 
-def _strike(scene: Scene, wishes: Wishes) -> Strike:
+def _strike(scene: Scene, options: Options) -> Strike:
     """The strike, with what is typed put over it; a way of giving the velocity replaces the scene's way."""
     strike = scene.strike
-    angle = None if wishes.strike_angle is None else number("--strike-angle", wishes.strike_angle)
-    speed = None if wishes.speed is None else number("--speed", wishes.speed)
-    if wishes.velocity is not None or wishes.drop_height is not None:
+    angle = None if options.strike_angle is None else number("--strike-angle", options.strike_angle)
+    speed = None if options.speed is None else number("--speed", options.speed)
+    if options.velocity is not None or options.drop_height is not None:
         strike = dataclasses.replace(
             strike,
             speed=speed,
             strike_angle_deg=angle,
-            velocity=None if wishes.velocity is None else vector("--velocity", wishes.velocity, "0.5,0,-1"),
-            drop_height=None if wishes.drop_height is None else number("--drop-height", wishes.drop_height),
+            velocity=None if options.velocity is None else vector("--velocity", options.velocity, "0.5,0,-1"),
+            drop_height=None if options.drop_height is None else number("--drop-height", options.drop_height),
         )
     elif angle is not None or speed is not None:
         strike = dataclasses.replace(
@@ -207,10 +207,10 @@ def _strike(scene: Scene, wishes: Wishes) -> Strike:
             velocity=None,
             drop_height=None,
         )
-    if wishes.angular_velocity is not None:
-        strike = dataclasses.replace(strike, angular_velocity=vector("--angular-velocity", wishes.angular_velocity, "0,3,0"))
+    if options.angular_velocity is not None:
+        strike = dataclasses.replace(strike, angular_velocity=vector("--angular-velocity", options.angular_velocity, "0,3,0"))
     rates = {}
-    for text in wishes.joint_velocity:
+    for text in options.joint_velocity:
         name, value = assignment("--joint-velocity", text, "JOINT=RATE", "'*_knee=2.5'")
         rates[name] = number(f"--joint-velocity {name}", value)
     before = {name: value for name, value in strike.joint_velocities.items() if name not in rates}

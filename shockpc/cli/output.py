@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from shockpc.model.robot import Robot
-    from shockpc.record import ShockProfile
+    from shockpc.result import ShockProfile
+    from shockpc.robot.robot import Robot
 
 __all__ = ["Format", "check_pattern", "check_places", "save_scenes", "shown", "write_files"]
 
@@ -44,7 +44,7 @@ def check_places(out: Path | None, save_scene: Path | None) -> None:
 def check_pattern(robot: "Robot", pattern: str) -> None:
     """A pattern that fits no body would leave nothing to show."""
     from shockpc.errors import UnknownName
-    from shockpc.show.sheets import fits
+    from shockpc.show.tables.sheets import fits
 
     names = [body.name for body in robot.bodies]
     if not any(fits(name, pattern) for name in names):
@@ -57,7 +57,7 @@ def shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -
         from shockpc.show.document import to_json
 
         return to_json(profiles)
-    from shockpc.show.text import csv_report, markdown_report, text_report
+    from shockpc.show.tables.text import csv_report, markdown_report, text_report
 
     if format_ is Format.MARKDOWN:
         return markdown_report(profiles, bodies)
@@ -72,8 +72,8 @@ def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -
     """One landing into the folder itself; several into a folder each, with a summary beside them."""
     from shockpc.show.files import write_text
     from shockpc.show.folder import write_profile
-    from shockpc.show.sheets import summary_sheet
-    from shockpc.show.text import as_csv, as_markdown
+    from shockpc.show.tables.sheets import summary_sheet
+    from shockpc.show.tables.text import as_csv, as_markdown
 
     if len(profiles) == 1:
         write_profile(profiles[0], out, bodies)
@@ -97,7 +97,7 @@ def save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
 
 def _file_names(profiles: "list[ShockProfile]") -> list[str]:
     """The landings' contacts as names of files, each its own; never one that leads out of its folder or hides in it."""
-    from shockpc.show.sheets import contact_name
+    from shockpc.show.tables.sheets import contact_name
 
     names: list[str] = []
     for profile in profiles:

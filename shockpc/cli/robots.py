@@ -23,10 +23,10 @@ def robots(
 def _all() -> str:
     """The list. A robot that cannot be loaded is a row with the reason."""
     from shockpc.errors import ShockError
-    from shockpc.files.catalogue import catalogue
-    from shockpc.model.robot import load_robot
-    from shockpc.show.robot_sheets import catalogue_row, catalogue_sheet
-    from shockpc.show.text import as_text
+    from shockpc.robot.catalogue import catalogue
+    from shockpc.robot.robot import load_robot
+    from shockpc.show.tables.robots import catalogue_row, catalogue_sheet
+    from shockpc.show.tables.text import as_text
 
     rows, unloaded = [], []
     entries = catalogue()
@@ -46,10 +46,10 @@ def _all() -> str:
 
 def _one(name: str, xacro: dict[str, str], packages: dict[str, str]) -> str:
     """One robot, with the check-up of its file."""
-    from shockpc.model.checkup import check_robot
-    from shockpc.model.robot import load_robot
-    from shockpc.show.robot_sheets import joints_sheet, links_sheet, robot_lines
-    from shockpc.show.text import as_text
+    from shockpc.robot.checkup import check_robot
+    from shockpc.robot.robot import load_robot
+    from shockpc.show.tables.robots import joints_sheet, links_sheet, robot_lines
+    from shockpc.show.tables.text import as_text
 
     robot = load_robot(name, xacro=xacro, packages=packages)
     lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]

@@ -1,4 +1,4 @@
-"""The worst and the kindest strike for a point: singular values of its 3 × 3 map from strike to shock."""
+"""The most and the least severe strike for a point: singular values of its 3 × 3 map from strike to shock."""
 
 from typing import NamedTuple
 
@@ -13,16 +13,16 @@ class ExtremeDirections(NamedTuple):
     """The strikes that a point feels most and least.
 
     Attributes:
-        worst: (..., 3) unit direction of the strike with the greatest shock, world axes; pointing into the ground.
-        worst_shock: (...) shock there [1].
-        kindest: (..., 3) unit direction of the strike with the least shock; it may be level.
-        kindest_shock: (...) shock there [1].
+        most_severe: (..., 3) unit direction of the strike with the greatest shock, world axes; pointing into the ground.
+        most_severe_shock: (...) shock there [1].
+        least_severe: (..., 3) unit direction of the strike with the least shock; it may be level.
+        least_severe_shock: (...) shock there [1].
     """
 
-    worst: Array
-    worst_shock: Array
-    kindest: Array
-    kindest_shock: Array
+    most_severe: Array
+    most_severe_shock: Array
+    least_severe: Array
+    least_severe_shock: Array
 
 
 def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
@@ -33,10 +33,10 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
         up: (3,) unit normal of the ground; of a direction and its opposite the one that approaches the ground is given.
     """
     _, s, Vt = np.linalg.svd(maps)
-    worst, kindest = Vt[..., 0, :], Vt[..., 2, :]
+    most_severe, least_severe = Vt[..., 0, :], Vt[..., 2, :]
 
     def downwards(direction: Array) -> Array:
         leaving = np.sum(direction * up, axis=-1, keepdims=True) > 0.0
         return np.asarray(np.where(leaving, -direction, direction) + 0.0)
 
-    return ExtremeDirections(downwards(worst), s[..., 0], downwards(kindest), s[..., 2])
+    return ExtremeDirections(downwards(most_severe), s[..., 0], downwards(least_severe), s[..., 2])

@@ -8,11 +8,11 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
 from shockpc.model.closure import closure_block, closure_gap
-from shockpc.model.couplings import Loop
+from shockpc.model.columns import freedom
 from shockpc.model.dynamics import dynamics
-from shockpc.model.freedom import freedom
-from shockpc.model.robot import Robot
 from shockpc.model.rows import row_jacobian
+from shockpc.robot.couplings import Loop
+from shockpc.robot.robot import Robot
 
 __all__ = ["Assembly", "assemble"]
 
@@ -82,14 +82,14 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
 def _movable(robot: Robot, held: np.ndarray) -> list[str]:
     """The joints that may move by themselves: neither held nor following another."""
     followers = {mimic.joint for mimic in robot.mimics}
-    return [n for n in robot.joints if n not in followers and not held[robot.model.joints[robot.model.getJointId(n)].idx_v]]
+    return [n for n in robot.joint_names if n not in followers and not held[robot.model.joints[robot.model.getJointId(n)].idx_v]]
 
 
 def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
     """The joints that moved by more than rounding, with sign and unit."""
     step = pin.difference(robot.model, before, after)
     moved = []
-    for name in robot.joints:
+    for name in robot.joint_names:
         joint = robot.model.joints[robot.model.getJointId(name)]
         part = step[joint.idx_v : joint.idx_v + joint.nv]
         by = float(part[0]) if joint.nv == 1 else float(np.linalg.norm(part))

@@ -7,7 +7,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, cross_matrix, velocity_at
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 
 __all__ = ["at_com", "body_jumps", "gyration_radii", "speed_of", "turning_lengths"]
 

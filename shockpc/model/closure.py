@@ -15,10 +15,10 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.model.contact import unit_directions
-from shockpc.model.couplings import Loop
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.robot import Robot
 from shockpc.model.rows import Block, force_block, moment_block
+from shockpc.robot.couplings import Loop
+from shockpc.robot.robot import Robot
 
 __all__ = ["Closure", "Place", "all_loops", "closure_block", "closure_gap", "loop_of"]
 

@@ -13,7 +13,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.core.tree import Tree
 from shockpc.model.long_chain import LONG, evaluate
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 
 __all__ = ["PINOCCHIO", "Dynamics", "dynamics", "tree"]
 

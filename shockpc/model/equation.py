@@ -9,8 +9,8 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
 from shockpc.model.bodies import body_jumps
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows, row_jacobian
+from shockpc.robot.robot import Robot
 
 __all__ = ["Equation", "Solution", "impulsive_equation", "solve"]
 

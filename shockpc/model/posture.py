@@ -10,7 +10,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 
 __all__ = ["STANDING", "Posture", "configuration", "held_joints", "outside_limits", "reference_name"]
 
@@ -159,7 +159,7 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
         held[:6] = True
     named = {name for pattern in movable for name in robot.match_joints(pattern)}
     set_ = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
-    for name in robot.joints:
+    for name in robot.joint_names:
         if (name not in named) if movable else (name in set_):
             joint = robot.model.joints[robot.model.getJointId(name)]
             held[joint.idx_v : joint.idx_v + joint.nv] = True

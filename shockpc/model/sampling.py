@@ -9,8 +9,8 @@ from shockpc.errors import SolveError
 from shockpc.model.bodies import at_com
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.equation import solve
-from shockpc.model.robot import Robot
 from shockpc.model.rows import Rows
+from shockpc.robot.robot import Robot
 
 __all__ = ["sampled_rounding"]
 

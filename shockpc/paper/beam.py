@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.core.beam import centre_of_percussion, radius_of_percussion
 from shockpc.paper.landings import along, changed, land, scene
 from shockpc.paper.statement import Reading, Statement, outcomes
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 
 __all__ = ["beam_statements"]
 

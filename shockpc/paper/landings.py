@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.model.robot import Robot, load_robot
 from shockpc.paper.scenes import find_scene
 from shockpc.profile import shock_profile
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene
 from shockpc.scene_file import read_scene
 

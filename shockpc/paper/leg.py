@@ -6,10 +6,10 @@ import math
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.model.robot import Robot
 from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.paper.statement import Reading
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
+from shockpc.robot.robot import Robot
 
 __all__ = [
     "ANGLE_ABC",

@@ -8,7 +8,7 @@ from shockpc.paper.landings import changed, land, scene
 from shockpc.paper.leg import ANGLE_ABC, ANGLE_EF, BODIES, FOOT, LOWER_LEG, case, cases, ends, greatest, lower_leg_centre, segment
 from shockpc.paper.statement import Reading, Statement, outcomes
 from shockpc.paper.upper_bodies import torso_statements, upper_bodies_statements
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 
 __all__ = ["leg_statements", "reductions"]
 

@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.model.transmission import Joints
+from shockpc.model.joint_model import Joints
 from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.paper.statement import Reading, Statement, outcomes
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 
 __all__ = ["ANGLES", "quadruped", "quadruped_lines", "quadruped_statements"]
 

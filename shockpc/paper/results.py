@@ -9,7 +9,7 @@ from shockpc.paper.quadruped import quadruped_statements
 from shockpc.paper.scenes import PaperFigure
 from shockpc.paper.skippy import skippy_statements
 from shockpc.paper.statement import Statement
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 
 __all__ = ["FigureResult", "figure_result"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from shockpc.errors import SceneError, UnknownName
-from shockpc.files.catalogue import own_robots_folder
+from shockpc.robot.catalogue import own_robots_folder
 
 __all__ = ["FIGURES", "Panel", "PaperFigure", "find_scene", "paper_figures", "scene_files"]
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.landing import complete, resolve
 from shockpc.paper.landings import changed, land, line_shock, robot_of, scene
 from shockpc.paper.statement import Reading, Statement, outcomes
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 from shockpc.scene import GRAVITY, Scene
-from shockpc.setting import complete, setting_of
 
 __all__ = ["above_contact", "skippy", "skippy_statements"]
 
@@ -177,8 +177,8 @@ def _pitch(hip: float, ankle: float, built: tuple[tuple[str, str], ...]) -> floa
 def above_contact(found: Scene) -> Array:
     """From the contact to the centre of mass (3,), loops closed, world axes [m]."""
     robot = robot_of(found)
-    setting = setting_of(complete(found, robot), robot)
-    state, touch = setting.state, setting.touches[0]
+    landing = resolve(complete(found, robot), robot)
+    state, touch = landing.state, landing.touches[0]
     mass = np.array([body.mass for body in robot.bodies])
     com = np.stack([body.com for body in robot.bodies])
     places = state.position[0] + (state.rotation[0] @ com[..., None])[..., 0]

@@ -10,7 +10,7 @@ from shockpc.paper.landings import along, land, line_shock
 from shockpc.paper.leg import ANGLE_ABC, ANGLE_EF, BODIES, FOOT, LOWER_LEG, cases, ends
 from shockpc.paper.quadruped import ANGLES, quadruped, quadruped_lines
 from shockpc.paper.statement import Reading, Statement, outcomes
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 
 __all__ = ["torso_statements", "upper_bodies_statements"]
 

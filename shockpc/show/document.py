@@ -16,7 +16,7 @@ import shockpc
 from shockpc.core.directions import ExtremeDirections
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import PINOCCHIO
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 from shockpc.scene import scene_table
 
 __all__ = ["SCHEMA", "document", "to_json"]
@@ -134,10 +134,10 @@ def _body(profile: ShockProfile, i: int) -> dict[str, Any]:
 
 
 def _strikes(found: ExtremeDirections) -> dict[str, Any]:
-    """The worst and the kindest strike for one place."""
+    """The most and the least severe strike strike for one place."""
     return {
-        "worst": {"direction": _vector(found.worst), "shock": float(found.worst_shock)},
-        "kindest": {"direction": _vector(found.kindest), "shock": float(found.kindest_shock)},
+        "most_severe": {"direction": _vector(found.most_severe), "shock": float(found.most_severe_shock)},
+        "least_severe": {"direction": _vector(found.least_severe), "shock": float(found.least_severe_shock)},
     }
 
 

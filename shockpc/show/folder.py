@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from shockpc.errors import OutputError
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 from shockpc.show.document import to_json
-from shockpc.show.figure import save_figure
+from shockpc.show.figure.landing import save_figure
 from shockpc.show.files import make_folder, write_text
-from shockpc.show.sheets import bodies_sheet, contacts_sheet, points_sheet
-from shockpc.show.text import as_csv, markdown_report
+from shockpc.show.tables.sheets import bodies_sheet, contacts_sheet, points_sheet
+from shockpc.show.tables.text import as_csv, markdown_report
 
 __all__ = ["write_profile"]
 

@@ -6,10 +6,10 @@ To write it again: python -m shockpc.show.models_page
 import re
 from pathlib import Path
 
-from shockpc.files.catalogue import catalogue, own_robots_folder
-from shockpc.model.robot import Robot, load_robot
 from shockpc.paper.landings import land
 from shockpc.paper.scenes import scene_files
+from shockpc.robot.catalogue import catalogue, own_robots_folder
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.show.files import write_text
 
 __all__ = ["models_page"]

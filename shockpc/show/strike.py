@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from shockpc.record import ShockProfile
+from shockpc.result import ShockProfile
 
 __all__ = ["motion_text", "strike_angle", "strike_text"]
 

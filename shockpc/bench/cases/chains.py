@@ -8,10 +8,10 @@ import numpy as np
 from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases.family import Family
 from shockpc.core.spatial import Array
+from shockpc.model.columns import Base
 from shockpc.model.contact import Contact
-from shockpc.model.freedom import Base
 from shockpc.model.posture import Posture
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, Strike
 
 __all__ = ["KNEE", "LINKS", "MASS_RATIO", "OBLIQUE", "bent", "chain", "chain_end"]
@@ -39,7 +39,7 @@ def chain_end(robot: Robot, length: float) -> tuple[str, tuple[float, float, flo
 
 def bent(robot: Robot, scale: float = 1.0) -> Posture:
     """A chain that is bent at every joint, by angles that repeat."""
-    joints = {name: scale * BEND[i % len(BEND)] for i, name in enumerate(robot.joints)}
+    joints = {name: scale * BEND[i % len(BEND)] for i, name in enumerate(robot.joint_names)}
     return Posture(base_rpy_deg=(0.0, 25.0, 0.0), joints=joints)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 
 __all__ = ["Case", "Family"]

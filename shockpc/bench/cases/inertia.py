@@ -8,9 +8,9 @@ from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases.chains import OBLIQUE, chain
 from shockpc.bench.cases.family import Family
 from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.model.robot import Robot, load_robot
-from shockpc.model.transmission import Joints
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 __all__ = ["ARMATURE", "LIGHT", "UNITS"]

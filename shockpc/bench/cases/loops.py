@@ -10,7 +10,7 @@ from shockpc.bench.cases.family import Family
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
-from shockpc.model.robot import Robot
+from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 
 __all__ = ["LOOPS"]

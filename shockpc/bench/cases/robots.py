@@ -5,9 +5,9 @@ import re
 
 from shockpc.bench.cases.family import Family
 from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.model.robot import Robot, load_robot
-from shockpc.model.transmission import Joints
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 __all__ = ["FAR", "FOOTED", "ROBOTS", "feet_of"]

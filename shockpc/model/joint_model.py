@@ -1,0 +1,156 @@
+"""What the drives do in an impact: turn freely, resist by their reflected inertia, or hold (shock paper, Section 3.1.2).
+
+free: series elasticity keeps the rotor out. geared: the reflected inertia n² I_rotor adds to H's diagonal. locked: the gearbox's
+friction holds, two bodies are one, and the joint's column is left out. No choice moves the answer more than this one.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.errors import SceneError
+from shockpc.model import CHECKED
+from shockpc.robot.robot import Robot
+
+__all__ = ["LARGEST", "Joints", "Rotor", "Transmission", "transmission"]
+
+LARGEST = 1e12
+"""Largest reflected inertia, and largest number that a scene may hold, in whatever unit: beyond it squares run out of range."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rotor:
+    """A motor behind a gearbox.
+
+    Attributes:
+        inertia: of the rotor about its own axis [kg m²].
+        gear_ratio: turns of the rotor for one of the joint [1].
+    """
+
+    __pydantic_config__ = CHECKED
+
+    inertia: float
+    gear_ratio: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joints:
+    """The drives as a scene states them; patterns are joint names or globs, later ones go over earlier ones, rotors over armature.
+
+    Attributes:
+        model: all joints free (whatever the file says), geared, or locked; by default as the file says.
+        armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
+        rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
+        locked: patterns of joints that hold.
+    """
+
+    __pydantic_config__ = CHECKED
+
+    model: Literal["free", "geared", "locked"] | None = None
+    armature: Mapping[str, float] = field(default_factory=dict)
+    rotor: Mapping[str, Rotor] = field(default_factory=dict)
+    locked: tuple[str, ...] = ()
+
+
+class Transmission(NamedTuple):
+    """The drives made numbers.
+
+    Attributes:
+        armature: (nv,) reflected inertia [kg m², kg]; zero on the base.
+        locked: (nv,) which joint velocities are held at zero.
+        model: "free", "geared", "locked", or "mixed".
+    """
+
+    armature: Array
+    locked: np.ndarray
+    model: str
+
+
+def transmission(robot: Robot, joints: Joints) -> Transmission:
+    """Decide what every joint does.
+
+    Raises:
+        UnknownName: a pattern fits no joint.
+        SceneError: an inertia that is not above zero, a drive on the floating base, "geared" without any reflected inertia, or a
+            joint locked apart from the one that it follows.
+    """
+    armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(robot.model.nv)
+    if robot.free_base:
+        armature[:6] = 0.0
+    locked = np.zeros(robot.model.nv, dtype=bool)
+    given = dict(joints.armature)
+    for pattern, rotor in joints.rotor.items():
+        if pattern in given:
+            raise SceneError(f'"{pattern}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
+        if not (rotor.inertia > 0.0 and rotor.gear_ratio != 0.0):
+            raise SceneError(
+                f'rotor of "{pattern}" has inertia {rotor.inertia:g} kg m² and gear ratio {rotor.gear_ratio:g}; '
+                'the inertia has to be above zero and the ratio not zero; for no rotor use model = "free"'
+            )
+        given[pattern] = rotor.gear_ratio**2 * rotor.inertia
+        if given[pattern] > LARGEST:
+            raise SceneError(
+                f'rotor of "{pattern}" reflects {given[pattern]:.3g} kg m², which cannot be computed with; it may reflect up to '
+                f'{LARGEST:g}, and a joint that holds is model = "locked"'
+            )
+    for pattern, inertia in given.items():
+        if not inertia > 0.0:
+            raise SceneError(
+                f'armature of "{pattern}" is {inertia:g}; a reflected inertia has to be above zero; for none use model = "free"'
+            )
+        for columns in _velocities(robot, pattern):
+            armature[columns] = inertia
+    for pattern in joints.locked:
+        for columns in _velocities(robot, pattern):
+            locked[columns] = True
+    own = np.ones(robot.model.nv, dtype=bool)
+    if robot.free_base:
+        own[:6] = False
+    if joints.model == "locked":
+        locked |= own
+    for pattern in given:
+        if all(locked[columns].all() for columns in _velocities(robot, pattern)):
+            raise SceneError(
+                f'"{pattern}" is locked, so a reflected inertia changes nothing there; leave out the lock, or the armature or rotor'
+            )
+    _refuse_split_followers(robot, locked)
+    if joints.model == "geared" and not armature[own & ~locked].any():
+        raise SceneError(
+            "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
+            "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
+        )
+    return Transmission(armature, locked, _named(armature[own], locked[own]))
+
+
+def _velocities(robot: Robot, pattern: str) -> list[slice]:
+    """The velocity columns of the joints that a pattern means."""
+    if robot.free_base and pattern == robot.model.names[1]:
+        raise SceneError(f'"{pattern}" is the floating base of robot "{robot.name}", which has no drive; name a joint')
+    found = []
+    for name in robot.match_joints(pattern):
+        joint = robot.model.joints[robot.model.getJointId(name)]
+        found.append(slice(joint.idx_v, joint.idx_v + joint.nv))
+    return found
+
+
+def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
+    """A joint and the one that follows it are held together or not at all."""
+    for mimic in robot.mimics:
+        if not robot.model.existJointName(mimic.leader):
+            continue
+        leader, follower = (bool(locked[robot.model.joints[robot.model.getJointId(n)].idx_v]) for n in (mimic.leader, mimic.joint))
+        if leader != follower:
+            held, other = (mimic.leader, mimic.joint) if leader else (mimic.joint, mimic.leader)
+            raise SceneError(f'joint "{held}" is locked but "{other}" is geared to it by a mimic; lock both or neither')
+
+
+def _named(armature: Array, locked: np.ndarray) -> str:
+    """What to call the drives as a whole; a robot without joints has free ones."""
+    if locked.any():
+        return "locked" if locked.all() else "mixed"
+    if not armature.any():
+        return "free"
+    return "geared" if armature.all() else "mixed"

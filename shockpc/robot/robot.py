@@ -1,0 +1,351 @@
+"""A robot: URDF, xacro or MJCF in, moving bodies and frames out. What cannot be computed is refused by name."""
+
+import fnmatch
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array, read_only
+from shockpc.errors import RobotError, UnknownName
+from shockpc.robot.build import FREE_FLYER, build_model
+from shockpc.robot.couplings import Loop, Mimic, as_drawn, loops_of, mimics_of
+from shockpc.robot.inertias import inertia_warning, refuse_extremes
+from shockpc.robot.source import RobotSource, read_source
+from shockpc.robot.srdf import postures_of, rotor_armature
+
+__all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
+
+KINDS = {
+    "FreeFlyer": "free",
+    "Spherical": "ball",
+    "Planar": "planar",
+    "Composite": "composite",
+    "P": "prismatic",
+    "R": "revolute",
+}
+"""Kinds of joint, by the beginning of what Pinocchio calls them."""
+
+SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
+
+
+@dataclass(frozen=True)
+class Body:
+    """What moves as one: a link and all that is fixed to it.
+
+    Attributes:
+        name: the link that the body's moving joint carries; the root link for the base.
+        joint: index of that joint in the Pinocchio model.
+        links: every link of the body, its own name first.
+        rotation: (3, 3) of the body frame in the joint's frame.
+        offset: (3,) origin of the body frame in the joint's frame [m].
+        mass: [kg]
+        com: (3,) centre of mass in the body frame [m].
+        inertia: (3, 3) about the centre of mass, axes of the body frame [kg m²].
+    """
+
+    name: str
+    joint: int
+    links: tuple[str, ...]
+    rotation: Array = field(repr=False)
+    offset: Array = field(repr=False)
+    mass: float
+    com: Array = field(repr=False)
+    inertia: Array = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """How a body moves against the one that carries it.
+
+    Attributes:
+        name: as the file says.
+        kind: free (q: position, quaternion x y z w; v: linear then angular, body axes), planar (x, y, cosine, sine), ball
+            (quaternion), continuous (cosine, sine), revolute, prismatic, or composite (several of these after one another).
+        axis: (3,) unit vector in the joint's frame; None where there is more than one.
+        parent: index of the body that carries it; −1 for the world.
+        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in the part before.
+        offset: (3,) its origin there [m].
+        q: where its configuration is in q.
+        v: where its velocities are in q̇.
+        limits: least and greatest value of a joint of one coordinate [rad, m].
+        parts: of a composite, in their order.
+    """
+
+    name: str
+    kind: str
+    axis: Array | None = field(repr=False)
+    parent: int
+    rotation: Array = field(repr=False)
+    offset: Array = field(repr=False)
+    q: slice
+    v: slice
+    limits: tuple[float, float]
+    parts: "tuple[Joint, ...]" = ()
+
+    @property
+    def unit(self) -> str:
+        """Unit of its coordinate."""
+        return "m" if self.kind == "prismatic" else "rad"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A named place on a body.
+
+    Attributes:
+        name: link, joint or site.
+        body: index into `Robot.bodies`; −1 if it is fixed to the world.
+        rotation: (3, 3) in the body frame.
+        offset: (3,) origin in the body frame [m].
+        kind: what the file calls it.
+    """
+
+    name: str
+    body: int
+    rotation: Array = field(repr=False)
+    offset: Array = field(repr=False)
+    kind: Literal["link", "joint", "site"]
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot ready to be struck.
+
+    Attributes:
+        name: as the file says.
+        source: the file's text and where it came from.
+        model: the Pinocchio model; its first joint is the base's if `free_base`.
+        bodies: the moving bodies, base first, then in the order of the tree.
+        frames: every named place, by name; where a link and a joint share a name it is the link's.
+        postures: reference configurations by name, each (nq,).
+        mimics: joints that follow others, each after the one that it follows.
+        loops: what the file holds together beside the tree (MJCF connect and weld).
+        free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
+        mass: of all bodies [kg].
+        warnings: what the file's reader met, and inertias that no body has.
+    """
+
+    name: str
+    source: RobotSource = field(repr=False)
+    model: pin.Model = field(repr=False)
+    bodies: tuple[Body, ...] = field(repr=False)
+    frames: Mapping[str, Frame] = field(repr=False)
+    postures: Mapping[str, Array] = field(repr=False)
+    mimics: tuple[Mimic, ...] = field(repr=False)
+    loops: tuple[Loop, ...] = field(repr=False)
+    free_base: bool
+    mass: float
+    warnings: tuple[str, ...] = field(repr=False)
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Every link that moves, in the order of the bodies."""
+        return tuple(link for body in self.bodies for link in body.links)
+
+    @property
+    def label(self) -> str:
+        """How a command names this robot: its catalogue name, else the path of its file."""
+        return self.source.name or str(self.source.path)
+
+    @cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """The joint that carries each body, in the order of `bodies`; the floating base's is the first."""
+        return tuple(
+            _joint(self.model, self.model.joints[body.joint], body.joint, self.model.jointPlacements[body.joint])
+            for body in self.bodies
+        )
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints between bodies; the floating base's is not among them."""
+        return tuple(joint.name for joint in self.joints[self.free_base :])
+
+    def joint(self, name: str) -> Joint:
+        """The joint of that exact name."""
+        return next(joint for joint in self.joints if joint.name == name)
+
+    @cached_property
+    def masses(self) -> Array:
+        """Mass (nb,) of every body [kg]."""
+        return read_only([body.mass for body in self.bodies])
+
+    @cached_property
+    def coms(self) -> Array:
+        """Centre of mass (nb, 3) of every body in its frame [m]."""
+        return read_only([body.com for body in self.bodies])
+
+    @cached_property
+    def inertias(self) -> Array:
+        """Inertia (nb, 3, 3) of every body about its centre of mass, axes of its frame [kg m²]."""
+        return read_only([body.inertia for body in self.bodies])
+
+    @cached_property
+    def parents(self) -> tuple[int, ...]:
+        """Index of the body that carries each body's joint; −1 for the world."""
+        return tuple(joint.parent for joint in self.joints)
+
+    @cached_property
+    def moves(self) -> np.ndarray:
+        """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of all that it hangs on."""
+        moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
+        for i, body in enumerate(self.bodies):
+            parent = self.model.parents[body.joint]
+            if parent > 0:
+                moves[i] = moves[parent - 1]
+            joint = self.model.joints[body.joint]
+            moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
+        moves.flags.writeable = False
+        return moves
+
+    @cached_property
+    def start(self) -> Array:
+        """Neutral joints (nq,); a free base that its file ties to the world stands where the file draws it, for there it meets."""
+        q = np.array(pin.neutral(self.model))
+        if self.free_base and any(-1 in loop.bodies for loop in self.loops):
+            q[:7] = as_drawn(self.model)[:7]
+        return read_only(q)
+
+    def match_joints(self, pattern: str) -> tuple[str, ...]:
+        """The joints that an exact name or a glob means.
+
+        Raises:
+            UnknownName: none fits.
+        """
+        known = self.joint_names
+        found = (pattern,) if pattern in known else tuple(name for name in known if fnmatch.fnmatchcase(name, pattern))
+        if not found:
+            raise UnknownName("joint", pattern, known, f'robot "{self.name}"', f"shockpc robots {self.label}")
+        return found
+
+    def frame(self, name: str) -> Frame:
+        """The frame of that exact name.
+
+        Raises:
+            UnknownName: there is none; the text names the nearest.
+        """
+        if name not in self.frames:
+            raise UnknownName("frame", name, self.frames, f'robot "{self.name}"', f"shockpc robots {self.label}")
+        return self.frames[name]
+
+
+def load_robot(
+    robot: str,
+    *,
+    xacro: Mapping[str, str] | None = None,
+    packages: Mapping[str, str] | None = None,
+    srdf: str | None = None,
+) -> Robot:
+    """Load a robot from a file (URDF, xacro or MJCF, told by content) or by name.
+
+    Args:
+        robot: a path, or a name that `shockpc robots` lists.
+        xacro: arguments of a xacro file.
+        packages: folders of packages, for `package://` and `$(find …)`.
+        srdf: a file of reference postures; by default the one found beside the robot.
+
+    Raises:
+        UnknownName: no robot has that name.
+        RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
+    """
+    source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
+    model = build_model(source)
+    if model.njoints < 2:
+        raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
+    model.armature = rotor_armature(source, model)
+    free_base = model.joints[1].shortname() == FREE_FLYER
+    bodies = _bodies(model)
+    weights = ([b.name for b in bodies], [b.mass for b in bodies], [b.inertia for b in bodies])
+    refuse_extremes(source, *weights)
+    frames = _frames(model, bodies)
+    return Robot(
+        name=source.robot_name,
+        source=source,
+        model=model,
+        bodies=bodies,
+        frames=frames,
+        postures=postures_of(source, model),
+        mimics=mimics_of(source, model),
+        loops=loops_of(source, model, [pin.SE3(b.rotation, b.offset) for b in bodies], [b.name for b in bodies]),
+        free_base=free_base,
+        mass=sum(body.mass for body in bodies),
+        warnings=(*source.warnings, *inertia_warning(source, *weights)),
+    )
+
+
+def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
+    """One joint of a model, or a part of one."""
+    short = joint.shortname().removeprefix("JointModel")
+    kind = next((kind for start, kind in KINDS.items() if short.startswith(start)), short)
+    if kind == "revolute" and joint.nq == 2:
+        kind = "continuous"
+    parts: tuple[Joint, ...] = ()
+    axis = None
+    if kind == "composite":
+        inner = joint.extract()
+        parts = tuple(_joint(model, part, number, step) for part, step in zip(inner.joints, inner.jointPlacements, strict=True))
+    elif joint.nv == 1:
+        data = joint.createData()
+        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + joint.nv))
+        twist = np.asarray(data.S, dtype=float).ravel()
+        axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
+    low, high = -np.inf, np.inf
+    if joint.nq == 1:
+        low, high = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+    return Joint(
+        name=model.names[number],
+        kind=kind,
+        axis=axis,
+        parent=int(model.parents[number]) - 1,
+        rotation=read_only(place.rotation),
+        offset=read_only(place.translation),
+        q=slice(joint.idx_q, joint.idx_q + joint.nq),
+        v=slice(joint.idx_v, joint.idx_v + joint.nv),
+        limits=(low, high),
+        parts=parts,
+    )
+
+
+def _bodies(model: pin.Model) -> tuple[Body, ...]:
+    """The moving bodies: one for each joint, named after the link that the joint carries."""
+    links: dict[int, list[pin.Frame]] = {joint: [] for joint in range(model.njoints)}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            links[frame.parentJoint].append(frame)
+    bodies = []
+    for joint in range(1, model.njoints):
+        carried = links[joint]
+        placement = carried[0].placement if carried else pin.SE3.Identity()
+        inertia = placement.actInv(model.inertias[joint])
+        bodies.append(
+            Body(
+                name=carried[0].name if carried else model.names[joint],
+                joint=joint,
+                links=tuple(frame.name for frame in carried),
+                rotation=read_only(placement.rotation),
+                offset=read_only(placement.translation),
+                mass=float(inertia.mass),
+                com=read_only(inertia.lever),
+                inertia=read_only(inertia.inertia),
+            )
+        )
+    return tuple(bodies)
+
+
+def _frames(model: pin.Model, bodies: tuple[Body, ...]) -> dict[str, Frame]:
+    """Every named frame, written in its body's frame. Links win over joints and sites of the same name."""
+    frames: dict[str, Frame] = {}
+    for wanted in (True, False):
+        for frame in model.frames:
+            if (frame.type == pin.FrameType.BODY) != wanted or frame.name in frames or frame.name == "universe":
+                continue
+            index = frame.parentJoint - 1
+            place = frame.placement
+            if index >= 0:
+                place = pin.SE3(bodies[index].rotation, bodies[index].offset).inverse() * place
+            kind: Literal["link", "joint", "site"] = "link" if wanted else "site" if frame.type in SITES else "joint"
+            frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
+    return frames

@@ -1,0 +1,1 @@
+"""Records as figures. The only importer of matplotlib."""

@@ -1,0 +1,114 @@
+"""The outline of a body in the plane of the figure: the union of the shadows of its shapes.
+
+Plain shapes cast exact shadows. A mesh may have a hundred thousand triangles, holes and gaps, so its shadow is counted on a
+fine grid, triangle by triangle, and traced; that takes any soup of triangles and costs a few milliseconds.
+"""
+
+import itertools
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import contourpy
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from shockpc.core.spatial import Array, Plane
+from shockpc.robot.outline import Shape
+
+__all__ = ["Region", "silhouette", "to_plane"]
+
+Region: TypeAlias = Any
+"""A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
+
+LARGEST_GRID = 2500
+"""Most cells along a side: no picture shows more, whatever resolution is asked for."""
+
+
+def to_plane(points: Array, plane: Plane) -> Array:
+    """Plane coordinates (..., 2) of world points (..., 3): along e1 and e2 [m]."""
+    return np.asarray(points @ np.stack([plane.e1, plane.e2], axis=1))
+
+
+def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane: Plane, resolution: float) -> Region:
+    """The shadow of a body on the plane.
+
+    Args:
+        shapes: of the body.
+        rotation: (3, 3) of the body, body to world.
+        position: (3,) of its origin, world [m].
+        plane: the plane.
+        resolution: how far the outline may lie from the true one [m].
+
+    Returns: the union of all shadows in plane coordinates; empty if there are no shapes.
+    """
+    parts = []
+    for shape in shapes:
+        corners = to_plane(shape.points @ rotation.T + position, plane)
+        if shape.mesh is None:
+            hull = shapely.MultiPoint(corners).convex_hull
+            parts.append(hull.buffer(shape.radius, quad_segs=16) if shape.radius > 0.0 else hull)
+        else:
+            vertices = to_plane(shape.mesh.vertices @ rotation.T + position, plane)
+            parts.append(_shadow(vertices, shape.mesh.triangles, resolution / 2.0))
+    # What has no width, such as a plate seen edge-on, would not be drawn at all.
+    parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
+    outline = shapely.union_all(parts).simplify(resolution / 2.0)
+    return _without_pinholes(outline, 9.0 * resolution**2)
+
+
+def _shadow(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Region:
+    """The union of triangles, traced around the cells of a grid whose middles they cover.
+
+    Along the middle of every row each triangle covers one stretch: its edges add one where it begins and take one away where
+    it ends, and the running sum tells how many triangles lie over a cell.
+
+    Args:
+        vertices: (n, 2) [m].
+        triangles: (m, 3) indices.
+        pixel: size of a cell [m].
+    """
+    low = vertices.min(axis=0)
+    extent = np.ptp(vertices, axis=0)
+    pixel = max(pixel, float(extent.max()) / LARGEST_GRID)
+    width, height = (int(n) + 5 for n in extent / pixel)
+    x, y = ((vertices - low) / pixel + 2.0).T
+    row = np.ceil(y).astype(np.int64)
+    a, b, c = triangles.T
+    turn = np.sign((x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a]))
+    start, end, turn = np.concatenate([a, b, c]), np.concatenate([b, c, a]), np.tile(turn, 3)
+    crosses = (row[start] != row[end]) & (turn != 0.0)
+    start, end, turn = start[crosses], end[crosses], turn[crosses]
+    # Between two neighbours an edge adds what it takes away: only folds and rims remain, a small share of a fine mesh.
+    edges, which = np.unique(np.minimum(start, end) * len(x) + np.maximum(start, end), return_inverse=True)
+    change = np.bincount(which, weights=np.where(row[end] < row[start], turn, -turn), minlength=len(edges))
+    edges, change = edges[change != 0.0], change[change != 0.0]
+    start, end = edges // len(x), edges % len(x)
+
+    first, count = np.minimum(row[start], row[end]), np.abs(row[end] - row[start])
+    slope = (x[end] - x[start]) / (y[end] - y[start])
+    rise = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+    column = np.ceil(np.repeat(x[start] + slope * (first - y[start]), count) + np.repeat(slope, count) * rise)
+    cell = (np.repeat(first, count) + rise) * width + column.astype(np.int64)
+    steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
+    covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
+
+    tracer: Any = contourpy.contour_generator(z=covered.astype(float), fill_type=contourpy.FillType.OuterOffset)
+    outlines, offsets = tracer.filled(0.5, 2.0)
+    rings = [
+        [(outline[a:b] - 2.0) * pixel + low for a, b in itertools.pairwise(offset)]
+        for outline, offset in zip(outlines, offsets, strict=True)
+    ]
+    if not rings:
+        return shapely.MultiPoint(vertices).convex_hull
+    return shapely.union_all([shapely.Polygon(ring[0], ring[1:]) for ring in rings])
+
+
+def _without_pinholes(region: Region, area: float) -> Region:
+    """The region with the holes filled that are too small to be seen [m²]."""
+    polygons = [
+        shapely.Polygon(part.exterior, [hole for hole in part.interiors if shapely.Polygon(hole).area > area])
+        for part in shapely.get_parts(region)
+        if part.geom_type == "Polygon" and part.area > area / 9.0
+    ]
+    return shapely.MultiPolygon(polygons)
