@@ -131,6 +131,9 @@ class Health:
             one; the true error is not above ten times that. Infinite where no digit is sure.
         method: how the reported numbers were computed.
         warnings: each with its consequence.
+        double_error: true error of the solution in double precision, largest over the bodies [1].
+        data_sensitivity: what a change of every datum in its last digit does to the result [1]; None if it was not asked for.
+        bits: precision of the arithmetic behind the reported numbers.
     """
 
     rank: int
@@ -140,6 +143,19 @@ class Health:
     body_errors: tuple[float, ...]
     method: str
     warnings: tuple[str, ...]
+    double_error: float = 0.0
+    data_sensitivity: float | None = None
+    bits: int = 53
+
+    @property
+    def error_bound(self) -> float:
+        """Largest error of the reported motion of a body, relative to its motion [1]."""
+        return self.error_estimate
+
+    @property
+    def body_error_bounds(self) -> tuple[float, ...]:
+        """The same for every body."""
+        return self.body_errors
 
 
 @dataclass(frozen=True, eq=False)
