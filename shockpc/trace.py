@@ -1,4 +1,4 @@
-"""What each stage of a run cost, and what the scene did not need: the contents of `--explain`."""
+"""What ran, how long each stage took, and what the scene did not need: the contents of `--explain`."""
 
 import time
 from collections.abc import Iterator
@@ -12,12 +12,12 @@ class Trace:
 
     Attributes:
         stages: (name, seconds) in the order in which they ended.
-        left_out: (what, why) that the scene did not need.
+        skipped: (what, why) that was not computed.
     """
 
     def __init__(self) -> None:
         self.stages: list[tuple[str, float]] = []
-        self.left_out: list[tuple[str, str]] = []
+        self.skipped: list[tuple[str, str]] = []
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -28,13 +28,13 @@ class Trace:
 
     def skip(self, what: str, why: str) -> None:
         """Note a part that was not computed."""
-        self.left_out.append((what, why))
+        self.skipped.append((what, why))
 
     def text(self) -> str:
-        """The trace as lines: stages with the time of all their runs, then what was left out and why."""
-        total: dict[str, float] = {}
+        """The trace as lines: each stage with the time of all its runs, their sum, then what did not run and why."""
+        times: dict[str, float] = {}
         for name, seconds in self.stages:
-            total[name] = total.get(name, 0.0) + seconds
-        lines = [f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in total.items()]
-        lines += [f"  left out     {what}: {why}" for what, why in dict.fromkeys(self.left_out)]
-        return "what this run did:\n" + "\n".join(lines) + "\n"
+            times[name] = times.get(name, 0.0) + seconds
+        lines = [f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in [*times.items(), ("in all", sum(times.values()))]]
+        skipped = [f"  {what}: {why}" for what, why in dict.fromkeys(self.skipped)]
+        return "\n".join(["what ran", *lines, *(["what did not run", *skipped] if skipped else [])]) + "\n"

@@ -1,93 +1,134 @@
-"""The command line: a thin door to the same verbs as the library. Here the root error is caught, once."""
+"""The command line: parses, calls the library, and catches its root error, once."""
 
 import contextlib
 import io
 import os
 import sys
 from collections.abc import Callable
-from typing import TextIO
+from typing import Annotated
 
 import typer
 
+from shockpc import __version__
 from shockpc.cli.analyze import analyze
 from shockpc.cli.bench import bench
+from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
-from shockpc.errors import OutputError, ShockError
+from shockpc.cli.signals import interrupted_code, was_interrupted
+from shockpc.cli.streams import deliver
+from shockpc.errors import ShockError
 
-__all__ = ["app", "main"]
+__all__ = ["main"]
 
 FAULTY = 3
-INTERRUPTED = 130
 
-app = typer.Typer(
-    help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-)
 COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
-for command in COMMANDS.values():
-    app.command()(command)
+
+EXAMPLES = """\b
+Examples of analyze:
+  shockpc analyze anymal_b --contact LF_FOOT --out out/
+  shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60" --strike-angle 30
+  shockpc analyze go2 --contact FL_foot+FR_foot --drop-height 0.3 --armature "*=0.05" --pulse half-sine:5ms
+
+\b
+Exit codes: 0 done, 2 bad arguments or files, 3 no result (the model has no unique solution), 130 interrupted by Ctrl-C,
+143 terminated by SIGTERM; 1 is kept for limits that a result exceeds.
+"""
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command and leave with its exit code: 0 done, 2 bad arguments or files, 3 no verdict, 130 interrupted.
+    """Run a command and leave with its exit code.
 
     What a command prints is kept until it has ended, so that one which fails prints its message and nothing else.
     """
     words = sys.argv[1:] if arguments is None else arguments
-    said = io.StringIO()
+    printed = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said):
-            code = app(words or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
-        if code == INTERRUPTED:  # typer turns Ctrl-C into this code, and says nothing
+        with contextlib.redirect_stdout(printed):
+            code = _app(words)(words or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
+        if code == interrupted_code():  # Typer turns KeyboardInterrupt into 130 without a message
             raise KeyboardInterrupt
-        _deliver(said.getvalue())
-    except typer.TyperException as refusal:
-        code = _complain(_usage(refusal, words), ShockError.exit_code)
-    except ShockError as refusal:
-        code = _complain(str(refusal), refusal.exit_code)
+        deliver(printed.getvalue())
     except (KeyboardInterrupt, typer.Abort):
-        code = _complain("interrupted; no file was left half-written", INTERRUPTED)
-    except Exception:
-        # Python would end with 1, which means that a gate is exceeded.
-        import traceback
-
-        traceback.print_exc()
-        code = _complain("this is a fault in shockpc itself, not in what you gave it; please report the lines above", FAULTY)
+        code = _stopped()
+    except Exception as error:
+        code = _stopped() if was_interrupted() else _failed(error, words)
     sys.exit(code)
 
 
-def _deliver(text: str) -> None:
-    """Write to standard output, in UTF-8 whatever the terminal says: a JSON document is the same bytes everywhere.
+def _app(words: list[str]) -> typer.Typer:
+    """The command line; of all commands only the one that was typed, because each costs time to set up."""
+    app = typer.Typer(
+        help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.",
+        epilog=EXAMPLES,
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+        callback=_options,
+    )
+    for name in words[:1] if words[:1] and words[0] in COMMANDS else COMMANDS:
+        epilog = EXAMPLES if name == "analyze" and words[:1] == [name] else None
+        app.command(name, cls=GroupedCommand, epilog=epilog)(COMMANDS[name])
+    return app
 
-    Raises:
-        OutputError: it takes nothing, on a full disk for example. A reader that has gone (… | head) is no error.
-    """
-    out: TextIO | None = sys.stdout
-    if out is None:
-        raise OutputError("standard output is closed; open it, or write files with --out")
-    if isinstance(out, io.TextIOWrapper):
-        out.reconfigure(encoding="utf-8", errors="backslashreplace")
-    try:
-        out.write(text)
-        out.flush()
-    except OSError as refusal:
-        # Python must not try again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
-        if not isinstance(refusal, BrokenPipeError):
-            raise OutputError(f"standard output cannot be written: {refusal.strerror}") from None
+
+def _show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        sys.stdout.write(f"shockpc {__version__}\n")
+        raise typer.Exit
+
+
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)] = False,
+) -> None:
+    """Options that stand before the command."""
+
+
+def _failed(error: Exception, words: list[str]) -> int:
+    """Report an error; the exit code."""
+    if isinstance(error, typer.TyperException):
+        return _complain(_usage(error, words), ShockError.exit_code)
+    if isinstance(error, ShockError):
+        return _complain(str(error), error.exit_code)
+    if isinstance(error, OSError) and error.filename is not None:
+        return _complain(f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code)
+    import traceback
+
+    traceback.print_exception(error)
+    # Python's own exit code would be 1, which means that a result exceeds a limit.
+    return _complain("this is an error in shockpc itself, not in your input; please report the lines above", FAULTY)
+
+
+def _stopped() -> int:
+    """Report that the run was interrupted; the exit code."""
+    return _complain("interrupted; no incomplete file was left", interrupted_code())
 
 
 def _usage(refusal: Exception, words: list[str]) -> str:
-    """A fault in how a command was typed, with the command that says what is valid."""
+    """An error in how a command was typed, with the command that lists what is valid."""
     text = refusal.format_message() if hasattr(refusal, "format_message") else str(refusal)
+    if text.startswith("No such command") and _is_robot(words[0]):
+        return f'"{words[0]}" is no command. To analyze it: shockpc analyze {words[0]} --contact NAME'
     stop = "" if text.endswith((".", "?")) else "."
     command = " ".join(["shockpc", *(word for word in words[:1] if word in COMMANDS)])
     return f"{text[:1].lower()}{text[1:]}{stop} To see what is valid: {command} --help"
+
+
+def _is_robot(word: str) -> bool:
+    """Whether a word is a robot or a scene, or looks like one."""
+    from shockpc.robot.catalogue import find_robot
+
+    if os.sep in word or "." in word:
+        return True
+    try:
+        find_robot(word)
+    except ShockError:
+        return False
+    return True
 
 
 def _complain(message: str, code: int) -> int:
