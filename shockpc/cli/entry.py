@@ -3,7 +3,8 @@
 import os
 import sys
 
-from shockpc.cli.signals import interrupted_code, listen
+from shockpc.cli.main import main
+from shockpc.cli.signals import listen
 from shockpc.cli.streams import prepare_streams
 
 __all__ = ["entry"]
@@ -11,20 +12,15 @@ __all__ = ["entry"]
 
 def entry() -> None:
     """Run the command line and end the process with its exit code."""
+    listen()
     # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     prepare_streams()
-    code: object = 0
+    code: object = None
     try:
-        listen()
-        from shockpc.cli.main import main
-
         main()
     except SystemExit as end:
         code = end.code
-    except KeyboardInterrupt:
-        sys.stderr.write("shockpc: interrupted; no incomplete file was left\n")
-        code = interrupted_code()
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()
     # All output is written. Finalising the libraries would take a seventh of a short run, and can change the exit code.
