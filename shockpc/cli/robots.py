@@ -38,13 +38,14 @@ def _all() -> str:
             sys.stderr.write(f"\r\033[Kreading robot {k + 1} of {len(entries)}: {entry.name}")
             sys.stderr.flush()
         try:
-            rows.append(catalogue_row(entry.name, entry.source, load_robot(entry.name)))
+            rows.append(catalogue_row(entry.name, load_robot(entry.name)))
         except ShockError as refusal:
-            rows.append((entry.name, entry.source, "–", None, "cannot be loaded", ""))
+            rows.append((entry.name, "–", None, "cannot be loaded", ""))
             unloaded.append(f"{entry.name}: {refusal}")
     if sys.stderr.isatty():
         sys.stderr.write("\r\033[K")
-    return as_text(catalogue_sheet(rows, unloaded))
+    own = sum(entry.source == "shockpc" for entry in entries)
+    return as_text(catalogue_sheet(rows, own, unloaded))
 
 
 def _one(name: str, options: RobotOptions) -> str:
