@@ -35,7 +35,7 @@ LAYERS = (
 
 OWNERS = {
     "scipy": "shockpc.core",
-    "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),  # in the bench it is a rival
+    "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),
     "coal": "shockpc.robot",
     "xacro": "shockpc.robot",
     "xacrodoc": "shockpc.robot",
@@ -43,7 +43,6 @@ OWNERS = {
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
     "pydantic": "shockpc.scene_file",
-    "mpmath": "shockpc.bench",
     "mujoco": "shockpc.bench",
     "typer": "shockpc.cli",
 }

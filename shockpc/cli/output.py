@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from shockpc.robot.robot import Robot
     from shockpc.scene import Scene
 
-__all__ = ["body_pattern", "check_places", "save_scenes", "scene_files", "shown", "write_files"]
+__all__ = ["body_pattern", "check_places", "file_names", "save_scenes", "scene_files", "shown", "write_files"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
@@ -42,7 +42,7 @@ def scene_files(scenes: "list[Scene]", path: Path, force: bool) -> list[Path]:
     """
     from shockpc.errors import OutputError
 
-    files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in _file_names(scenes)]
+    files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
     present = [file for file in files if os.path.lexists(file)]
     if present and not force:
         raise OutputError(f'"{present[0]}" exists already; replace it with --force, or name another file with --save-scene')
@@ -98,7 +98,7 @@ def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -
     if len(profiles) == 1:
         write_profile(profiles[0], out, bodies)
         return
-    for profile, name in zip(profiles, _file_names([profile.scene for profile in profiles]), strict=True):
+    for profile, name in zip(profiles, file_names([profile.scene for profile in profiles]), strict=True):
         write_profile(profile, out / name, bodies)
     summary = summary_sheet(profiles)
     write_text(out / "summary.csv", as_csv(summary))
@@ -114,7 +114,7 @@ def save_scenes(profiles: "list[ShockProfile]", files: list[Path]) -> None:
         write_text(file, scene_text(profile.scene, file.parent))
 
 
-def _file_names(scenes: "list[Scene]") -> list[str]:
+def file_names(scenes: "list[Scene]") -> list[str]:
     """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
     names: list[str] = []
     for scene in scenes:
