@@ -37,7 +37,7 @@ def bench(
         ),
     ] = None,
 ) -> None:
-    """Measure error against run time of several methods, on a landing or on the standing suite of hard cases."""
+    """Measure error and run time of methods, on a landing or a suite."""
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
         os.environ[name] = "1"
