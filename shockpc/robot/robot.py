@@ -184,6 +184,21 @@ class Robot:
         return read_only([body.inertia for body in self.bodies])
 
     @cached_property
+    def gyration(self) -> Array:
+        """Radius of gyration (nb,) of every body about its centre of mass, for the mean axis [m]; 0 for a body without mass."""
+        trace = np.trace(self.inertias, axis1=1, axis2=2)
+        return read_only(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.masses > 0.0, self.masses, np.inf)))
+
+    @cached_property
+    def body_frames(self) -> tuple[Array, Array] | None:
+        """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
+        rotation = read_only([body.rotation for body in self.bodies])
+        offset = read_only([body.offset for body in self.bodies])
+        return (
+            (rotation, offset) if offset.any() or not np.array_equal(rotation, np.broadcast_to(np.eye(3), rotation.shape)) else None
+        )
+
+    @cached_property
     def parents(self) -> tuple[int, ...]:
         """Index of the body that carries each body's joint; −1 for the world."""
         return tuple(joint.parent for joint in self.joints)
