@@ -86,7 +86,7 @@ def run_alone(parts: str, scene: str) -> dict[str, float]:
     robot = load_robot(robot_name)
     if parts == "everything":
         import shockpc.show.figure.landing  # noqa: F401 - importing it is what is timed
-        from shockpc.robot.outline import outline
+        from shockpc.robot.geometry import outline
         from shockpc.robot.second_reader import disagreement
 
         outline(robot, "visual")
