@@ -44,7 +44,7 @@ OWNERS = {
     "shapely": "shockpc.show",
     "pydantic": "shockpc.scene_file",
     "mpmath": "shockpc.bench",
-    "mujoco": "shockpc.bench",
+    "mujoco": ("shockpc.robot.mjcf", "shockpc.bench"),
     "typer": "shockpc.cli",
 }
 """Libraries that one part of the package alone may know."""
