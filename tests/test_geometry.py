@@ -299,6 +299,9 @@ BROKEN = {
     "words.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "here be dragons").encode(),
     "beyond.dae": collada((TETRAHEDRON, (*FACES, (0, 1, 7)))).encode(),
     "cycle.dae": collada((TETRAHEDRON, FACES), steps='<node id="n"><instance_node url="#n"/></node>').encode(),
+    "nan.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "0.0 NaN 0.0").encode(),
+    "inf.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "0.0 1e60 0.0").encode(),
+    "later.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 nan\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 4",
     "gap.dae": collada((TETRAHEDRON, FACES)).replace("#s0", "#nowhere").encode(),
     "what.xyz": b"0 0 0",
 }
@@ -330,25 +333,77 @@ def test_missing_meshes_are_named_in_one_line(tmp_path):
     )
 
 
-def test_mjcf_geometry_is_read_with_its_meshes(tmp_path):
-    """Geoms of an MJCF are found on their bodies; one whose mesh is missing is told."""
-    stl(tmp_path / "t.stl", [TETRAHEDRON[list(face)] for face in FACES])
-    weight = '<inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>'
-    (tmp_path / "r.xml").write_text(
-        '<mujoco model="r"><asset><mesh name="t" file="t.stl" scale="2 1 1"/><mesh name="gone" file="gone.stl"/></asset>'
-        f'<worldbody><geom type="plane" size="1 1 1"/><body name="a"><freejoint/>{weight}<geom type="mesh" mesh="t"/>'
-        f'<geom type="mesh" mesh="gone"/><body name="b"><joint name="j"/>{weight}'
-        '<geom type="capsule" size="0.1" fromto="0 0 0 1 0 0"/><geom type="ellipsoid" size="0.1 0.2 0.3"/>'
-        "</body></body></worldbody></mujoco>"
+WEIGHT = '<inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>'
+
+
+def mjcf(folder, assets, *geoms):
+    """A robot of two bodies, a and b, with these geoms on b."""
+    (folder / "r.xml").write_text(
+        f'<mujoco model="r"><asset>{assets}</asset><worldbody><geom type="plane" size="1 1 1"/>'
+        f'<body name="a"><freejoint/>{WEIGHT}<geom type="sphere" size="0.3" quat="1 1 0 0"/>'
+        f'<body name="b"><joint name="j"/>{WEIGHT}{"".join(geoms)}</body></body></worldbody></mujoco>'
     )
-    mjcf = load_robot(str(tmp_path / "r.xml"))
-    found = outline(mjcf, "collision")
-    a, b = found.shapes
-    assert abs(volume(a[0].mesh)) == pytest.approx(2.0, rel=1e-6)
-    np.testing.assert_allclose(np.sort(b[0].points[:, 0]), [0.0, 1.0], atol=1e-12)
-    np.testing.assert_allclose(np.ptp(b[1].points, axis=0), [0.2, 0.4, 0.6], rtol=2.5e-3)
-    assert found.warnings[0].startswith('a collision shape could not be read (link "a": ')
-    assert "gone.stl" in found.warnings[0]
+    return load_robot(str(folder / "r.xml"))
+
+
+PRIMITIVES = [
+    '<geom type="box" size="0.1 0.2 0.3" {}/>',
+    '<geom type="sphere" size="0.2" {}/>',
+    '<geom type="capsule" size="0.1 0.2" {}/>',
+    '<geom type="cylinder" size="0.1 0.2" {}/>',
+]
+
+
+@pytest.mark.parametrize(("geom", "shape"), list(zip(PRIMITIVES, SUPPORTS, strict=True)))
+def test_mjcf_primitives_are_those_of_a_urdf(tmp_path, geom, shape):
+    """The same primitive at the same place reaches as far, whichever format describes it."""
+    w = pin.Quaternion(ROTATION)
+    place = f'pos="0.1 -0.2 0.3" quat="{w.w:.17g} {w.x:.17g} {w.y:.17g} {w.z:.17g}"'
+    _, shapes = outline(mjcf(tmp_path, "", geom.format(place)), "collision").shapes
+    (expected,) = outline(robot(tmp_path, shape), "collision").shapes
+    np.testing.assert_allclose(support(shapes, DIRECTIONS), support(expected, DIRECTIONS), atol=1e-12)
+
+
+def test_mjcf_ellipsoid_reaches_as_far_as_its_support_function(tmp_path):
+    """h(d) = |(a dx, b dy, c dz)|; its points lie on the surface."""
+    _, shapes = outline(mjcf(tmp_path, "", '<geom type="ellipsoid" size="0.1 0.2 0.3"/>'), "collision").shapes
+    exact = np.linalg.norm(DIRECTIONS * [0.1, 0.2, 0.3], axis=1)
+    reach = support(shapes, DIRECTIONS)
+    assert np.all(reach <= exact + 1e-15)
+    np.testing.assert_allclose(reach, exact, rtol=2.5e-3)
+
+
+def test_mjcf_meshes_are_read_where_they_are_needed(tmp_path):
+    """A mesh keeps its volume and place; a missing one is named for the kind of geometry that it belongs to."""
+    stl(tmp_path / "t.stl", [TETRAHEDRON[list(face)] for face in FACES])
+    assets = '<mesh name="t" file="t.stl" scale="2 1 1"/><mesh name="gone" file="gone.stl"/>'
+    geoms = '<geom type="mesh" mesh="t" pos="0 0 1"/>', '<geom type="mesh" mesh="gone" contype="0" conaffinity="0"/>'
+    found = mjcf(tmp_path, assets, *geoms)
+    solid, seen = outline(found, "collision"), outline(found, "visual")
+    for _, (tetrahedron,) in (solid.shapes, seen.shapes):
+        assert abs(volume(tetrahedron.mesh)) == pytest.approx(2.0, rel=1e-6)
+        np.testing.assert_allclose(
+            np.sort(tetrahedron.points, axis=0), np.sort(TETRAHEDRON * [2, 1, 1] + [0, 0, 1], axis=0), atol=1e-6
+        )
+    assert solid.warnings == ()
+    (warning,) = seen.warnings
+    assert warning.startswith('a visual shape could not be read (link "b": ')
+    assert '"gone.stl" is missing' in warning
+
+
+@pytest.mark.parametrize(
+    ("attributes", "kinds"),
+    [
+        ("", {"collision", "visual"}),
+        ('group="3"', {"collision"}),
+        ('contype="0" conaffinity="0"', {"visual"}),
+        ('contype="0" conaffinity="0" group="4"', {"visual"}),
+    ],
+)
+def test_mjcf_geoms_are_for_collision_or_for_show(tmp_path, attributes, kinds):
+    """What collides is collision geometry; what does not, or is in a group that MuJoCo shows, is visual geometry."""
+    found = mjcf(tmp_path, "", f'<geom type="sphere" size="0.1" {attributes}/>')
+    assert {kind for kind in ("collision", "visual") if outline(found, kind).shapes[1]} == kinds
 
 
 def body(mass, inertia, com=(0.0, 0.0, 0.0)):

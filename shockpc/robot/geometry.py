@@ -178,29 +178,26 @@ def _numbers(element: Element, key: str, default: str = "") -> Array:
 
 def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
-    from shockpc.robot.mjcf import compiled
+    from shockpc.robot.mjcf import compiled, geom_kinds
 
     try:
         found = compiled(source, meshes=True)
     except RobotError as refusal:
         yield _Unread("", "", str(refusal))
         return
-    yield from (_Unread(link, "", reason) for link, reason in found.unread)
+    yield from (_Unread(lost.link, lost.mesh, lost.reason) for lost in found.unread if kind in lost.kinds)
     m = found.model
-    for geom in range(m.ngeom):
-        name, size = m.body(m.geom_bodyid[geom]).name, np.array(m.geom_size[geom])
-        collides = bool(m.geom_contype[geom] or m.geom_conaffinity[geom])
-        # MuJoCo shows groups 0 to 2 unless asked for others.
-        wanted = collides if kind == "collision" else m.geom_group[geom] <= 2 or not collides
-        primitive = _MJCF_PRIMITIVES.get(int(m.geom_type[geom]))
-        if not wanted or not (primitive or m.geom_type[geom] == _MJCF_MESH):
+    for number in range(m.ngeom):
+        geom, primitive = m.geom(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
+        if kind not in geom_kinds(geom) or not (primitive or m.geom_type[number] == _MJCF_MESH):
             continue
-        w, x, y, z = (float(value) for value in m.geom_quat[geom])
+        link = m.body(geom.bodyid[0]).name
+        w, x, y, z = (float(value) for value in geom.quat)
         try:
-            shape = _primitive(name, primitive, size) if primitive else _mjcf_mesh(name, m, int(m.geom_dataid[geom]))
-            yield _checked(shape.placed(pin.Quaternion(w, x, y, z).matrix(), np.array(m.geom_pos[geom])))
+            shape = _primitive(link, primitive, np.array(geom.size)) if primitive else _mjcf_mesh(link, m, int(geom.dataid[0]))
+            yield _checked(shape.placed(pin.Quaternion(w, x, y, z).matrix(), np.array(geom.pos)))
         except ValueError as refusal:
-            yield _Unread(name, "", str(refusal))
+            yield _Unread(link, "", str(refusal))
 
 
 def _mjcf_mesh(link: str, m: Any, number: int) -> Shape:

@@ -6,7 +6,7 @@ The libraries are given bytes in memory and nothing by which to find another fil
 import io
 import re
 import warnings
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -59,8 +59,8 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     if suffix not in FORMATS:
         raise ValueError(f"meshes are read from {', '.join(known.upper() for known in FORMATS)} files only")
     # Imported here, because they take longer to import than an analysis without meshes takes to run.
-    import trimesh
     from collada.common import DaeError
+    from trimesh.exchange.load import mesh_loaders
 
     unit = 1.0
     try:
@@ -72,9 +72,9 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
             warnings.simplefilter("ignore")
             # NumPy's report of a word among numbers, a warning in its older versions.
             warnings.filterwarnings("error", "string or file could not be read to its end")
-            options = {"process": False, "skip_materials": True, "ignore_broken": False}
-            found = trimesh.load_scene(io.BytesIO(data), file_type=suffix, **options).to_mesh()
-        vertices, triangles = np.array(found.vertices, dtype=float) * unit, np.array(found.faces, dtype=np.int64)
+            # The loader itself, because a `trimesh.Trimesh` made of its result may drop triangles without a word.
+            found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
+            vertices, triangles = _joined(found)
     except (RobotError, DaeError, DeprecationWarning, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as refusal:
         why = " ".join(str(refusal).split()) or type(refusal).__name__
         raise ValueError(f"it is not a valid {suffix.upper()} file ({why})") from None
@@ -84,7 +84,7 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
         raise ValueError("it has vertices that are not finite numbers")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise ValueError("a triangle refers to a vertex that does not exist")
-    return _merged(vertices, triangles)
+    return _merged(vertices * unit, triangles)
 
 
 def hull_corners(vertices: Array) -> Array:
@@ -110,8 +110,27 @@ def _collada_shape(data: bytes) -> tuple[bytes, float]:
         raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
     for element in root.iter():
         element[:] = [child for child in element if child.tag not in _NO_SHAPE]
+    positions = {item.get("source", "")[1:] for item in root.iterfind(".//vertices/input[@semantic='POSITION']")}
+    for source in root.iter("source"):
+        # pycollada would make zeros of them.
+        if source.get("id") in positions and "nan" in source.findtext("float_array", "").lower():
+            raise ValueError("it has vertices that are not finite numbers")
     unit = root.find("asset/unit")
     return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0
+
+
+def _joined(found: dict[str, Any]) -> tuple[Array, NDArray[np.int64]]:
+    """Join the parts of a file, each placed in its scene, as trimesh's loaders return them."""
+    from trimesh.geometry import triangulate_quads
+
+    parts = found.get("geometry", {"": found} if "faces" in found else {})
+    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
+    for node in found.get("graph", [{"geometry": name} for name in parts]):
+        part, place = parts[node["geometry"]], node.get("matrix", np.eye(4))
+        vertices.append(part["vertices"] @ place[:3, :3].T + place[:3, 3])
+        triangles.append(triangulate_quads(part["faces"]) + count)
+        count += len(part["vertices"])
+    return np.concatenate(vertices), np.concatenate(triangles)
 
 
 def _merged(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
