@@ -105,14 +105,13 @@ def _bodies_without_mass(model: pin.Model) -> Iterator[Finding]:
 
 def _inertias(root: Element) -> Iterator[Finding]:
     """Inertias that no body has; links with the same fault share a finding."""
-    kind = "link" if root.tag == "robot" else "body"
     faults: dict[str, list[str]] = {}
     for link, mass, entries in written_inertias(root):
         fault = inertia_fault(mass, entries)
         if fault is not None:
             faults.setdefault(fault, []).append(link)
     for fault, links in faults.items():
-        yield Finding("warning", _named(kind, links), f"{fault}; shock is computed from it all the same")
+        yield Finding("warning", _named("link", links), f"{fault}; shock is computed from it all the same")
 
 
 def _links_without_inertia(root: Element) -> Iterator[Finding]:

@@ -410,7 +410,7 @@ def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
 
 
 def _robot_of(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
-    """The top-level bodies that make up the robot, one with a free joint first, and a warning if there are others."""
+    """The top-level bodies that make up the robot, and a warning if there are others."""
     mass = {int(root): 0.0 for root in m.body_rootid if _moves(m, root)}
     if not mass:
         raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
@@ -421,19 +421,18 @@ def _robot_of(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
     ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
     while any(tie & kept and not tie <= kept for tie in ties):
         kept |= set().union(*(tie for tie in ties if tie & kept))
-    free = [root for root in kept if m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE]
-    if len(free) > 1:
-        listed = ", ".join(f'"{m.body(root).name}"' for root in sorted(free))
+    if len(kept) > 1 and any(m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE for root in kept):
+        listed = ", ".join(f'"{m.body(root).name}"' for root in sorted(kept))
         raise RobotError(
-            f"{file}: equalities tie {listed} together, and each of them floats on its own; only one body of a robot can have a "
-            'free joint. Set active="false" on the equalities to compute the heaviest alone'
+            f"{file}: equalities tie {listed} together, and a floating base can be computed only as the one top-level body that "
+            'moves. Set active="false" on these equalities to compute the heaviest alone'
         )
     left = [f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in mass if root not in kept]
     notes = (
         f"{file} holds {len(mass)} robots that move on their own: the heaviest, "
         f'"{m.body(max(kept, key=lambda root: mass[root])).name}", is computed, and {", ".join(left)} left out',
     )
-    return sorted(kept, key=lambda root: (root not in free, root)), notes if left else ()
+    return sorted(kept), notes if left else ()
 
 
 def _loops(m: Any, build: _Build) -> Iterator[Loop]:

@@ -84,9 +84,15 @@ def without_files(root: Element, reach: Reach, parts: dict[str, bytes]) -> str:
         for key in _UNUSED_ATTRIBUTES:
             parent.attrib.pop(key, None)
         for key, value in parent.attrib.items():
-            if key not in ("name", "model") and any(_NOT_FINITE.fullmatch(word) for word in value.split()):
+            if parent.tag != "key" and key not in ("name", "model") and any(_NOT_FINITE.fullmatch(word) for word in value.split()):
                 called = f' "{parent.get("name")}"' if "name" in parent.attrib else ""
                 raise RobotError(f'{reach.file.name}: {parent.tag}{called}: {key} is "{value}"; it has to be finite numbers')
+    for element in root.iter():
+        if "file" in element.attrib and element.tag not in ("mesh", "model"):
+            raise RobotError(
+                f'{reach.file.name}: <{element.tag}> names the file "{element.get("file")}", which is not read here; write out '
+                "what it stands for"
+            )
     for model in root.findall("asset/model[@file]"):
         named = model.get("file", "")
         path = reach.require(reach.file.parent / named, named)
