@@ -25,7 +25,7 @@ from shockpc.robot.mjcf_text import without_files
 from shockpc.robot.reach import Reach
 from shockpc.robot.source import RobotSource, resolve_asset
 
-__all__ = ["Compiled", "build_mjcf", "compiled"]
+__all__ = ["Compiled", "UnreadGeom", "build_mjcf", "compiled", "geom_kinds"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT = range(3)  # mjtEq
