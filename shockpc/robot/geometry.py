@@ -1,8 +1,8 @@
 """The geometry of a robot's bodies: convex pieces for the extremes of shock, triangles for silhouettes, boxes of equal inertia.
 
-Nothing is read before somebody asks for it, and no mesh unless that kind of geometry has one. A piece that cannot be read is
-left out and reported; the others remain. URDF primitives are taken from the XML itself: `yourdfpy` would read them too, but its
-import takes several times as long as a whole analysis.
+Nothing is read before it is asked for, and no mesh unless that kind of geometry has one. A shape that cannot be read is left out
+and reported; the others remain. The shapes of a URDF are taken from its XML directly: yourdfpy reads them too, but importing it
+takes longer than an analysis of a robot without meshes.
 """
 
 import functools
@@ -57,7 +57,7 @@ class Shape:
     discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
 
     def lowest(self, up: Array) -> Array:
-        """Points (k, 3) that include the lowest ones, exact for round faces too. Args: up (3,), a unit vector, body frame."""
+        """Return points (k, 3) among which the lowest are, exact for round faces. Args: up (3,), a unit vector, body frame."""
         below = [self.points - self.radius * up]
         for centre, axis, radius in self.discs:
             level = up - axis * float(axis @ up)

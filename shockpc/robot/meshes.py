@@ -72,7 +72,7 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
             warnings.simplefilter("ignore")
             # NumPy's report of a word among numbers, a warning in its older versions.
             warnings.filterwarnings("error", "string or file could not be read to its end")
-            # The loader itself, because a `trimesh.Trimesh` made of its result may drop triangles without a word.
+            # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
             found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
             vertices, triangles = _joined(found)
     except (RobotError, DaeError, DeprecationWarning, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as refusal:
@@ -89,6 +89,8 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
 
 def hull_corners(vertices: Array) -> Array:
     """Return the corners of the convex hull; all vertices if they lie in a plane, where there is no hull with a volume.
+
+    The hull takes a few milliseconds and leaves a small part of the vertices, over which every analysis evaluates the extremes.
 
     Args:
         vertices: (n, 3) finite [m].
