@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
 from shockpc.model.rows import Block
-from shockpc.robot.outline import Shape, outline
+from shockpc.robot.geometry import Shape, outline
 from shockpc.robot.robot import Robot
 
 __all__ = ["Contact", "ContactPoint", "contact_block", "contact_point", "match_frames", "stance_block", "unit_directions"]

@@ -5,7 +5,7 @@ import numpy as np
 from shockpc.core.extremes import shock_extremes
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.robot.outline import outline
+from shockpc.robot.geometry import outline
 from shockpc.robot.robot import Robot
 
 __all__ = ["shock_ranges"]
