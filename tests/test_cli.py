@@ -17,6 +17,7 @@ from shockpc.core.spatial import velocity_at
 from shockpc.model.joint_model import Joints
 from shockpc.scene import GRAVITY
 from shockpc.show.document import to_json
+from shockpc.show.files import MANIFEST
 
 DOG = ("dog/dog.urdf.xacro", "--package", "dog_description=dog")
 FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
@@ -29,13 +30,18 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(folder)
     (folder / "robot.urdf").write_text(STICK)
     dog_in(folder)
-    monkeypatch.setattr(shockpc.show.folder, "save_figure", lambda *_: None)
+    monkeypatch.setattr(shockpc.show.folder, "landing_figure", lambda _: {})
     return folder
 
 
 def document(capfd, *words):
     """The JSON document of an analysis."""
     return json.loads(good(capfd, "analyze", *words, "--format", "json"))
+
+
+def listed(folder):
+    """What lies in a folder of results, save the list of its files."""
+    return {path.name for path in folder.iterdir()} - {MANIFEST}
 
 
 def computed(**scene):
@@ -49,13 +55,15 @@ def computed(**scene):
 
 def test_any_robot_file(capfd, here):
     out = good(capfd, "analyze", "robot.urdf", "--contact", "foot")
-    assert out.startswith(f"robot        {here}/robot.urdf (stick, 2.5 kg, 2 moving bodies)\nposture      neutral; base free\n")
+    assert out.startswith(
+        f"robot        {here}/robot.urdf (stick, 2.5 kg, 2 moving bodies)\nposture      neutral\nbase         free; "
+    )
     assert "\ncontact      foot at (0.000, 0.000, -0.400) m, sticks\n" in out
 
 
 def test_robot_by_name(capfd):
     out = good(capfd, "analyze", "anymal_b", "--contact", "LF_FOOT", "--posture", "standing")
-    assert out.startswith("robot        anymal_b (anymal, 30.48 kg, 13 moving bodies)\nposture      standing; base free\n")
+    assert out.startswith("robot        anymal_b (anymal, 30.48 kg, 13 moving bodies)\nposture      standing\nbase         free; ")
     assert out == good(capfd, "analyze", "ANYmal-B", "--contact", "LF_FOOT")
 
 
@@ -64,7 +72,7 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
     monkeypatch.chdir(here / "dog")
     words = ("--xacro", "payload:=1.5", "--package", "dog_description=.", "--contact", "*_foot", "--strike-angle", "30")
     out = good(capfd, "analyze", "dog.urdf.xacro", *words)
-    assert out.count("(dog, 7.5 kg, 5 moving bodies)\n") == 4
+    assert out.count("(dog, 7.5 kg, 5 moving bodies, payload:=1.5)\n") == 4
     assert re.findall(r"^contact      (\w+) at ", out, re.MULTILINE) == list(FEET)
     assert out.count("\nstrike       1 m/s, 30 deg from the vertical: velocity (0.5, 0, -0.866) m/s\n") == 4
     summary = out.partition("\nsummary: ")[2].splitlines()
@@ -77,11 +85,9 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
 def test_landing_on_two_feet_with_files(capfd, here):
     words = ("--contact", "lf_foot+rf_foot", "--set", "*_kfe_joint=-60", "--base-rpy", "0,15,0", "--out", "out/")
     out = good(capfd, "analyze", "hyq", *words)
-    assert "with *_kfe_joint set, base turned by roll 0, pitch 15, yaw 0 deg; base free" in out
+    assert "standing, *_kfe_joint = -60 deg, base at roll 0, pitch 15, yaw 0 deg\n" in out
     assert re.search(r"^contact      lf_foot at \(.*\) m, sticks; rf_foot at \(.*\) m, sticks$", out, re.MULTILINE)
-    assert {file.name for file in (here / "out").iterdir()} == {
-        *("profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md")
-    }
+    assert listed(here / "out") == {*("profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md")}
 
 
 def test_scene_in_a_file(capfd, here):
@@ -385,19 +391,19 @@ def test_bodies_by_pattern(capfd, here):
     words = (*DOG, "--contact", "lf_foot", "--bodies", "?f_*")
     out = good(capfd, "analyze", *words)
     assert body_rows(out) == ["lf_leg", "rf_leg"]
-    assert "\n(3 bodies not shown, their names do not fit ?f_*)\n" in out
+    assert "\n(3 bodies not shown, no match for ?f_*)\n" in out
     table = good(capfd, "analyze", *words, "--format", "csv")
     assert [row[1] for row in csv.reader(io.StringIO(table))] == ["body", "lf_leg", "rf_leg"]
     assert document(capfd, *words) == document(capfd, *words[:-2])
     out = good(capfd, "analyze", *DOG, "--contact", "lf_foot", "--bodies", "leg")
-    assert "\n(1 body not shown, its name does not fit leg)\n" in out
+    assert "\n(1 body not shown, no match for leg)\n" in out
 
 
 def test_unmoved_bodies_are_folded(capfd, here):
     """On a fixed base the other legs stay where they are: one line says so."""
     out = good(capfd, "analyze", *DOG, "--contact", "lf_foot", "--slide", "--base", "fixed")
     assert body_rows(out) == ["lf_leg"]
-    assert "\n(4 bodies not shown, the strike does not move them: trunk, lh_leg, rf_leg, rh_leg)\n" in out
+    assert "\n(4 bodies not shown, not moved by the impact: trunk, lh_leg, rf_leg, rh_leg)\n" in out
 
 
 def test_formats(capfd, here):
@@ -503,7 +509,7 @@ def test_folder_for_each_landing(capfd, here):
     """Several landings: a folder for each, and a summary."""
     words = ("analyze", *DOG, "--contact", "*f_foot")
     found = json.loads(good(capfd, *words, "--out", "out", "--format", "json"))
-    assert {path.name for path in (here / "out").iterdir()} == {"lf_foot", "rf_foot", "summary.csv", "summary.md"}
+    assert listed(here / "out") == {"lf_foot", "rf_foot", "summary.csv", "summary.md"}
     for one in found:
         folder = here / "out" / one["contacts"][0]["frame"]
         assert json.loads((folder / "profile.json").read_text(encoding="utf-8")) == one
@@ -521,7 +527,7 @@ def test_names_that_would_lead_out_of_the_folder(capfd, here):
     before = {*here.iterdir()}
     good(capfd, "analyze", "odd.urdf", "--contact", "*", "--out", "out/deep")
     assert {*here.iterdir()} - before == {here / "out"}
-    assert {path.name for path in (here / "out/deep").iterdir()} == {"body", "_.", "_._foot", "summary.csv", "summary.md"}
+    assert listed(here / "out/deep") == {"body", "_.", "_._foot", "summary.csv", "summary.md"}
 
 
 def test_names_that_differ_in_odd_signs_alone(capfd, here):
@@ -532,7 +538,7 @@ def test_names_that_differ_in_odd_signs_alone(capfd, here):
     frames = [one["contacts"][0]["frame"] for one in found]
     assert frames == ["A_FOOT", "a/foot", "a:foot"]
     names = ["A_FOOT", "a_foot-2", "a_foot-3"]
-    assert {path.name for path in (here / "out").iterdir()} == {*names, "summary.csv", "summary.md"}
+    assert listed(here / "out") == {*names, "summary.csv", "summary.md"}
     assert {path.name for path in here.glob("*.toml")} == {f"landing.{name}.toml" for name in names}
     for name, frame, one in zip(names, frames, found, strict=True):
         assert json.loads((here / "out" / name / "profile.json").read_text(encoding="utf-8")) == one
@@ -555,7 +561,7 @@ def test_a_root_link_called_world_is_bolted_down(capfd, here):
     (here / "bolted.urdf").write_text(STICK.replace('"body"', '"world"'))
     words = ("bolted.urdf", "--contact", "foot", "--slide", "--set", "knee=30")
     out = good(capfd, "analyze", *words)
-    assert "\nposture      neutral, with knee set; base fixed\n" in out
+    assert "\nposture      neutral, knee = 30 deg\nbase         fixed to the world; --base free releases it\n" in out
     default, fixed, free = (document(capfd, *words, *more) for more in ((), ("--base", "fixed"), ("--base", "free")))
     assert default == fixed
     assert (default["scene"]["base"], free["scene"]["base"]) == ("fixed", "free")

@@ -43,25 +43,25 @@ def test_one_robot(capfd):
         f"""\
 robot        dog, 8 kg, 5 moving bodies, 10 velocities
 file         {ROBOTS}/dog/dog.urdf.xacro
-base         free by default; planar or fixed on demand
+base         free by default; --base planar or --base fixed restrains it
 feet         lf_foot, lh_foot, rf_foot, rh_foot
 sensors      trunk_imu
 postures     standing, crouched (from dog.srdf), neutral; standing by default
 
 bodies, and the links and sites fixed to them
-name       what  hangs on, or is fixed to  mass of the body
-                                                       [kg]
-─────────  ────  ────────────────────────  ────────────────
-trunk      body  world                               6.0000
-trunk_imu  link  trunk                                    –
-lf_leg     body  trunk                               0.5000
-lf_foot    link  lf_leg                                   –
-lh_leg     body  trunk                               0.5000
-lh_foot    link  lh_leg                                   –
-rf_leg     body  trunk                               0.5000
-rf_foot    link  rf_leg                                   –
-rh_leg     body  trunk                               0.5000
-rh_foot    link  rh_leg                                   –
+name       what  joined or fixed to  mass of the body
+                                                 [kg]
+─────────  ────  ──────────────────  ────────────────
+trunk      body  world                         6.0000
+trunk_imu  link  trunk                              –
+lf_leg     body  trunk                         0.5000
+lf_foot    link  lf_leg                             –
+lh_leg     body  trunk                         0.5000
+lh_foot    link  lh_leg                             –
+rf_leg     body  trunk                         0.5000
+rf_foot    link  rf_leg                             –
+rh_leg     body  trunk                         0.5000
+rh_foot    link  rh_leg                             –
 
 joints (read by Pinocchio {PINOCCHIO})
 joint       kind          lower    upper  unit     armature

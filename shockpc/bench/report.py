@@ -15,7 +15,6 @@ from shockpc.bench.saving import PARTS, Saving
 from shockpc.bench.tables import everything, family_sheet, outcomes, percussion, precision, promise, savings, throughput
 from shockpc.bench.throughput import CLOCK, PeerResult
 from shockpc.health import TRUSTED
-from shockpc.show.figure.curves import Curve, save_curves
 from shockpc.show.figure.panels import Panel, save_panels
 from shockpc.show.files import write_text
 from shockpc.show.tables.text import as_csv, as_markdown
@@ -52,8 +51,6 @@ def write_report(bench: Bench, folder: Path) -> None:
     """
     families = [one for one in FAMILIES if any(case.family == one.name for case in bench.cases)]
     _work_figure(bench.work, folder / "error-against-run-time.svg")
-    for one in families:
-        _family_figure(one, [case for case in bench.cases if case.family == one.name], folder / _figure(one))
     write_text(folder / "cases.csv", as_csv(everything(bench.cases)))
     write_text(folder / "work.csv", as_csv(everything(bench.work)))
     write_text(folder / "throughput.csv", as_csv(throughput(bench.peers)))
@@ -109,7 +106,7 @@ def _markdown(bench: Bench, families: list[Family]) -> str:
         parts += [as_markdown(precision(case)), ""]
     parts += ["## 2. Stiff and extreme cases", "", as_markdown(promise(bench.cases)), "", as_markdown(outcomes(bench.cases)), ""]
     for one in families:
-        parts += [f"## {one.title}", "", f"Hard: {one.hard}.", "", f"![{one.name}]({_figure(one)})", ""]
+        parts += [f"## {one.title}", "", f"Hard: {one.hard}.", ""]
         parts += [as_markdown(family_sheet(one, [case for case in bench.cases if case.family == one.name])), ""]
         if one is THROUGH_COM:
             parts += [as_markdown(percussion(bench.percussion)), ""]
@@ -118,26 +115,6 @@ def _markdown(bench: Bench, families: list[Family]) -> str:
     parts += ["## 4. Speed against peers on the same work", ""]
     parts += [*CLOCK, "", as_markdown(throughput(bench.peers))]
     return "\n".join(parts)
-
-
-def _figure(family: Family) -> str:
-    """The file of a family's figure."""
-    return f"{family.name.replace(' ', '-')}.svg"
-
-
-def _family_figure(family: Family, cases: list[CaseResult], path: Path) -> None:
-    """Error and estimate over the parameter, a colour for each variant."""
-    curves = []
-    seen = sorted({case.value for case in cases})
-    joined = not family.labels
-    for k, variant in enumerate(family.variants):
-        own = [case for case in cases if case.variant == variant]
-        x = tuple(float(seen.index(case.value)) if family.labels else case.value for case in own)
-        curves.append(Curve(variant, x, tuple(case.results[0].error for case in own), k, joined=joined))
-        estimates = tuple(case.results[0].estimate for case in own)
-        curves.append(Curve(f"{variant}: estimate", x, estimates, k, dashed=True, joined=joined))
-    names = tuple(family.labels[int(value)] for value in seen) if family.labels else ()
-    save_curves(path, family.title, "" if names else family.parameter, "error of the worst body [-]", curves, names)
 
 
 def _work_figure(cases: list[CaseResult], path: Path) -> None:

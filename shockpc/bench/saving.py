@@ -121,7 +121,8 @@ def _work(robot: Robot, landing: Scene, everything: bool) -> None:
     from shockpc.core.rounding import units_of
     from shockpc.health import SAMPLES
     from shockpc.robot.checkup import check_robot
-    from shockpc.show.figure.landing import save_figure
+    from shockpc.show.figure.landing import landing_figure
+    from shockpc.show.files import write_folder
 
     check_robot(robot.source)
     system = system_of(robot, landing)
@@ -133,7 +134,7 @@ def _work(robot: Robot, landing: Scene, everything: bool) -> None:
     W = about_com(rows.W[0], bodies)
     refine(bodies, W, solve_maximal(bodies, W, rows.b[0]), SAMPLES, units_of(state.rotation[0]))
     with tempfile.TemporaryDirectory() as folder:
-        save_figure(shock_profile(landing, robot), Path(folder))
+        write_folder(Path(folder), landing_figure(shock_profile(landing, robot)))
 
 
 if __name__ == "__main__":

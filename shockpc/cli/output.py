@@ -62,7 +62,7 @@ def shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -
     if format_ is Format.MARKDOWN:
         return markdown_report(profiles, bodies)
     if format_ is Format.CSV:
-        for warning in dict.fromkeys(warning for profile in profiles for warning in profile.health.warnings):
+        for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
             sys.stderr.write(f"shockpc: warning: {warning}\n")
         return csv_report(profiles, bodies)
     return text_report(profiles, bodies)
@@ -70,19 +70,9 @@ def shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -
 
 def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -> None:
     """One landing into the folder itself; several into a folder each, with a summary beside them."""
-    from shockpc.show.files import write_text
-    from shockpc.show.folder import write_profile
-    from shockpc.show.tables.sheets import summary_sheet
-    from shockpc.show.tables.text import as_csv, as_markdown
+    from shockpc.show.folder import write_landings
 
-    if len(profiles) == 1:
-        write_profile(profiles[0], out, bodies)
-        return
-    for profile, name in zip(profiles, _file_names(profiles), strict=True):
-        write_profile(profile, out / name, bodies)
-    summary = summary_sheet(profiles)
-    write_text(out / "summary.csv", as_csv(summary))
-    write_text(out / "summary.md", as_markdown(summary))
+    write_landings(profiles, _file_names(profiles), out, bodies)
 
 
 def save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
@@ -97,7 +87,7 @@ def save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
 
 def _file_names(profiles: "list[ShockProfile]") -> list[str]:
     """The landings' contacts as names of files, each its own; never one that leads out of its folder or hides in it."""
-    from shockpc.show.tables.sheets import contact_name
+    from shockpc.show.header import contact_name
 
     names: list[str] = []
     for profile in profiles:

@@ -1,20 +1,24 @@
-"""Panels side by side on shared logarithmic axes, one for each case, for the bench: how wrong and how long each method is."""
+"""Charts side by side on shared logarithmic axes, one for each case: the error of each method against its run time."""
 
 import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
-from shockpc.show.figure.curves import COLOURS, FLOOR, MARKS
+from shockpc.show.figure.canvas import render
 from shockpc.show.figure.palette import INK, PAPER
-from shockpc.show.files import write_whole
+from shockpc.show.files import write_text
 
 __all__ = ["Panel", "save_panels"]
+
+COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
+FLOOR = 1e-17
+"""The least ordinate; smaller ones are drawn on it."""
 
 COLUMNS = 3
 GOOD: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": "--"}
@@ -22,12 +26,12 @@ SHAPE: dict[str, Any] = {"markersize": 5.0, "markeredgewidth": 0.5, "markeredgec
 
 
 class Panel(NamedTuple):
-    """What came of one case.
+    """The results of one case.
 
     Attributes:
         title: over the panel.
-        points: abscissa and ordinate of each series, by its name; those of one series are joined, and a zero lies on the floor.
-        absent: names of the series that have a result without a number, by what came of them.
+        points: abscissa and ordinate of each series, by its name; those of one series are joined.
+        absent: names of the series that have a result without a number, by the kind of that result.
     """
 
     title: str
@@ -52,60 +56,45 @@ def save_panels(
     Raises:
         OutputError: the file cannot be written.
     """
-    rows = math.ceil((len(panels) + 1) / COLUMNS)
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "shockpc", "font.size": 7.5, "text.color": INK}):
+
+    def draw() -> Figure:
+        rows = math.ceil((len(panels) + 1) / COLUMNS)
         figure = Figure(figsize=(8.4, 0.7 + 2.9 * rows), facecolor=PAPER, layout="constrained")
-        figure.suptitle(title, fontsize=9.5, x=0.01, ha="left")
+        figure.suptitle(title.replace("$", r"\$"), fontsize=9.5, x=0.01, ha="left")
         grid = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
         lines = {
             name: Line2D([], [], color=COLOURS[colour], marker=MARKS[mark], linestyle="none", **SHAPE)
             for name, (colour, mark) in looks.items()
         }
-        for axes, panel in zip(grid, panels, strict=False):
-            _draw(axes, panel, lines, good)
-        for axes in grid[len(panels) :]:
-            axes.set_axis_off()
-        for k, axes in enumerate(grid[: len(panels)]):
-            # The cells below the last panels hold no axis of their own.
-            axes.tick_params(labelbottom=k + COLUMNS >= len(panels), labelleft=k % COLUMNS == 0)
-        limit = Line2D([], [], **GOOD)
-        key = {**lines, f"below: right to {good:g}": limit}
-        grid[len(panels)].legend(key.values(), key.keys(), loc="upper left", frameon=False, fontsize=7.0, borderaxespad=0.0)
+        for k, axes in enumerate(grid):
+            if k < len(panels):
+                _draw(axes, panels[k], lines, good)
+                # The cells below the last panels have no axis of their own.
+                axes.tick_params(labelbottom=k + COLUMNS >= len(panels), labelleft=k % COLUMNS == 0)
+            else:
+                axes.set_axis_off()
+        key = {**lines, f"below: error under {good:g}": Line2D([], [], **GOOD)}
+        grid[len(panels)].legend(key.values(), key.keys(), loc="upper left", fontsize=7.0, borderaxespad=0.0)
         figure.supxlabel(x_label, fontsize=8.5)
         figure.supylabel(y_label, fontsize=8.5)
-        write_whole(path, lambda part: figure.savefig(part, format="svg", metadata={"Date": None}))
+        return figure
+
+    write_text(path, render(draw, formulas=True)["svg"])
 
 
 def _draw(axes: Axes, panel: Panel, lines: dict[str, Line2D], good: float) -> None:
-    """One case; what has no number stands above it with its mark."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    """One case; a series without a number stands above it with its mark."""
+    axes.set(xscale="log", yscale="log")
     axes.grid(True, which="major", linewidth=0.4, color="#d8d8d8")
     axes.axhline(good, **GOOD)
     for name, found in panel.points.items():
-        line = lines[name]
-        axes.plot(
-            [x for x, _ in found],
-            [max(y, FLOOR) for _, y in found],
-            color=line.get_color(),
-            marker=line.get_marker(),
-            linewidth=0.9,
-            **SHAPE,
-        )
-    axes.set_title(panel.title, fontsize=7.5, loc="left", pad=16.0)
+        x, y = [x for x, _ in found], [max(y, FLOOR) for _, y in found]
+        axes.plot(x, y, color=lines[name].get_color(), marker=lines[name].get_marker(), linewidth=0.9, **SHAPE)
+    axes.set_title(panel.title.replace("$", r"\$"), fontsize=7.5, loc="left", pad=16.0)
     if panel.absent:
         most = max(len(names) for names in panel.absent.values())
         axes.legend(
-            [tuple(lines[name] for name in names) for names in panel.absent.values()],
-            list(panel.absent),
-            handler_map={tuple: HandlerTuple(ndivide=None)},
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
-            borderaxespad=0.1,
-            ncols=len(panel.absent),
-            handlelength=1.1 * most,
-            handletextpad=0.4,
-            columnspacing=1.0,
-            frameon=False,
-            fontsize=6.5,
-        )
+            [tuple(lines[name] for name in names) for names in panel.absent.values()], list(panel.absent),
+            handler_map={tuple: HandlerTuple(ndivide=None)}, loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1,
+            ncols=len(panel.absent), handlelength=1.1 * most, handletextpad=0.4, columnspacing=1.0, fontsize=6.5,
+        )  # fmt: skip
