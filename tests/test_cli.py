@@ -19,6 +19,7 @@ from shockpc.core.spatial import velocity_at
 from shockpc.model.joint_model import Joints
 from shockpc.scene import GRAVITY
 from shockpc.show.document import to_json
+from shockpc.show.files import MANIFEST
 
 DOG = ("dog/dog.urdf.xacro", "--package", "dog_description=dog")
 FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
@@ -31,13 +32,18 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(folder)
     (folder / "robot.urdf").write_text(STICK)
     dog_in(folder)
-    monkeypatch.setattr(shockpc.show.folder, "save_figure", lambda *_: None)
+    monkeypatch.setattr(shockpc.show.folder, "landing_figure", lambda _: {})
     return folder
 
 
 def document(capfd, *words):
     """The JSON document of an analysis."""
     return json.loads(good(capfd, "analyze", *words, "--format", "json"))
+
+
+def listed(folder):
+    """What lies in a folder of results, save the list of its files."""
+    return {path.name for path in folder.iterdir()} - {MANIFEST}
 
 
 # Robots and scenes
@@ -77,7 +83,7 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
     monkeypatch.chdir(here / "dog")
     words = ("--xacro", "payload:=1.5", "--package", "dog_description=.", "--contact", "*_foot", "--strike-angle", "30")
     out = good(capfd, "analyze", "dog.urdf.xacro", *words)
-    assert out.count("(dog, 7.5 kg, 5 moving bodies)\n") == 4
+    assert out.count("(dog, 7.5 kg, 5 moving bodies, payload:=1.5)\n") == 4
     assert re.findall(r"^contact      (\w+) at ", out, re.MULTILINE) == list(FEET)
     assert out.count("\nstrike       1 m/s, 30 deg from the vertical: velocity (0.5, 0, -0.866) m/s\n") == 4
     summary = out.partition("\nsummary: ")[2].splitlines()
@@ -321,7 +327,7 @@ def test_folder_for_each_landing(capfd, here):
     """Several landings: a folder for each, and a summary."""
     words = ("analyze", *DOG, "--contact", "*f_foot")
     found = json.loads(good(capfd, *words, "--out", "out", "--format", "json"))
-    assert {path.name for path in (here / "out").iterdir()} == {"lf_foot", "rf_foot", "summary.csv", "summary.md"}
+    assert listed(here / "out") == {"lf_foot", "rf_foot", "summary.csv", "summary.md"}
     for one in found:
         folder = here / "out" / one["contacts"][0]["frame"]
         assert json.loads((folder / "profile.json").read_text(encoding="utf-8")) == one
@@ -340,7 +346,7 @@ def test_names_of_files_stay_inside_the_folder(capfd, here):
     before = {*here.iterdir()}
     good(capfd, "analyze", "odd.urdf", "--contact", "*", "--out", "out/deep")
     assert {*here.iterdir()} - before == {here / "out"}
-    assert {path.name for path in (here / "out/deep").iterdir()} == {"x" * 200, "_.", "_._foot", "summary.csv", "summary.md"}
+    assert listed(here / "out/deep") == {"x" * 200, "_.", "_._foot", "summary.csv", "summary.md"}
 
 
 def test_names_that_differ_in_special_characters_only(capfd, here):
@@ -351,7 +357,7 @@ def test_names_that_differ_in_special_characters_only(capfd, here):
     frames = [one["contacts"][0]["frame"] for one in found]
     assert frames == ["A_FOOT", "a/foot", "a:foot"]
     names = ["A_FOOT", "a_foot-2", "a_foot-3"]
-    assert {path.name for path in (here / "out").iterdir()} == {*names, "summary.csv", "summary.md"}
+    assert listed(here / "out") == {*names, "summary.csv", "summary.md"}
     assert {path.name for path in here.glob("*.toml")} == {f"landing.{name}.toml" for name in names}
     for name, frame, one in zip(names, frames, found, strict=True):
         assert json.loads((here / "out" / name / "profile.json").read_text(encoding="utf-8")) == one
@@ -365,7 +371,7 @@ def test_a_root_link_called_world_is_fixed(capfd, here):
     (here / "bolted.urdf").write_text(STICK.replace('"body"', '"world"'))
     words = ("bolted.urdf", "--contact", "foot", "--slide", "--set", "knee=30")
     out = good(capfd, "analyze", *words)
-    assert "\nposture      neutral, with knee set; base fixed\n" in out
+    assert "\nposture      neutral, knee = 30 deg\nbase         fixed to the world; --base free releases it\n" in out
     default, fixed, free = (document(capfd, *words, *more) for more in ((), ("--base", "fixed"), ("--base", "free")))
     assert default == fixed
     assert (default["scene"]["base"], free["scene"]["base"]) == ("fixed", "free")

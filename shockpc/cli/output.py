@@ -90,19 +90,9 @@ def shown(profiles: "list[ShockProfile]", format_: str, bodies: str | None) -> s
 
 def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -> None:
     """One landing into the folder itself; several into a folder each, with a summary beside them."""
-    from shockpc.show.files import write_text
-    from shockpc.show.folder import write_profile
-    from shockpc.show.tables.sheets import summary_sheet
-    from shockpc.show.tables.text import as_csv, as_markdown
+    from shockpc.show.folder import write_landings
 
-    if len(profiles) == 1:
-        write_profile(profiles[0], out, bodies)
-        return
-    for profile, name in zip(profiles, file_names([profile.scene for profile in profiles]), strict=True):
-        write_profile(profile, out / name, bodies)
-    summary = summary_sheet(profiles)
-    write_text(out / "summary.csv", as_csv(summary))
-    write_text(out / "summary.md", as_markdown(summary))
+    write_landings(profiles, file_names([profile.scene for profile in profiles]), out, bodies)
 
 
 def save_scenes(profiles: "list[ShockProfile]", files: list[Path]) -> None:

@@ -1,13 +1,12 @@
 """The paper computed again, as text for a terminal and as a folder of files."""
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from shockpc.paper.results import FigureResult
 from shockpc.paper.scenes import find_scene
 from shockpc.scene_file import read_scene, scene_text
-from shockpc.show.files import make_folder, write_text
+from shockpc.show.files import write_folder
 from shockpc.show.tables.paper import paper_bodies_sheet, readings_sheet, statement_lines, statements_sheet
 from shockpc.show.tables.text import as_csv, as_markdown, as_text
 
@@ -33,21 +32,19 @@ def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
     Raises:
         OutputError: the folder cannot be written.
     """
-    from shockpc.show.figure.paper import draw_paper_figure
-    from shockpc.show.figure.style import save_drawing
+    from shockpc.show.figure.paper import paper_figure_files
 
-    make_folder(folder)
+    files: dict[str, str | bytes] = {}
     for result in results:
-        save_drawing(partial(draw_paper_figure, result.figure, result.profiles), folder, f"figure{result.figure.number}")
-        for panel in result.figure.panels:
-            write_text(folder / f"{panel.scene}.toml", scene_text(read_scene(find_scene(panel.scene)), folder))
+        files |= paper_figure_files(result.figure, result.profiles)
+        files |= {f"{p.scene}.toml": scene_text(read_scene(find_scene(p.scene)), folder) for p in result.figure.panels}
     sheets = {"bodies": paper_bodies_sheet(results), "statements": statements_sheet(results), "readings": readings_sheet(results)}
-    for name, sheet in sheets.items():
-        write_text(folder / f"{name}.csv", as_csv(sheet))
+    files |= {f"{name}.csv": as_csv(sheet) for name, sheet in sheets.items()}
     pictures = [
         f"![Figure {r.figure.number}: {r.figure.title}](figure{r.figure.number}.svg)\n\n*{r.figure.note}*\n" for r in results
     ]
-    write_text(folder / "paper.md", "\n".join(["## The paper, computed again\n", *pictures, *map(as_markdown, sheets.values())]))
+    files["paper.md"] = "\n".join(["## The paper, computed again\n", *pictures, *map(as_markdown, sheets.values())])
+    write_folder(folder, files)
 
 
 def _kind(verdict: str) -> str:
