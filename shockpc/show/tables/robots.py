@@ -17,7 +17,6 @@ FEET_WIDTH, POSTURES_WIDTH = 38, 32
 """Characters of these columns, which keep the list within 120 columns of a terminal."""
 
 
-
 def catalogue_row(name: str, robot: Robot) -> tuple[Cell, ...]:
     """One robot in the list of all."""
     postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
