@@ -4,7 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
     from shockpc.model.closure import Closure, Place
     from shockpc.model.contact import Contact
     from shockpc.model.joint_model import Joints, Rotor
@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from shockpc.profile import shock_profile
     from shockpc.result import Bracket, ContactImpulse, Health, JointLoad, PointShock, ShockProfile
     from shockpc.robot.robot import Robot, load_robot
-    from shockpc.scene import Point, Scene, Strike
-    from shockpc.scene_file import read_scene
+    from shockpc.scene import Point, Scene, Strike, read_scene
 
 __version__ = "0.1.0"
 
@@ -38,10 +37,11 @@ _HOMES = {
     "ShockError": "errors",
     "ShockProfile": "result",
     "SolveError": "errors",
+    "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
     "load_robot": "robot.robot",
-    "read_scene": "scene_file",
+    "read_scene": "scene",
     "shock_profile": "profile",
 }
 
@@ -67,6 +67,7 @@ __all__ = [
     "ShockProfile",
     "SolveError",
     "Strike",
+    "StudyError",
     "UnknownName",
     "load_robot",
     "read_scene",
