@@ -338,7 +338,7 @@ def _checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
             return _record(vars(value) if is_dataclass(value) else value, kind, f"{key}." if key else "", faults)
     elif origin is Mapping:
         if isinstance(value, Mapping):
-            return {name: _checked(part, parts[1], f"{key}.{_toml_key(name)}", faults) for name, part in value.items()}
+            return {name: _checked(part, parts[1], f"{key}.{_toml_key(str(name))}", faults) for name, part in value.items()}
     elif parts[1:] == (...,):
         if isinstance(value, tuple | list):
             return tuple(_checked(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
