@@ -36,9 +36,9 @@ __all__ = [
     "Point",
     "Scene",
     "Strike",
+    "check_scene",
     "plane_of",
     "read_scene",
-    "refuse_nonsense",
     "scene_schema",
     "scene_table",
     "scene_text",
@@ -215,20 +215,23 @@ def plane_of(scene: Scene) -> Plane:
         raise SceneError(f"plane: {refusal}; valid are xz, yz, xy or a normal such as 0,-1,0") from None
 
 
-def refuse_nonsense(scene: Scene) -> None:
-    """Check a scene built in Python as a file is checked, and the range of all its numbers.
+def check_scene(scene: Scene) -> Scene:
+    """Check a scene built in Python as a file is checked, and the range of its numbers.
+
+    Returns: the scene with every list and array as a tuple of floats.
 
     Raises:
         SceneError: a field has a wrong type, length or word, or a number is not finite or out of range.
     """
     faults: list[str] = []
-    _checked(scene, Scene, "", faults)
-    if faults:
+    checked: Scene | None = _checked(scene, Scene, "", faults)
+    if checked is None:
         raise SceneError("; ".join(faults))
-    for key, number in _numbers(scene, ""):
+    for key, number in _numbers(checked, ""):
         rate = key.startswith(("strike.angular_velocity", "strike.joint_velocities"))
         if abs(number) > FASTEST if rate else abs(number) > LARGEST and not key.startswith("strike."):
             raise SceneError(f"{key} is {number:g}, which is out of range; give a number up to {FASTEST if rate else LARGEST:g}")
+    return checked
 
 
 def read_scene(path: Path) -> Scene:
@@ -414,10 +417,10 @@ def _shown(value: Any) -> str:
 
 
 def _numbers(value: Any, key: str) -> Iterator[tuple[str, float]]:
-    """All numbers of a scene with their keys."""
-    if isinstance(value, Real):
-        yield key, float(value)
-    elif isinstance(value, tuple | list | np.ndarray):
+    """All numbers of a checked scene with their keys."""
+    if isinstance(value, float):
+        yield key, value
+    elif isinstance(value, tuple):
         for k, part in enumerate(value):
             yield from _numbers(part, f"{key}[{k}]")
     elif isinstance(value, Mapping) or is_dataclass(value):

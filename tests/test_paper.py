@@ -262,7 +262,8 @@ def test_eq_6_is_the_partition_of_eq_4():
     H = dynamics(robot, land("fig2_e").q[None]).H[0]
     struck, rest, v = np.arange(3), np.arange(3, len(H)), np.array([0.3, 0.0, -1.0])
     by_parts = np.linalg.solve(H[np.ix_(rest, rest)], H[np.ix_(rest, struck)] @ v)
-    whole = solve_impact(H, np.eye(len(H))[struck], v[:, None]).delta_qd[:, 0]
+    J_c = np.eye(len(H))[struck]
+    whole = solve_impact(H[None], J_c[None], v[None, :, None], lambda _: J_c).delta_qd[0, :, 0]
     np.testing.assert_allclose(whole[struck], -v, atol=1e-14)
     np.testing.assert_allclose(whole[rest], by_parts, atol=1e-12)
 

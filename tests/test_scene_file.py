@@ -7,6 +7,7 @@ import shutil
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from commands import STICK, Outcome, dog_in, good, run
 from hypothesis import given
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene
 from shockpc.model.closure import Closure, Place
 from shockpc.model.joint_model import Joints, Rotor
-from shockpc.scene import refuse_nonsense, scene_schema, scene_table, scene_text
+from shockpc.scene import check_scene, scene_schema, scene_table, scene_text
 
 EVERY_KEY = """\
 robot = "dog/dog.urdf.xacro"
@@ -424,8 +425,15 @@ def test_contacts_from_python_become_a_tuple_of_contacts(contact):
 def test_scenes_from_python_are_checked_as_files_are(part, said):
     """The key, what it holds, and what would be valid."""
     with pytest.raises(SceneError) as refusal:
-        refuse_nonsense(Scene(**({"robot": "leg", "contact": "heel"} | part)))
+        check_scene(Scene(**({"robot": "leg", "contact": "heel"} | part)))
     assert str(refusal.value) == said
+
+
+def test_vectors_from_python_become_tuples():
+    """A list, an array or integers."""
+    contact = Contact(frame="heel", offset=np.array([0.0, 0.1, 0.2]), directions=["x", [0, 0, 1]])
+    expected = Contact(frame="heel", offset=(0.0, 0.1, 0.2), directions=("x", (0.0, 0.0, 1.0)))
+    assert check_scene(Scene(robot="leg", contact=contact)).contact == (expected,)
 
 
 def test_files_that_are_not_there(here):
