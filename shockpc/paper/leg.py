@@ -160,9 +160,10 @@ level = functools.partial(Claim, section="Section 3.4", interpretation="leg upri
 LEG_CLAIMS = (
     chain(
         "when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
-        "smallest distance of the CoPc in front of the lower leg, cases A to E, over its length [1]",
+        "smallest distance of the CoPc in front of the lower leg, over its length [1]",
         lambda **how: min(_lower_leg_centre(p)[0] for p in cases(**how)[:5]),
         above=ROUNDING,
+        interpretation="cases A to E as drawn",
     ),
     chain(
         "upper bodies are generally subject to less shock",
@@ -173,9 +174,10 @@ LEG_CLAIMS = (
     ),
     chain(
         "the CoPc of a body tends to move toward the next joint in the chain",
-        "largest distance of the upper leg's CoPc from the hip over that from the knee, cases D to F [1]",
+        "largest distance of the CoPc from the joint above over that from the joint below [1]",
         _nearer,
         below=1.0 - ROUNDING,
+        interpretation="upper leg, cases D to F as drawn",
         options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": 0.0}},
     ),
     level(
@@ -240,10 +242,11 @@ LEG_CLAIMS = (
     ),
     chain(
         "the torso is well described by Eq. 1",
-        "largest distance of its CoPc, along the torso, from 2/3 of the length, over the length [1]",
+        "largest distance of its CoPc from 2/3 of the length, over the length [1]",
         lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(*torso, in_plane) for torso in _torsos(figure_5, **how)),
         below=0.05,
         section="Section 5",
+        interpretation="distance along the torso, cases D to F as drawn",
         options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},
     ),
     chain(
@@ -252,6 +255,7 @@ LEG_CLAIMS = (
         _off_three_quarters,
         below=0.25,
         section="Section 5",
+        interpretation="cases D to F as drawn",
         options=OPEN | {"Figure 5": {"figure_5": True}},
     ),
 )
