@@ -55,7 +55,7 @@ FILES = {
     "massless.urdf": STICK.replace('mass value="2"', 'mass value="0"').replace('mass value="0.5"', 'mass value="0"'),
     "entity.urdf": f'<!DOCTYPE robot [<!ENTITY m "2">]>{STICK.partition("?>")[2]}',
     "armature.xml": mjcf(
-        floating().replace('<freejoint name="root"/>', '<joint name="root" type="free" armature="0.2"/>'),
+        floating().replace('<freejoint name="root"/>', '<joint name="root" type="free" armature="-0.2"/>'),
     ),
     "twice.urdf": STICK.replace("</joint>", '<mimic joint="a"/><mimic joint="b"/></joint>', 1),
     "gapped.urdf": STICK.replace('parent link="body"', 'parent link="bdy"'),
@@ -118,9 +118,7 @@ FILES = {
         ),
         (
             "armature.xml",
-            'armature.xml: body "base": joint "root" is free and has armature 0.2, its own or its default class\'s: MuJoCo adds '
-            'that to the mass and the inertia of the whole robot, but a free base has no drive; set armature="0" there, or make it '
-            "a <freejoint/>, which takes no defaults",
+            'armature.xml: joint "root": armature -0.2 is negative; no rotor has that',
         ),
         (
             "twice.urdf",

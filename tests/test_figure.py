@@ -26,8 +26,9 @@ from shockpc.model.posture import Posture
 from shockpc.paper.landings import land
 from shockpc.paper.scenes import FIGURES
 from shockpc.profile import shock_profile
+from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
-from shockpc.robot.outline import Shape
+
 from shockpc.scene import Scene, Strike
 from shockpc.show.figure.bodies import layers
 from shockpc.show.figure.canvas import STYLE
@@ -517,8 +518,9 @@ def test_every_centre_of_percussion_is_in_the_panel_or_in_its_caption(number):
     written = "\n".join(words(drawing))
     for profile, axes in zip(profiles, panels, strict=True):
         marks = np.array([line.get_xydata()[0] for line in axes.lines if line.get_markersize() == 8.0]).reshape(-1, 2)
-        for x, z in to_plane(profile.copc_world, profile.plane)[~profile.translates]:
-            inside = np.linalg.norm(marks - [x, z], axis=1).min(initial=np.inf) < 1e-9
+        for place in to_plane(profile.copc_world, profile.plane)[~profile.translates]:
+            inside = np.linalg.norm(marks - place, axis=1).min(initial=np.inf) < 1e-9
+            x, z = place.round(2) + 0.0
             assert inside != (f"at ({x:.2f}, {z:.2f}) m".replace("-", "−") in written)
 
 

@@ -17,7 +17,7 @@ from shockpc.bench.exact import Exact, widen
 __all__ = ["least_impulse"]
 
 CLEAR = 1e-6
-"""Singular values above this share of the largest are not rounding; below it the mechanism is shaken."""
+"""SingularError values above this share of the largest are not rounding; below it the mechanism is shaken."""
 
 SHAKES = (1, 2, 3, 4, 5, 6)
 """Seeds of the mechanisms that doubles cannot tell from this one: so many that noise does not keep its size by chance."""
