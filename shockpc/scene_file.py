@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from shockpc.errors import SceneError
+from shockpc.paths import usable_path
 from shockpc.scene import Scene, scene_table
 
 __all__ = ["read_scene", "scene_schema", "scene_text"]
@@ -37,8 +38,10 @@ def read_scene(path: Path) -> Scene:
         raise SceneError(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except UnicodeDecodeError:
         raise SceneError(f"{path} is not UTF-8 text; a scene is TOML, a robot is URDF, xacro or MJCF, and both are text") from None
-    except tomllib.TOMLDecodeError as refusal:
+    except ValueError as refusal:
         raise SceneError(f"{path} is not TOML, as a scene has to be: {refusal}") from None
+    except RecursionError:
+        raise SceneError(f"{path} nests its tables or lists too deeply for a scene, which needs three levels") from None
     try:
         # As JSON, because pydantic is strict about kinds there and still takes lists for tuples and 1 for 1.0.
         scene: Scene = _adapter().validate_json(json.dumps(table, default=str), strict=True)
@@ -46,7 +49,10 @@ def read_scene(path: Path) -> Scene:
         faults = dict.fromkeys(_fault(error["loc"], table) for error in refusal.errors(include_url=False))
         raise SceneError(f"{path}: {'; '.join(faults)}") from None
     here = path.resolve().parent
-    return _with_paths(scene, lambda found: os.path.normpath(here / Path(found).expanduser()))
+    try:
+        return _with_paths(scene, lambda found: os.path.normpath(here / usable_path(found)))
+    except ValueError as refusal:
+        raise SceneError(f"{path}: {refusal}") from None
 
 
 def scene_text(scene: Scene, folder: Path) -> str:

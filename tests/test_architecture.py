@@ -16,7 +16,7 @@ PACKAGE = Path(shockpc.__file__).parent
 TOP = PACKAGE.parent
 
 LAYERS = (
-    {"errors", "printed", "trace"},
+    {"errors", "paths", "printed", "trace"},
     {"core"},
     {"robot"},
     {"model"},
@@ -43,7 +43,6 @@ OWNERS = {
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
     "pydantic": "shockpc.scene_file",
-    "mpmath": "shockpc.bench",
     "mujoco": ("shockpc.robot.mjcf", "shockpc.bench"),
     "typer": "shockpc.cli",
 }

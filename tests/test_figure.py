@@ -28,7 +28,6 @@ from shockpc.paper.scenes import FIGURES
 from shockpc.profile import shock_profile
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
-
 from shockpc.scene import Scene, Strike
 from shockpc.show.figure.bodies import layers
 from shockpc.show.figure.canvas import STYLE

@@ -13,21 +13,31 @@ from shockpc.show.tables.sheets import Cell, Sheet
 
 __all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
 
+FEET_WIDTH, POSTURES_WIDTH = 38, 32
+"""Characters of these columns, which keep the list within 120 columns of a terminal."""
 
-def catalogue_row(name: str, source: str, robot: Robot) -> tuple[Cell, ...]:
+
+def catalogue_row(name: str, robot: Robot) -> tuple[Cell, ...]:
     """One robot in the list of all."""
-    postures = _few(tuple(robot.postures)) or "neutral only"
-    return name, source, str(len(robot.bodies)), float(robot.mass), _few(feet(robot)), postures
+    postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
+    return name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures
 
 
-def catalogue_sheet(rows: list[tuple[Cell, ...]], unloaded: list[str]) -> Sheet:
-    """Every robot that is known by name, and why some cannot be loaded."""
+def catalogue_sheet(rows: list[tuple[Cell, ...]], own: int, unloaded: list[str]) -> Sheet:
+    """Every robot that is known by name, and why some cannot be loaded.
+
+    Args:
+        rows: one for each robot, those of shockpc first.
+        own: how many those are.
+        unloaded: what is wrong with those that cannot be loaded.
+    """
     notes = (
         *unloaded,
-        "analyse one with: shockpc analyze NAME --contact FOOT",
-        "see what is in one with: shockpc robots NAME",
+        f"the first {own} come with shockpc, the others with example-robot-data",
+        "analyze one: shockpc analyze NAME --contact FOOT",
+        "show one with all its links, joints and postures: shockpc robots NAME",
     )
-    header = ("robot", "from", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures")
+    header = ("robot", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures")
     return Sheet("robots known by name", header, rows, notes)
 
 
@@ -75,6 +85,15 @@ def joints_sheet(robot: Robot) -> Sheet:
         rows.append((joint.name, kind, *limits, unit, armature))
     header = ("joint", "kind", "lower", "upper", "unit", "armature [kg m², kg]")
     return Sheet(f"joints (read by Pinocchio {PINOCCHIO})", header, rows)
+
+
+def _that_fit(names: Sequence[str], width: int) -> str:
+    """As many of the names as fit into a number of characters, and how many more there are."""
+    for most in range(len(names), 1, -1):
+        if len(text := _few(names, most)) <= width:
+            return text
+    text = _few(names, 1)
+    return text if len(text) <= width else f"{names[0][: width - 1 - len(text) + len(names[0])]}…{text[len(names[0]) :]}"
 
 
 def _few(names: Sequence[str], most: int = 4) -> str:
