@@ -439,14 +439,14 @@ def test_no_letter_leaves_the_page_or_covers_a_number(robot, frames, angle, plan
 
 
 def test_names_are_written_as_they_are(tmp_path):
-    """Dollar signs are no formula, control characters become escapes, and a long name is cut, so the page stays valid."""
-    name = "a$b$c\n" + "long" * 40
-    (tmp_path / "odd.urdf").write_text(BARE.replace("trunk", name.replace("\n", "&#10;")))
+    """Dollar signs are no formula, control characters become escapes, a long name is cut, and any script is valid."""
+    name = "a$b$c\n足" + "long" * 40
+    (tmp_path / "odd.urdf").write_text(BARE.replace("trunk", name.replace("\n", "&#10;")), encoding="utf-8")
     profile = shock_profile(
         Scene(robot=str(tmp_path / "odd.urdf"), contact=(Contact(frame=name),), joints=Joints(armature={"j": 0.01}))
     )
     written = "".join(ElementTree.fromstring(landing_figure(profile)["shock.svg"]).itertext())
-    assert "a$b$c\\n" in written
+    assert "a$b$c\\n足" in written
     assert "long" * 40 not in written
 
 
