@@ -26,7 +26,6 @@ _MARK: dict[str, Any] = {"linestyle": "none", "color": INK, "markeredgecolor": I
 
 SIGNS: dict[str, dict[str, Any]] = {
     "centre": _MARK | {"marker": CROSSED, "markersize": 8.0, "markerfacecolor": PAPER, "markeredgewidth": 1.0, "zorder": 7},
-    "other centre": _MARK | {"marker": "+", "markersize": 4.2, "markeredgewidth": 0.7, "zorder": 6},
     "circle": {"color": INK, "linestyle": (0, (5, 3)), "linewidth": 0.55, "zorder": 0.5},
     "joint": _MARK | {"marker": "o", "markersize": 2.6, "markerfacecolor": PAPER, "markeredgewidth": 0.5, "zorder": 4},
     "sensor": _MARK | {"marker": "D", "markersize": 4.2, "markerfacecolor": "#ffd24d", "markeredgewidth": 0.7, "zorder": 7},
@@ -54,12 +53,10 @@ def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, nu
     """
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     centres = to_plane(profile.copc_world, profile.plane)
-    visible = [i for i in range(len(centres)) if not profile.translates[i] and window.holds(centres[i], 0.05)]
+    visible = [i for i in numbers if not profile.translates[i] and window.holds(centres[i], 0.05)]
     sensors = [to_plane(point.position, profile.plane) for point in profile.points]
     joints = [place for place in _joints(profile) if window.holds(place)]
-    found = {"joint": joints, "centre": [], "other centre": [], "sensor": sensors}
-    for i in visible:
-        found["centre" if i in numbers else "other centre"].append(centres[i])
+    found = {"joint": joints, "centre": [centres[i] for i in visible], "sensor": sensors}
     for sign, room in (("joint", 0.03), ("sensor", 0.06), ("centre", OWN)):
         for place in found[sign]:
             labels.keep_free(place, room)
@@ -70,14 +67,14 @@ def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, nu
             axes.plot(*place, **SIGNS[sign])
     _tags(view, numbers, labels)
     groups: list[list[int]] = []
-    for i in (i for i in visible if i in numbers):
+    for i in visible:
         near = [group for group in groups if np.linalg.norm(centres[group[0]] - centres[i]) < OWN * window.inch]
         (near[0].append(i) if near else groups.append([i]))
     for group in groups:
         labels.place(centres[group[0]], ", ".join(str(numbers[i]) for i in group), gap=OWN)
     for k, place in enumerate(sensors):
         labels.place(place, letter(k), gap=0.06)
-    circles = [i for i in visible if i in numbers and _circle(axes, centres[i], float(profile.ropc[i]), window)]
+    circles = [i for i in visible if _circle(axes, centres[i], float(profile.ropc[i]), window)]
     return {sign for sign, places in found.items() if places} | ({"circle"} if circles else set())
 
 
