@@ -4,7 +4,8 @@ import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
-from shockpc.cli.options import RobotName, SceneOptions, option, takes_options
+from shockpc.cli.declare import option, takes_options
+from shockpc.cli.options import RobotName, SceneOptions
 from shockpc.cli.parse import path
 
 __all__ = ["analyze"]

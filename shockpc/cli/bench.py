@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from shockpc.cli.options import SceneOptions, option, takes_options
+from shockpc.cli.declare import option, takes_options
+from shockpc.cli.options import SceneOptions
 from shockpc.cli.parse import path, robot_name
 
 __all__ = ["bench"]

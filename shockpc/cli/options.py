@@ -1,21 +1,12 @@
-"""The options that several commands share, declared once, and how a command takes them.
+"""The options that several commands share, declared once: the fields of a record, which a command takes by `takes_options`."""
 
-A record such as `SceneOptions` declares options by its fields: the annotation of a field holds Typer's description, the parser of
-its text and its group in the help. A command that has a parameter of that type, and the decorator `takes_options`, has them all:
-
-    @takes_options
-    def analyze(robot: RobotName, options: SceneOptions) -> None: …
-"""
-
-import functools
-import inspect
-from collections.abc import Callable
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal
 
 import typer
 
+from shockpc.cli.declare import option
 from shockpc.cli.parse import (
     Definition,
     Setting,
@@ -30,21 +21,7 @@ from shockpc.cli.parse import (
     vector,
 )
 
-__all__ = ["RobotName", "RobotOptions", "SceneOptions", "option", "takes_options"]
-
-
-def option(help_: str, *names: str, group: str, metavar: str | None = None, parser: Callable[[str], Any] | None = None) -> Any:
-    """The description of an option.
-
-    Args:
-        help_: one sentence for the help.
-        *names: how it is typed, where that is not its field's name.
-        group: the heading that it stands under in the help.
-        metavar: what its value is called in the help.
-        parser: from the text of the value to the value.
-    """
-    return typer.Option(*names, help=help_, metavar=metavar, parser=parser, rich_help_panel=group, show_default=False)
-
+__all__ = ["RobotName", "RobotOptions", "SceneOptions"]
 
 RobotName = Annotated[
     str,
@@ -223,37 +200,3 @@ class SceneOptions(RobotOptions):
         float | None,
         option("Measuring range of the sensors, compared with the peaks [g].", group=RESULTS, metavar="G", parser=finite),
     ] = None
-
-
-def takes_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Replace each parameter of a command whose type is a record of options by the options that the record declares."""
-    signature = inspect.signature(command, eval_str=True)
-    records: dict[str, Any] = {}
-    parameters: list[inspect.Parameter] = []
-    for parameter in signature.parameters.values():
-        record = parameter.annotation
-        if not is_dataclass(record):
-            parameters.append(parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY))
-            continue
-        records[parameter.name] = record
-        hints = get_type_hints(record, include_extras=True)
-        parameters += [
-            inspect.Parameter(
-                one.name,
-                inspect.Parameter.KEYWORD_ONLY,
-                annotation=hints[one.name],
-                default=[] if one.default is MISSING else one.default,
-            )
-            for one in fields(record)
-        ]
-
-    @functools.wraps(command)
-    def run(**typed: Any) -> None:
-        for name, record in records.items():
-            typed[name] = record(**{one.name: typed.pop(one.name) for one in fields(record)})
-        command(**typed)
-
-    # What Typer reads.
-    vars(run)["__signature__"] = signature.replace(parameters=parameters)
-    run.__annotations__ = {one.name: one.annotation for one in parameters}
-    return run

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from shockpc.cli.options import option
+from shockpc.cli.declare import option
 from shockpc.cli.parse import path
 
 __all__ = ["paper"]

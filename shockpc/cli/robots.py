@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from shockpc.cli.options import RobotOptions, takes_options
+from shockpc.cli.declare import takes_options
+from shockpc.cli.options import RobotOptions
 from shockpc.cli.parse import robot_name
 
 __all__ = ["robots"]

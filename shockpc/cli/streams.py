@@ -15,6 +15,7 @@ class _Lenient(io.FileIO):
     """A file whose failed writes are ignored."""
 
     def write(self, data: Any) -> int:
+        """Write what can be written."""
         with contextlib.suppress(OSError):
             super().write(data)
         return len(data)
