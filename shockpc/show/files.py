@@ -97,10 +97,10 @@ def write_text(path: Path, content: str | bytes) -> None:
         raise OutputError(f'"{path}" cannot be written: the name of a file or folder in it is not UTF-8; rename that') from None
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
+        os.close(handle)
         part = Path(name)
         try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
+            part.write_bytes(data)
             # mkstemp gives 0600; a result is as readable as any file that its user makes.
             umask = os.umask(0)
             os.umask(umask)
