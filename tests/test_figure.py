@@ -338,6 +338,14 @@ def test_every_contact_has_an_arrow_of_its_own_velocity():
     assert front > 1.5 * hind
 
 
+def test_a_velocity_perpendicular_to_the_plane_is_a_ring():
+    """Seen from above, a fall has no arrow in the picture or in the key."""
+    profile = landing("anymal_b", "LF_FOOT", plane="xy")
+    written = words(draw(profile))
+    assert "contact that moves perpendicular to the plane" in written
+    assert "velocity of the contact before the impact" not in written
+
+
 def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):
     """Left legs are far in the sagittal picture, so the right fore leg, which hides the struck one, is drawn by its edge."""
     view = view_of(anymal)

@@ -88,6 +88,7 @@ def table(page: Axes, x: float, y: float, stops: Sequence[float], rows: Sequence
 
 
 WORDS = {
+    "ring": "contact that moves perpendicular to the plane",
     "centre": "CoPc of the body with this number",
     "circle": "RoPc: shock is 1 on this circle",
     "joint": "joint",
@@ -104,8 +105,11 @@ def key(page: Axes, view: Sequence[View], signs: set[str], place: tuple[float, f
         signs: those that the pictures hold.
         place: upper left corner [inches].
     """
-    handles: list[Line2D | Patch] = [arrow((0.0, 0.0), (1.0, 0.0), 1.5, 9.0)]
-    words = ["velocity of the contact before the impact"]
+    handles: list[Line2D | Patch] = []
+    words = []
+    if "arrow" in signs:
+        handles.append(arrow((0.0, 0.0), (1.0, 0.0), 1.5, 9.0))
+        words.append("velocity of the contact before the impact")
     for sign, meaning in WORDS.items():
         if sign in signs:
             handles.append(Line2D([], [], **SIGNS[sign]))
