@@ -126,7 +126,7 @@ def _joints(profile: ShockProfile) -> Array:
 
 
 def _velocity(axes: Axes, place: Array, velocity: Array, labels: Labels, window: Window) -> str:
-    """The velocity of a contact before the impact as an arrow, or a ring if it is almost perpendicular to the plane; returns which."""
+    """Draw the velocity of a contact: an arrow, or a ring if it is almost perpendicular to the plane; returns which."""
     axes.plot(*place, "o", markersize=5.0, markerfacecolor=INK, markeredgecolor=PAPER, markeredgewidth=0.6, zorder=7)
     labels.keep_free(place, 0.09)
     speed = float(np.linalg.norm(velocity))
