@@ -16,12 +16,12 @@ PACKAGE = Path(shockpc.__file__).parent
 TOP = PACKAGE.parent
 
 LAYERS = (
-    {"errors", "trace"},
+    {"errors", "paths", "printed", "trace"},
     {"core"},
     {"robot"},
     {"model"},
     {"scene"},
-    {"landing", "result"},
+    {"scene_file", "landing", "result"},
     {"blame"},
     {"health", "results"},
     {"profile"},
@@ -42,8 +42,7 @@ OWNERS = {
     "xacrodoc": "shockpc.robot",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
-    "pydantic": "shockpc.scene",
-    "mpmath": "shockpc.bench",
+    "pydantic": "shockpc.scene_file",
     "mujoco": ("shockpc.robot.mjcf", "shockpc.bench"),
     "typer": "shockpc.cli",
 }

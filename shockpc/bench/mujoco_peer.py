@@ -1,4 +1,4 @@
-"""MuJoCo beside us: the same robot written as its own model, landing on its compliant contact, or solved with its own matrices."""
+"""MuJoCo on the same landing: simulated with its compliant contact, or the impulsive equation solved with its own matrices."""
 
 from typing import Any
 
@@ -6,14 +6,14 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.bench.methods import Method, Prepared
-from shockpc.bench.system import System, Unsuited, jumps_between, moving, velocity_at_impact
-from shockpc.core.spatial import Array
+from shockpc.bench.system import System, UnsuitedError
+from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import RobotError
 
-__all__ = ["MUJOCO", "batch_in_mujoco", "mujoco_model", "to_mujoco", "to_pinocchio"]
+__all__ = ["MUJOCO", "batch_in_mujoco", "mujoco_model", "to_mujoco"]
 
 FRICTION = 100.0
-"""So much that a contact sticks."""
+"""Coefficient at which every contact sticks."""
 
 
 def mujoco_model(model: pin.Model, feet: list[tuple[int, Array]], q: Array, tau: float, step: float) -> Any:
@@ -28,13 +28,13 @@ def mujoco_model(model: pin.Model, feet: list[tuple[int, Array]], q: Array, tau:
         step: of the integration [s].
 
     Raises:
-        Unsuited: MuJoCo is not installed, or has no such joint.
+        UnsuitedError: MuJoCo is not installed, or has no such joint.
         RobotError: MuJoCo refuses the model.
     """
     try:
         import mujoco
     except ImportError:
-        raise Unsuited('MuJoCo is not installed; pip install "shockpc[bench]"') from None
+        raise UnsuitedError('MuJoCo is not installed; pip install "shockpc[bench]"') from None
     data = model.createData()
     pin.forwardKinematics(model, data, q)
     grounds, pairs = [], []
@@ -91,7 +91,7 @@ def _joint(model: pin.Model, joint: int) -> str:
     if kind == "JointModelSpherical":
         return '<joint type="ball"/>'
     if found.nv != 1:
-        raise Unsuited(f"{kind} is not written for MuJoCo here")
+        raise UnsuitedError(f"{kind} is not written for MuJoCo here")
     data = found.createData()
     found.calc(data, np.zeros(found.idx_q + found.nq), np.zeros(found.idx_v + 1))
     twist = np.asarray(data.S).ravel()
@@ -117,88 +117,73 @@ def to_mujoco(model: pin.Model, q: Array) -> Array:
     return np.array(out)
 
 
-def to_pinocchio(model: pin.Model, qpos: Array, qvel: Array) -> tuple[Array, Array]:
-    """MuJoCo's posture and velocity in Pinocchio's layout, where a free base's linear velocity has the base's axes of now."""
-    q: list[float] = []
-    v, at = np.array(qvel), 0
-    for joint in list(model.joints)[1:]:
-        n = {4: 4, 7: 7}.get(joint.nq, 1)
-        own, at = qpos[at : at + n], at + n
-        if n > 1:
-            q += [*own[:-4], *own[-3:], own[-4]]
-        elif joint.nq == 2:
-            q += [np.cos(own[0]), np.sin(own[0])]
-        else:
-            q += [*own]
-        if n == 7:
-            linear = slice(joint.idx_v, joint.idx_v + 3)
-            v[linear] = pin.Quaternion(np.array(q[-4:])).matrix().T @ v[linear]
-    return np.array(q), v
+def _compliant(tau: float) -> Method:
+    """MuJoCo's contact with a time constant, at two steps in it, the fewest that MuJoCo allows."""
+    return Method(f"simulated in MuJoCo, τ = {tau:.0e} s", lambda system: _simulation(system, tau, tau / 2.0), simulates=True)
 
 
-def _compliant(tau: float, per_tau: int) -> Method:
-    """MuJoCo's contact of one time constant, integrated with so many steps in each."""
-
-    def prepare(system: System) -> Prepared:
-        return _land_with(system, tau, tau / per_tau)
-
-    name = f"simulated in MuJoCo, τ = {tau:.0e} s, {per_tau} steps in τ"
-    return Method(name, "MuJoCo's compliant contact, viscous, friction that sticks", prepare, "simulation")
-
-
-def _land_with(system: System, tau: float, step: float) -> Prepared:
-    """A landing in MuJoCo: from the touch until the contact's speed has died away, 20 τ."""
-    scene, robot = system.scene, system.robot
-    blocks = system.landing.rows.blocks
+def _simulation(system: System, tau: float, step: float) -> Prepared:
+    """A landing in MuJoCo, until the speed of the contact has decayed: 20 τ."""
+    scene, robot, touches = system.scene, system.robot, system.landing.touches
     if system.G is not None or not robot.free_base or robot.loops or scene.closure or scene.stance:
-        raise Unsuited("MuJoCo is used here for feet of free robots without loops")
-    if any(block.restitution for block in blocks) or any(len(t.directions) != 3 or len(t.turns) for t in system.landing.touches):
-        raise Unsuited("MuJoCo is used here for sticking points without restitution")
-    feet = [
-        (robot.bodies[t.body].joint, robot.bodies[t.body].offset + robot.bodies[t.body].rotation @ t.point)
-        for t in system.landing.touches
-    ]
-    q, before = system.landing.q, velocity_at_impact(system)
+        raise UnsuitedError("MuJoCo is used here for contacts of free robots without loops")
+    if any(t.restitution or len(t.directions) != 3 or len(t.turns) for t in touches):
+        raise UnsuitedError("MuJoCo is used here for sticking points without restitution")
+    bodies = [robot.bodies[touch.body] for touch in touches]
+    feet = [(body.joint, body.offset + body.rotation @ t.point) for body, t in zip(bodies, touches, strict=True)]
+    q = system.landing.q
     peer = mujoco_model(system.model, feet, q, tau, step)
     import mujoco
 
-    data = mujoco.MjData(peer)
-    start, touching = to_mujoco(system.model, q), moving(system, q, before)
-    v0 = before.copy()
-    v0[:3] = pin.Quaternion(q[3:7]).matrix() @ before[:3]
-    steps = round(20 * tau / step)
+    data, com = mujoco.MjData(peer), robot.coms
+    start, before = to_mujoco(system.model, q), system.v.copy()
+    before[:3] = pin.Quaternion(q[3:7]).matrix() @ system.v[:3]
 
-    def run() -> Any:
+    def world_velocities() -> Array:
+        """Angular velocity, and velocity of the centre of mass, of every body (nb, 2, 3), world axes."""
+        mujoco.mj_kinematics(peer, data)
+        mujoco.mj_comPos(peer, data)
+        mujoco.mj_comVel(peer, data)
+        omega, v = data.cvel[1:, :3], data.cvel[1:, 3:]
+        return np.stack([omega, velocity_at(omega, v, data.xipos[1:] - data.subtree_com[peer.body_rootid[1:]])], axis=1)
+
+    def run() -> Array:
         mujoco.mj_resetData(peer, data)
-        data.qpos[:], data.qvel[:] = start, v0
-        for _ in range(steps):
-            mujoco.mj_step(peer, data)
-        return moving(system, *to_pinocchio(system.model, data.qpos, data.qvel))
+        data.qpos[:], data.qvel[:] = start, before
+        mujoco.mj_step(peer, data, round(20 * tau / step))
+        return world_velocities()
 
-    def read(end: Any) -> Array:
-        return jumps_between(system, touching, end)
+    data.qpos[:], data.qvel[:] = start, before
+    touching, R = world_velocities(), data.xmat[1:].reshape(-1, 3, 3).copy()
+
+    def read(end: Array) -> Array:
+        # In the body axes of the moment of contact: a soft contact lasts until the body has rotated.
+        omega, v_com = np.moveaxis((end - touching) @ R, 1, 0)
+        return np.hstack([omega, velocity_at(omega, v_com, -com)])
 
     return Prepared(run, read)
 
 
 def batch_in_mujoco(system: System, Q: Array) -> Prepared:
-    """The impulsive equation with MuJoCo's matrices: M, a point's Jacobian, M⁻¹ by its sparse factor, one posture after another.
+    """The impulsive equation with MuJoCo's matrices for three strike directions, one posture after another.
+
+    M, the Jacobian of a point and M⁻¹ by MuJoCo's sparse factor; one pass for each direction gives the velocities of all bodies.
 
     Args:
         system: one sticking point on a free robot.
         Q: (N, nq) postures in Pinocchio's layout.
 
-    Returns: run gives MuJoCo's own velocities (N, nb, 6), world axes at the robot's centre of mass; read turns them into body axes
-    at the joints' frames.
+    Returns: run gives MuJoCo's velocities (N, 3, nb, 6), world axes at the robot's centre of mass; read converts them to maps
+    (N, nb, 6, 3).
     """
     touch = system.landing.touches[0]
     peer = mujoco_model(system.model, [], system.landing.q, 1.0, 1.0)
     import mujoco
 
-    data, v_in, nv = mujoco.MjData(peer), system.landing.before.velocity, peer.nv
+    data, nv = mujoco.MjData(peer), peer.nv
     postures = [to_mujoco(system.model, q) for q in Q]
     J, H_J = np.zeros((3, nv)), np.zeros((3, nv))
-    out = np.empty((len(Q), peer.nbody - 1, 6))
+    out = np.empty((len(Q), 3, peer.nbody - 1, 6))
     body = system.robot.bodies[touch.body].joint
 
     def place(q: Array) -> None:
@@ -214,23 +199,23 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
             point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ touch.point
             mujoco.mj_jac(peer, data, J, None, point, body)
             mujoco.mj_solveM(peer, data, H_J, J)
-            data.qvel[:] = H_J.T @ np.linalg.solve(J @ H_J.T, -v_in)
-            mujoco.mj_comVel(peer, data)
-            out[k] = data.cvel[1:]
+            for axis, jump in enumerate(-np.linalg.solve(J @ H_J.T, H_J)):
+                data.qvel[:] = jump
+                mujoco.mj_comVel(peer, data)
+                out[k, axis] = data.cvel[1:]
         return out
 
     def read(raw: Array) -> Array:
-        jumps = np.empty_like(raw)
+        maps = np.empty((len(Q), peer.nbody - 1, 6, 3))
         for k, q in enumerate(postures):
             place(q)
             R = data.xmat[1:].reshape(-1, 3, 3)
-            omega, v = raw[k, :, :3], raw[k, :, 3:]
+            omega, v = raw[k, ..., :3], raw[k, ..., 3:]
             v = v + np.cross(omega, data.xpos[1:] - data.subtree_com[peer.body_rootid[1:]])
-            jumps[k] = np.concatenate([np.einsum("bji,bj->bi", R, omega), np.einsum("bji,bj->bi", R, v)], axis=1)
-        return jumps
+            maps[k] = np.concatenate([np.einsum("bji,abj->bia", R, omega), np.einsum("bji,abj->bia", R, v)], axis=1)
+        return maps
 
     return Prepared(run, read)
 
 
-MUJOCO = tuple(_compliant(tau, per_tau) for per_tau in (2, 10) for tau in (1e-2, 1e-3, 1e-4, 1e-5))
-"""Two steps in τ is the least that MuJoCo allows."""
+MUJOCO = tuple(_compliant(tau) for tau in (1e-2, 1e-3, 1e-4, 1e-5))
