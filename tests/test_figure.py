@@ -338,6 +338,14 @@ def test_every_contact_has_an_arrow_of_its_own_velocity():
     assert front > 1.5 * hind
 
 
+def test_a_velocity_perpendicular_to_the_plane_is_a_ring():
+    """Seen from above, a fall has no arrow in the picture or in the key."""
+    profile = landing("anymal_b", "LF_FOOT", plane="xy")
+    written = words(draw(profile))
+    assert "contact that moves perpendicular to the plane" in written
+    assert "velocity of the contact before the impact" not in written
+
+
 def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):
     """Left legs are far in the sagittal picture, so the right fore leg, which hides the struck one, is drawn by its edge."""
     view = view_of(anymal)
@@ -439,14 +447,14 @@ def test_no_letter_leaves_the_page_or_covers_a_number(robot, frames, angle, plan
 
 
 def test_names_are_written_as_they_are(tmp_path):
-    """Dollar signs are no formula, control characters become escapes, and a long name is cut, so the page stays valid."""
-    name = "a$b$c\n" + "long" * 40
-    (tmp_path / "odd.urdf").write_text(BARE.replace("trunk", name.replace("\n", "&#10;")))
+    """Dollar signs are no formula, control characters become escapes, a long name is cut, and any script is valid."""
+    name = "a$b$c\n足" + "long" * 40
+    (tmp_path / "odd.urdf").write_text(BARE.replace("trunk", name.replace("\n", "&#10;")), encoding="utf-8")
     profile = shock_profile(
         Scene(robot=str(tmp_path / "odd.urdf"), contact=(Contact(frame=name),), joints=Joints(armature={"j": 0.01}))
     )
     written = "".join(ElementTree.fromstring(landing_figure(profile)["shock.svg"]).itertext())
-    assert "a$b$c\\n" in written
+    assert "a$b$c\\n足" in written
     assert "long" * 40 not in written
 
 
@@ -517,8 +525,9 @@ def test_every_centre_of_percussion_is_in_the_panel_or_in_its_caption(number):
     written = "\n".join(words(drawing))
     for profile, axes in zip(profiles, panels, strict=True):
         marks = np.array([line.get_xydata()[0] for line in axes.lines if line.get_markersize() == 8.0]).reshape(-1, 2)
-        for x, z in to_plane(profile.copc_world, profile.plane)[~profile.translates]:
-            inside = np.linalg.norm(marks - [x, z], axis=1).min(initial=np.inf) < 1e-9
+        for place in to_plane(profile.copc_world, profile.plane)[~profile.translates]:
+            inside = np.linalg.norm(marks - place, axis=1).min(initial=np.inf) < 1e-9
+            x, z = place.round(2) + 0.0
             assert inside != (f"at ({x:.2f}, {z:.2f}) m".replace("-", "−") in written)
 
 

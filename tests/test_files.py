@@ -120,6 +120,15 @@ def test_folder_is_made_with_those_above_it(tmp_path):
     assert str(refusal.value) == f'folder "{tmp_path}/file" cannot be made: File exists'
 
 
+@pytest.mark.parametrize(
+    "act", [lambda path: check_folder(path, "--out"), make_folder, lambda path: write_text(path / "a.txt", "a")]
+)
+def test_a_path_with_a_nul_character_is_refused(act):
+    """No file system accepts it; the message shows where it is."""
+    with pytest.raises(OutputError, match=r'^"a\\x00b.* cannot be the path of a file: it holds a NUL character$'):
+        act(Path("a\0b"))
+
+
 # A folder of results
 
 

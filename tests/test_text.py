@@ -111,6 +111,7 @@ def test_the_last_line_is_the_accuracy():
     assert text_report([proven]).splitlines()[-1] == line
     assert markdown_report([proven]).splitlines()[-1] == f"- {line}"
     assert accuracy_line(Altered(profile, health=health(data_sensitivity=None))) == line.rpartition(";")[0]
+    assert "double precision alone finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
 
 
 # Cells

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
 from shockpc.errors import OutputError
+from shockpc.printed import printable
 
 __all__ = ["MANIFEST", "check_folder", "make_folder", "write_folder", "write_text"]
 
@@ -24,6 +25,7 @@ def check_folder(folder: Path, option: str) -> None:
     Raises:
         OutputError: it is a file, it cannot be made, or nothing may be written in it.
     """
+    _refuse_nul(folder)
     place = folder
     try:
         while not place.exists():
@@ -46,6 +48,7 @@ def make_folder(folder: Path) -> None:
     Raises:
         OutputError: it cannot be made.
     """
+    _refuse_nul(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as refusal:
@@ -87,16 +90,17 @@ def write_text(path: Path, content: str | bytes) -> None:
     Raises:
         OutputError: it cannot be written.
     """
+    _refuse_nul(path)
     try:
         data = content.encode("utf-8") if isinstance(content, str) else content
     except UnicodeEncodeError:
         raise OutputError(f'"{path}" cannot be written: the name of a file or folder in it is not UTF-8; rename that') from None
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
+        os.close(handle)
         part = Path(name)
         try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
+            part.write_bytes(data)
             # mkstemp gives 0600; a result is as readable as any file that its user makes.
             umask = os.umask(0)
             os.umask(umask)
@@ -116,3 +120,9 @@ def _earlier(folder: Path) -> set[str]:
         return set()
     inside = {name for name in names if name and not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts}
     return {name for name in inside if (folder / name).parent.resolve().is_relative_to(folder.resolve())}
+
+
+def _refuse_nul(path: Path) -> None:
+    """Refuse a path that no file system accepts."""
+    if "\0" in str(path):
+        raise OutputError(f'"{printable(str(path))}" cannot be the path of a file: it holds a NUL character')

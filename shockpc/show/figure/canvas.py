@@ -1,6 +1,7 @@
 """What all figures share: style, blank axes in inches, and how a figure becomes SVG and PNG."""
 
 import io
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -55,7 +56,9 @@ def render(draw: Callable[[], Figure], formulas: bool = False) -> dict[str, byte
         formulas: whether texts between dollar signs are formulas, as in the ticks of logarithmic axes.
     """
     svg, png = io.BytesIO(), io.BytesIO()
-    with style.context({**STYLE, "text.parse_math": formulas}, after_reset=True):
+    with style.context({**STYLE, "text.parse_math": formulas}, after_reset=True), warnings.catch_warnings():
+        # A letter that the font lacks is a box in the PNG; in the SVG the viewer's font has it.
+        warnings.filterwarnings("ignore", message="Glyph ")
         figure = draw()
         vector: Any = FigureCanvasSVG(figure)
         vector.print_svg(svg, metadata={"Date": None, "Creator": "shockpc"})

@@ -26,7 +26,7 @@ _MARK: dict[str, Any] = {"linestyle": "none", "color": INK, "markeredgecolor": I
 
 SIGNS: dict[str, dict[str, Any]] = {
     "centre": _MARK | {"marker": CROSSED, "markersize": 8.0, "markerfacecolor": PAPER, "markeredgewidth": 1.0, "zorder": 7},
-    "other centre": _MARK | {"marker": "+", "markersize": 4.2, "markeredgewidth": 0.7, "zorder": 6},
+    "ring": _MARK | {"marker": "o", "markersize": 12.0, "fillstyle": "none", "markeredgewidth": 1.2, "zorder": 7},
     "circle": {"color": INK, "linestyle": (0, (5, 3)), "linewidth": 0.55, "zorder": 0.5},
     "joint": _MARK | {"marker": "o", "markersize": 2.6, "markerfacecolor": PAPER, "markeredgewidth": 0.5, "zorder": 4},
     "sensor": _MARK | {"marker": "D", "markersize": 4.2, "markerfacecolor": "#ffd24d", "markeredgewidth": 0.7, "zorder": 7},
@@ -50,35 +50,35 @@ def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, nu
         window: the part of the plane that the axes show.
         numbers: by index of the body, the number of the body and of its centre of percussion.
 
-    Returns: the signs that occur, of `SIGNS`.
+    Returns: the signs that occur, of `SIGNS`, and "arrow".
     """
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     centres = to_plane(profile.copc_world, profile.plane)
-    visible = [i for i in range(len(centres)) if not profile.translates[i] and window.holds(centres[i], 0.05)]
+    visible = [i for i in numbers if not profile.translates[i] and window.holds(centres[i], 0.05)]
     sensors = [to_plane(point.position, profile.plane) for point in profile.points]
     joints = [place for place in _joints(profile) if window.holds(place)]
-    found = {"joint": joints, "centre": [], "other centre": [], "sensor": sensors}
-    for i in visible:
-        found["centre" if i in numbers else "other centre"].append(centres[i])
+    found = {"joint": joints, "centre": [centres[i] for i in visible], "sensor": sensors}
     for sign, room in (("joint", 0.03), ("sensor", 0.06), ("centre", OWN)):
         for place in found[sign]:
             labels.keep_free(place, room)
-    for contact, velocity in zip(profile.contacts, velocities_in_plane(profile), strict=True):
+    signs = {
         _velocity(axes, to_plane(contact.point, profile.plane), velocity, labels, window)
+        for contact, velocity in zip(profile.contacts, velocities_in_plane(profile), strict=True)
+    }
     for sign, places in found.items():
         for place in places:
             axes.plot(*place, **SIGNS[sign])
     _tags(view, numbers, labels)
     groups: list[list[int]] = []
-    for i in (i for i in visible if i in numbers):
+    for i in visible:
         near = [group for group in groups if np.linalg.norm(centres[group[0]] - centres[i]) < OWN * window.inch]
         (near[0].append(i) if near else groups.append([i]))
     for group in groups:
         labels.place(centres[group[0]], ", ".join(str(numbers[i]) for i in group), gap=OWN)
     for k, place in enumerate(sensors):
         labels.place(place, letter(k), gap=0.06)
-    circles = [i for i in visible if i in numbers and _circle(axes, centres[i], float(profile.ropc[i]), window)]
-    return {sign for sign, places in found.items() if places} | ({"circle"} if circles else set())
+    signs |= {"circle" for i in visible if _circle(axes, centres[i], float(profile.ropc[i]), window)}
+    return signs | {sign for sign, places in found.items() if places}
 
 
 def letter(index: int) -> str:
@@ -125,16 +125,17 @@ def _joints(profile: ShockProfile) -> Array:
     return to_plane(np.array([*profile.position[1 if robot.free_base else 0 :], *closed]).reshape(-1, 3), profile.plane)
 
 
-def _velocity(axes: Axes, place: Array, velocity: Array, labels: Labels, window: Window) -> None:
-    """The velocity of a contact before the impact, from the contact on; a ring if it is almost perpendicular to the plane."""
+def _velocity(axes: Axes, place: Array, velocity: Array, labels: Labels, window: Window) -> str:
+    """Draw the velocity of a contact: an arrow, or a ring if it is almost perpendicular to the plane; returns which."""
     axes.plot(*place, "o", markersize=5.0, markerfacecolor=INK, markeredgecolor=PAPER, markeredgewidth=0.6, zorder=7)
     labels.keep_free(place, 0.09)
     speed = float(np.linalg.norm(velocity))
     if speed < 0.05:
-        axes.plot(*place, "o", markersize=12.0, fillstyle="none", color=INK, markeredgewidth=1.2, zorder=7)
-        return
+        axes.plot(*place, **SIGNS["ring"])
+        return "ring"
     tip = place + ARROW * window.inch * velocity
     for width, colour, zorder in ((4.2, PAPER, 6.8), (1.9, INK, 7.0)):
         axes.add_patch(arrow(place, tip, width, 13.0 * min(1.0, 0.3 + speed), colour, zorder))
     for share in (0.35, 0.7, 1.0):
         labels.keep_free(place + share * (tip - place), 0.07)
+    return "arrow"

@@ -88,15 +88,15 @@ def table(page: Axes, x: float, y: float, stops: Sequence[float], rows: Sequence
 
 
 WORDS = {
+    "ring": "contact that moves perpendicular to the plane",
     "centre": "CoPc of the body with this number",
-    "other centre": "CoPc of another body",
     "circle": "RoPc: shock is 1 on this circle",
     "joint": "joint",
     "sensor": "sensor or point",
 }
 
 
-def key(page: Axes, view: Sequence[View], signs: set[str], place: tuple[float, float], columns: int = 1) -> None:
+def key(page: Axes, view: Sequence[View], signs: set[str], place: tuple[float, float]) -> None:
     """What the signs mean; only those that occur.
 
     Args:
@@ -104,10 +104,12 @@ def key(page: Axes, view: Sequence[View], signs: set[str], place: tuple[float, f
         view: the bodies of every picture.
         signs: those that the pictures hold.
         place: upper left corner [inches].
-        columns: in which the signs are listed.
     """
-    handles: list[Line2D | Patch] = [arrow((0.0, 0.0), (1.0, 0.0), 1.5, 9.0)]
-    words = ["velocity of the contact before the impact"]
+    handles: list[Line2D | Patch] = []
+    words = []
+    if "arrow" in signs:
+        handles.append(arrow((0.0, 0.0), (1.0, 0.0), 1.5, 9.0))
+        words.append("velocity of the contact before the impact")
     for sign, meaning in WORDS.items():
         if sign in signs:
             handles.append(Line2D([], [], **SIGNS[sign]))
@@ -120,8 +122,8 @@ def key(page: Axes, view: Sequence[View], signs: set[str], place: tuple[float, f
         handles.append(Patch(fill=False, edgecolor=INK, linewidth=0.7, linestyle=BOXED))
         words.append("box of the inertia: the file has no shape")
     page.legend(
-        handles, words, loc="upper left", bbox_to_anchor=place, bbox_transform=page.transData, ncols=columns, borderpad=0.0,
-        handlelength=1.9, handletextpad=0.6, labelspacing=0.45, columnspacing=1.5, borderaxespad=0.0,
+        handles, words, loc="upper left", bbox_to_anchor=place, bbox_transform=page.transData, borderpad=0.0,
+        handlelength=1.9, handletextpad=0.6, labelspacing=0.45, borderaxespad=0.0,
         handler_map={FancyArrowPatch: HandlerPatch(patch_func=_arrow_in_key)},
     )  # fmt: skip
 

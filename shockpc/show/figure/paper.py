@@ -74,7 +74,7 @@ def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> 
         page.text(middle, y - 0.17, "\n".join(captions[k]), fontsize=7, ha="center", va="top", linespacing=1.25)
         x += widths[k] + GAP
     colour_bar(drawing, LEFT, foot - 0.1, BAR)
-    key(page, views, signs, (LEFT + BAR + 0.4, foot), columns=1)
+    key(page, views, signs, (LEFT + BAR + 0.4, foot))
     for k, text in enumerate(words):
         page.text(MARGIN, foot - FOOT - LINE * k, text, va="top", fontstyle="normal" if k <= bool(sensors) else "italic")
     return drawing

@@ -107,10 +107,8 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
 def accuracy_line(profile: ShockProfile) -> str:
     """The proven error bound, and what double precision and the last digit of the data contribute."""
     health = profile.health
-    line = (
-        f"accuracy: proven to {health.error_bound:.0e} of each body's motion ({health.bits} bits); "
-        f"double precision alone was off by {health.double_error:.0e}"
-    )
+    line = f"accuracy: proven to {health.error_bound:.0e} of each body's motion ({health.bits} bits); double precision alone "
+    line += f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
     if health.data_sensitivity is None:
         return line
     return f"{line}; last-digit changes of the data move it by {health.data_sensitivity:.0e}"
