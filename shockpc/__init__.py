@@ -4,31 +4,37 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
+    from shockpc.landing import Landing, resolve
     from shockpc.model.closure import Closure, Place
     from shockpc.model.contact import Contact
     from shockpc.model.joint_model import Joints, Rotor
     from shockpc.model.posture import Posture
-    from shockpc.profile import shock_profile
-    from shockpc.result import Bracket, ContactImpulse, Health, JointLoad, PointShock, ShockProfile
+    from shockpc.profile import ShockMaps, shock_maps, shock_profile
+    from shockpc.result import ShockProfile
+    from shockpc.results.accuracy import Health
+    from shockpc.results.bracket import Bracket
+    from shockpc.results.contacts import ContactImpulse
+    from shockpc.results.loads import JointLoad
+    from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
-    from shockpc.scene import Point, Scene, Strike
-    from shockpc.scene_file import read_scene
+    from shockpc.scene import Point, Scene, Strike, read_scene
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Bracket": "result",
+    "Bracket": "results.bracket",
     "Closure": "model.closure",
     "Contact": "model.contact",
-    "ContactImpulse": "result",
-    "Health": "result",
-    "JointLoad": "result",
+    "ContactImpulse": "results.contacts",
+    "Health": "results.accuracy",
+    "JointLoad": "results.loads",
     "Joints": "model.joint_model",
+    "Landing": "landing",
     "OutputError": "errors",
     "Place": "model.closure",
     "Point": "scene",
-    "PointShock": "result",
+    "PointShock": "results.points",
     "Posture": "model.posture",
     "Robot": "robot.robot",
     "RobotError": "errors",
@@ -36,12 +42,16 @@ _HOMES = {
     "Scene": "scene",
     "SceneError": "errors",
     "ShockError": "errors",
+    "ShockMaps": "profile",
     "ShockProfile": "result",
     "SolveError": "errors",
+    "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
     "load_robot": "robot.robot",
-    "read_scene": "scene_file",
+    "read_scene": "scene",
+    "resolve": "landing",
+    "shock_maps": "profile",
     "shock_profile": "profile",
 }
 
@@ -53,6 +63,7 @@ __all__ = [
     "Health",
     "JointLoad",
     "Joints",
+    "Landing",
     "OutputError",
     "Place",
     "Point",
@@ -64,12 +75,16 @@ __all__ = [
     "Scene",
     "SceneError",
     "ShockError",
+    "ShockMaps",
     "ShockProfile",
     "SolveError",
     "Strike",
+    "StudyError",
     "UnknownName",
     "load_robot",
     "read_scene",
+    "resolve",
+    "shock_maps",
     "shock_profile",
 ]
 

@@ -1,66 +1,113 @@
-"""From a scene to what the method works on: the robot in its posture, what is held, what is free, how it moves before."""
+"""A landing: a scene resolved on a robot. What strikes, what is held, what is free and how the robot moves before the impact."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, Plane
+from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError
 from shockpc.model.assembly import Assembly, assemble
 from shockpc.model.closure import all_loops, closure_block
-from shockpc.model.columns import freedom
-from shockpc.model.contact import Touch, stance_block, touch, touch_block
+from shockpc.model.columns import Base, free_columns
+from shockpc.model.contact import ContactPoint, contact_block, contact_point, stance_block
 from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.joint_model import Transmission, transmission
-from shockpc.model.motion import Motion, velocity_before
+from shockpc.model.joint_model import JointModel, joint_model
+from shockpc.model.motion import Motion, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
-from shockpc.model.rows import Rows, row_jacobian, stack
+from shockpc.model.rows import Block, block_axes, block_point, row_jacobian, slices_of
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, plane_of, refuse_nonsense
+from shockpc.scene import Scene, check_scene, plane_of
 
 WORLD = "world"
-"""A root link of this name stands for the ground: the robot is bolted to it unless the scene says otherwise."""
+"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
-__all__ = ["Landing", "complete", "ground_normal", "resolve"]
+__all__ = ["Landing", "complete", "contact_velocity", "ground_normal", "pulse_of", "resolve"]
 
 
-class Landing(NamedTuple):
-    """A scene made arrays.
+@dataclass(frozen=True, eq=False)
+class Landing:
+    """A scene resolved on a robot. Its methods take the robot's state in N postures, of which the scene's own, q, is one.
 
     Attributes:
+        scene: complete, with every default filled in.
+        robot: the robot.
         plane: of the study.
         up: (3,) unit normal of the ground, world axes.
-        q: (nq,) configuration, loops closed.
-        state: the robot in that posture (N = 1).
-        touches: the contacts.
-        rows: contacts, then standing feet, then closures.
-        drives: what the joints do.
-        G: (1, nv, ny) columns of the free velocities, or None where all are.
+        contacts: what strikes.
+        stance: rows of the feet that stand already.
+        loops: what is closed.
+        joint_model: armature and locked joints.
         before: how the robot moves before the impact.
-        approach: (nc, 3) velocity of every contact point before the impact, world axes [m/s].
-        anchored: whether a loop ties the robot to the world.
+        q: (nq,) configuration of the scene, loops closed.
+        state: the robot in that posture (N = 1).
         assembly: what closing the loops changed; None without loops.
-        warnings: joints outside their limits, a loop that stays open, joints to assemble that close none.
+        warnings: joints outside their limits, and what the scene asks for in vain.
     """
 
-    plane: Plane
-    up: Array
-    q: Array
-    state: Dynamics
-    touches: tuple[Touch, ...]
-    rows: Rows
-    drives: Transmission
-    G: Array | None
-    before: Motion
-    approach: Array
-    anchored: bool
-    assembly: Assembly | None
-    warnings: tuple[str, ...]
+    scene: Scene
+    robot: Robot
+    plane: Plane = field(repr=False)
+    up: Array = field(repr=False)
+    contacts: tuple[ContactPoint, ...] = field(repr=False)
+    stance: tuple[Block, ...] = field(repr=False)
+    loops: tuple[Loop, ...] = field(repr=False)
+    joint_model: JointModel = field(repr=False)
+    before: Motion = field(repr=False)
+    q: Array = field(repr=False)
+    state: Dynamics = field(repr=False)
+    assembly: Assembly | None = field(repr=False)
+    warnings: tuple[Diagnostic, ...] = field(repr=False)
+
+    @property
+    def base(self) -> Base:
+        """How the base may move."""
+        return self.scene.base or "free"
+
+    @property
+    def floating(self) -> bool:
+        """Whether the base moves freely, no foot stands and no loop ties the robot to the world."""
+        return self.base == "free" and not self.stance and not any(-1 in loop.bodies for loop in self.loops)
+
+    def rows(self, state: Dynamics) -> tuple[Block, ...]:
+        """What is held, described: contacts, then standing feet, then loops."""
+        contacts = (contact_block(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
+        return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
+
+    def columns(self, state: Dynamics) -> Array | None:
+        """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
+        return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
+
+    def unit_strikes(self, state: Dynamics, blocks: tuple[Block, ...]) -> Array:
+        """The speeds (N, nc, 3) along each row for strikes of 1 m/s along world x, y and z, times 1 + e."""
+        b = []
+        for block in blocks:
+            speeds = np.zeros((len(state.H), block.size, 3))
+            if block.kind == "contact":
+                n = len(block.forces)
+                speeds[:, :n] = (1.0 + block.restitution) * block_axes(state, block)[:, :n]
+            b.append(speeds)
+        return np.concatenate(b, axis=1)
+
+    def approach(self, state: Dynamics, blocks: tuple[Block, ...]) -> Array:
+        """The speeds b (N, nc, 4) that the impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
+
+        The first three columns are strikes of 1 m/s along world x, y and z, the last is the scene's own strike. Rows of standing
+        feet and of loops have none.
+        """
+        own = np.zeros((len(state.H), sum(block.size for block in blocks), 1))
+        for block, rows in zip(blocks, slices_of(blocks), strict=True):
+            if block.kind == "contact":
+                axes, n = block_axes(state, block), len(block.forces)
+                velocity, spin = contact_velocity(self, state, block), twist_before(state, self.before, block.body)[:, :3]
+                speeds = np.concatenate([axes[:, :n] @ velocity[..., None], axes[:, n:] @ spin[..., None]], axis=1)
+                own[:, rows] = (1.0 + block.restitution) * speeds
+        return np.concatenate([self.unit_strikes(state, blocks), own], axis=2)
 
 
 def complete(scene: Scene, robot: Robot) -> Scene:
@@ -70,11 +117,9 @@ def complete(scene: Scene, robot: Robot) -> Scene:
         SceneError: it has no contact, or holds a number that is not finite or a word that is not known.
         UnknownName: the robot has no such posture.
     """
-    refuse_nonsense(scene)
+    scene = check_scene(scene)
     if not scene.contact:
-        raise SceneError(
-            f'no contact is given, so nothing strikes; name a link of robot "{robot.name}", such as "{robot.links[-1]}"'
-        )
+        raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
     strike = scene.strike
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
@@ -90,16 +135,38 @@ def complete(scene: Scene, robot: Robot) -> Scene:
     )
 
 
+def pulse_of(scene: Scene) -> Pulse | None:
+    """The scene's pulse, if it has one.
+
+    Raises:
+        SceneError: it has no known shape or no length, or a sensor's range is given without it.
+    """
+    if scene.range_g is not None and not scene.range_g > 0.0:
+        raise SceneError(f"a sensor's range of {scene.range_g:g} g has to be above zero")
+    if scene.pulse is None:
+        if scene.range_g is not None:
+            raise SceneError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms")
+        return None
+    try:
+        return pulse_from(scene.pulse)
+    except ValueError as refusal:
+        raise SceneError(f"pulse: {refusal}") from None
+
+
 def resolve(scene: Scene, robot: Robot) -> Landing:
-    """Evaluate a complete scene.
+    """Resolve a scene on its robot.
 
     Raises:
         ShockError: a name is not known, a loop cannot be closed, a contact leaves the ground, nothing can move.
     """
+    scene = complete(scene, robot)
+    pulse_of(scene)
     plane = plane_of(scene)
     velocity = scene.strike.vector(plane)
     up = ground_normal(plane, velocity)
-    drives = transmission(robot, scene.joints)
+    joints = joint_model(robot, scene.joints)
+    contacts = tuple(contact_point(robot, contact, up) for contact in scene.contact)
+    stance = tuple(stance_block(robot, frame) for frame in scene.stance)
     q = configuration(robot, scene.posture)
     loops = all_loops(robot, scene.closure)
     assembly = None
@@ -107,31 +174,29 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q = assembly.q
     state = dynamics(robot, q[None])
-    touches = tuple(touch(robot, contact, state.rotation[0], up) for contact in scene.contact)
-    _refuse_twice(robot, touches, scene.stance)
-    _refuse_turning_of_the_base(scene, plane)
-    before, given = _motion(robot, scene, velocity, drives)
-    before = _with_loops(robot, state, loops, before, given | drives.locked, plane)
-    rows = stack(
-        [
-            *(touch_block(state, found, before) for found in touches),
-            *(stance_block(robot, state, frame) for frame in scene.stance),
-            *(closure_block(state, loop) for loop in loops),
-        ]
-    )
-    approach = np.concatenate([velocity_before(state, before, found.body, found.point) for found in touches])
-    _refuse_separation(scene, touches, approach, up)
-    G = freedom(robot, scene.base or "free", plane, state.rotation[:, 0], drives.locked)
-    outside = outside_limits(robot, q)
+    _refuse_rotation_of_the_base(scene, plane)
+    before, given = _motion(robot, scene, velocity, joints)
+    before = _with_loops(robot, state, loops, before, given | joints.locked, plane)
+    warnings = outside_limits(robot, q)
     if scene.assemble and not loops:
         named = ", ".join(f'"{name}"' for pattern in scene.assemble for name in robot.match_joints(pattern))
-        outside += (f"{named} may move to close loops, but nothing closes one, so nothing moved",)
+        warnings += (Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"),)
     closing = None if loops else closing_scene(robot.source.path)
     if closing is not None:
-        outside += (f"this robot's loop is open here, so its ends dangle; {closing} closes it",)
-    return Landing(
-        plane, up, q, state, touches, rows, drives, G, before, approach, any(-1 in loop.bodies for loop in loops), assembly, outside
-    )
+        text = f"the loop of this robot is open here, so its ends are not held together; {closing} closes it"
+        warnings += (Diagnostic("scene", robot.name, None, text),)
+    landing = Landing(scene, robot, plane, up, contacts, stance, loops, joints, before, q, state, assembly, warnings)
+    blocks = landing.rows(state)
+    _refuse_twice(blocks)
+    _refuse_separation(landing, state, blocks)
+    landing.columns(state)
+    return landing
+
+
+def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:
+    """Velocity (N, 3) of a contact point before the impact, world axes [m/s]."""
+    twist = twist_before(state, landing.before, block.body)
+    return np.asarray(twist[:, 3:] + np.cross(twist[:, :3], block_point(state, block)))
 
 
 def ground_normal(plane: Plane, velocity: Array) -> Array:
@@ -140,7 +205,7 @@ def ground_normal(plane: Plane, velocity: Array) -> Array:
     return plane.e2 if level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 
 
-def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -> tuple[Motion, np.ndarray]:
+def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> tuple[Motion, np.ndarray]:
     """How the robot moves before the impact, followers with their leaders; and which rates (nv,) are given."""
     omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
     rates, given = np.zeros(robot.model.nv), np.zeros(robot.model.nv, dtype=bool)
@@ -149,50 +214,51 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, drives: Transmission) -
     followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
     for pattern, rate in scene.strike.joint_velocities.items():
         for name in robot.match_joints(pattern):
-            joint = robot.model.joints[robot.model.getJointId(name)]
-            if joint.nv != 1:
-                raise SceneError(f'joint "{name}" has {joint.nv} degrees of freedom, so one rate cannot set it; leave it out')
+            joint = robot.joint(name)
+            if joint.axis is None:
+                degrees = joint.v.stop - joint.v.start
+                raise SceneError(f'joint "{name}" has {degrees} degrees of freedom, so one rate cannot set it; leave it out')
             if name in followers:
                 if name == pattern:
                     raise SceneError(f'joint "{name}" follows joint "{followers[name]}"; give the rate of that one')
                 continue
-            if drives.locked[joint.idx_v] and rate != 0.0:
-                unit = "m/s" if joint.shortname().startswith("JointModelP") else "rad/s"
+            if joints.locked[joint.v].any() and rate != 0.0:
                 raise SceneError(
-                    f'joint "{name}" is locked, so it cannot move at {rate:g} {unit} before the impact; free it or leave it out'
+                    f'joint "{name}" is locked, so it cannot move at {rate:g} {joint.unit}/s before the impact; '
+                    "free it or leave it out"
                 )
-            rates[joint.idx_v], given[joint.idx_v] = rate, True
+            rates[joint.v], given[joint.v] = rate, True
     for mimic in robot.mimics:
         # A follower never moves by itself, so its rate is as good as given.
-        given[robot.model.joints[robot.model.getJointId(mimic.joint)].idx_v] = True
-        if robot.model.existJointName(mimic.leader):
-            leader, follower = (robot.model.joints[robot.model.getJointId(n)].idx_v for n in (mimic.leader, mimic.joint))
-            rates[follower] = mimic.multiplier * rates[leader]
+        follower = robot.joint(mimic.joint).v
+        given[follower] = True
+        if mimic.leader in robot.joint_names:
+            rates[follower] = mimic.multiplier * rates[robot.joint(mimic.leader).v]
     return Motion(velocity, omega, rates), given
 
 
-def _refuse_twice(robot: Robot, touches: tuple[Touch, ...], stance: tuple[str, ...]) -> None:
-    """Two contacts at one point are one contact, and a foot strikes or stands."""
-    places = [("contact", found.frame, found.body, found.point) for found in touches]
-    places += [("stance", name, robot.frame(name).body, robot.frame(name).offset) for name in stance]
-    for k, (kind, name, body, point) in enumerate(places):
-        for other_kind, other, other_body, other_point in places[:k]:
-            if body != other_body or np.linalg.norm(point - other_point) > 1e-9:
+def _refuse_twice(blocks: tuple[Block, ...]) -> None:
+    """Refuse two contacts at one point, and a foot that strikes and stands at once."""
+    placed = [block for block in blocks if block.kind != "closure"]
+    for k, block in enumerate(placed):
+        for other in placed[:k]:
+            if block.body != other.body or np.linalg.norm(block.point - other.point) > 1e-9:
                 continue
-            if kind != other_kind:
-                same = "" if name == other else f', which is the same point as "{name}",'
+            name, first = (one.name.partition(" ")[2] for one in (block, other))
+            if block.kind != other.kind:
+                same = "" if name == first else f", which is the same point as {name},"
                 raise SceneError(
-                    f'"{other}"{same} is both a contact and a stance, but a foot strikes or stands; leave one of them out'
+                    f"{first}{same} is both a contact and a stance, but a foot strikes or stands; leave one of them out"
                 )
             raise SceneError(
-                f'"{name}" is listed twice as a {kind}; leave one of them out'
-                if name == other and kind == "stance"
-                else f'{kind}s "{other}" and "{name}" are at one point of one body, so they are one {kind}; '
-                "leave one of them out" + (", or move it by an offset" if kind == "contact" else "")
+                f"{name} is listed twice as a {block.kind}; leave one of them out"
+                if name == first and block.kind == "stance"
+                else f"{block.kind}s {first} and {name} are at one point of one body, so they are one {block.kind}; "
+                "leave one of them out" + (", or move it by an offset" if block.kind == "contact" else "")
             )
 
 
-def _refuse_turning_of_the_base(scene: Scene, plane: Plane) -> None:
+def _refuse_rotation_of_the_base(scene: Scene, plane: Plane) -> None:
     """A velocity may be the ground's as well as the base's; a rotation may not, so the base has to be able to turn like that."""
     omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
     if scene.base == "fixed" and omega.any():
@@ -214,32 +280,33 @@ def _with_loops(robot: Robot, state: Dynamics, loops: tuple[Loop, ...], before: 
     """
     if not loops or not before.joint_rates.any():
         return before
-    blocks = [closure_block(state, loop) for loop in loops]
-    K = np.concatenate([row_jacobian(state, block.W)[0] for block in blocks])
+    blocks = [closure_block(loop) for loop in loops]
+    K = row_jacobian(state, blocks)[0]
     rates = before.joint_rates
     if not held.all():
-        G = freedom(robot, "fixed", plane, state.rotation[:, 0], held)
+        G = free_columns(robot, "fixed", plane, state.rotation[:, 0], held)
         columns = np.eye(len(rates)) if G is None else G[0]
         rates = rates + columns @ np.linalg.lstsq(K @ columns, -K @ rates, rcond=1e-10)[0]
     opening = np.abs(K @ rates)
     if opening.max() > 1e-9 * np.abs(rates).max():
-        worst = next(b for b in blocks if np.abs(row_jacobian(state, b.W)[0] @ rates).max() == opening.max())
+        worst = max(blocks, key=lambda block: float(np.abs(row_jacobian(state, [block])[0] @ rates).max()))
         raise SceneError(
             f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that the loop allows, or fewer of them"
         )
     return before._replace(joint_rates=rates)
 
 
-def _refuse_separation(scene: Scene, touches: tuple[Touch, ...], approach: Array, up: Array) -> None:
-    """A contact that does not approach the ground does not strike it."""
-    for found, velocity in zip(touches, approach, strict=True):
-        leaving = float(velocity @ up)
+def _refuse_separation(landing: Landing, state: Dynamics, blocks: tuple[Block, ...]) -> None:
+    """Refuse a contact that does not approach the ground, for it does not strike it."""
+    for contact, block in zip(landing.contacts, blocks, strict=False):
+        velocity = contact_velocity(landing, state, block)[0]
+        leaving = float(velocity @ landing.up)
         if leaving >= -1e-9 * float(np.linalg.norm(velocity)):
             how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
-            theta = scene.strike.strike_angle_deg
+            theta = landing.scene.strike.strike_angle_deg
             remedy = (
                 f"strike angle is {theta:g} deg, try one above -90 and below 90 deg"
                 if theta is not None and not math.cos(math.radians(theta)) > 1e-9
                 else "turn its velocity towards the ground, or list it under stance if it stands there already"
             )
-            raise SceneError(f'contact "{found.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; {remedy}')
+            raise SceneError(f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; {remedy}')

@@ -1,247 +1,87 @@
-"""What an analysis gives back: frozen records of arrays, each with its unit and its axes."""
+"""What an analysis gives back: a landing, its solution and its proof; everything else is computed when it is read."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
+from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import shock_at
-from shockpc.core.spatial import Array, Plane
+from shockpc.core.spatial import Array, Plane, read_only
+from shockpc.diagnostic import Diagnostic
+from shockpc.exact.proof import Proof
+from shockpc.landing import Landing, pulse_of
 from shockpc.model.assembly import Assembly
+from shockpc.model.equation import Equation
+from shockpc.results.accuracy import Health, data_warnings, double_error
+from shockpc.results.bracket import Bracket, joint_bracket
+from shockpc.results.contacts import (
+    ContactImpulse,
+    StanceImpulse,
+    TotalImpulse,
+    contact_impulses,
+    pulled,
+    stance_impulses,
+    total_impulse,
+)
+from shockpc.results.directions import directions_at
+from shockpc.results.energy import Energy, energy, gained
+from shockpc.results.geometry import shock_ranges
+from shockpc.results.loads import JointLoad, joint_loads
+from shockpc.results.percussion import BodyPercussion, body_percussion
+from shockpc.results.points import PointShock, point_shocks, saturated
+from shockpc.results.speed import Speed, normalising_speed
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
+from shockpc.trace import Trace, derived
 
-__all__ = ["Bracket", "ContactImpulse", "Health", "JointLoad", "PointShock", "ShockProfile", "StanceImpulse"]
-
-
-@dataclass(frozen=True, eq=False)
-class PointShock:
-    """Shock at a sensor, or at a point that was asked for.
-
-    Attributes:
-        frame: its name.
-        body: the body it is fixed to.
-        position: (3,) world [m].
-        delta_v: (3,) jump of its velocity, in the frame's own axes [m/s].
-        shock: |Δv| / v_in [1].
-        directions: the strikes that it feels most and least.
-        peak_g: peak acceleration for the scene's pulse, in multiples of gravity; None without a pulse.
-    """
-
-    frame: str
-    body: str
-    position: Array
-    delta_v: Array
-    shock: float
-    directions: ExtremeDirections
-    peak_g: float | None
+__all__ = ["ShockProfile", "Solution"]
 
 
-@dataclass(frozen=True, eq=False)
-class ContactImpulse:
-    """What the ground does at a contact.
+class Solution(NamedTuple):
+    """Steps 1 and 2 in double precision, in the scene's posture.
 
     Attributes:
-        frame: its name.
-        point: (3,) where it strikes, world [m].
-        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several contacts is determined.
-        moment: (3,) about that point, of a flat contact, world axes [N m s]; None for a point, or without an impulse.
-        friction_needed: tangential over normal impulse, the least coefficient of friction that makes it stick [1]; None without an
-            impulse, or where the ground would have to pull.
-        approach: (3,) velocity of the contact point before the impact, world axes [m/s].
-        mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
-        mass_frictionless: the same if it slides [kg].
-        mitigation: impact mitigation factor, 1 if the joints hide the robot from the ground [1]; None unless its base is free.
+        equation: Eq. 4.
+        choice: which rows are independent.
+        jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates, as in `Proof`.
+        impulse: (nc, 4) along every row [N s].
     """
 
-    frame: str
-    point: Array
-    impulse: Array | None
-    moment: Array | None
-    friction_needed: float | None
-    approach: Array
-    mass_sticking: float
-    mass_frictionless: float
-    mitigation: float | None
-
-
-@dataclass(frozen=True, eq=False)
-class StanceImpulse:
-    """What the ground does at a foot that stands already.
-
-    Attributes:
-        frame: its name.
-        point: (3,) where it stands, world [m].
-        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several feet is determined.
-        friction_needed: tangential over normal impulse [1]; None without an impulse, or where the ground would have to pull.
-    """
-
-    frame: str
-    point: Array
-    impulse: Array | None
-    friction_needed: float | None
-
-
-@dataclass(frozen=True, eq=False)
-class JointLoad:
-    """Impulse that a body receives through its joint: what its bearings and gearbox have to carry.
-
-    Attributes:
-        joint: its name.
-        force: (3,) on the body from its parent, world axes [N s].
-        moment: (3,) about the joint's origin, world axes [N m s].
-        along: part of the moment (of the force, if prismatic) along the joint's axis: what the drive carries [N m s, N s]; None
-            for a joint of more than one axis.
-    """
-
-    joint: str
-    force: Array
-    moment: Array
-    along: float | None
-
-
-@dataclass(frozen=True)
-class Bracket:
-    """The same landing with three models of the drives, the choice that moves the answer most; shock at one place [1].
-
-    Attributes:
-        place: a body (its centre of mass), or a sensor.
-        free: no drive takes part; None if massless bodies then make it unsolvable.
-        as_modelled: as the scene says.
-        locked: every drive holds; None if the contact could not give way then.
-    """
-
-    place: str
-    free: float | None
-    as_modelled: float | None
-    locked: float | None
-
-
-@dataclass(frozen=True)
-class Health:
-    """How far to trust a profile.
-
-    Attributes:
-        rank: independent contact rows.
-        rows: contact rows.
-        residual: largest violation of the impulsive equation of motion, relative [1].
-        error_estimate: largest of `body_errors` over the bodies that move [1].
-        body_errors: estimated error of every body's jump, relative to the body's own motion [1]: from the difference between two
-            independent solutions, in joint space and in maximal coordinates, or from samples of what rounding does to the better
-            one; the true error is not above ten times that. Infinite where no digit is sure.
-        method: how the reported numbers were computed.
-        warnings: each with its consequence.
-        double_error: true error of the solution in double precision, largest over the bodies [1].
-        data_sensitivity: what a change of every datum in its last digit does to the result [1]; None if it was not asked for.
-        bits: precision of the arithmetic behind the reported numbers.
-    """
-
-    rank: int
-    rows: int
-    residual: float
-    error_estimate: float
-    body_errors: tuple[float, ...]
-    method: str
-    warnings: tuple[str, ...]
-    double_error: float = 0.0
-    data_sensitivity: float | None = None
-    bits: int = 53
-
-    @property
-    def error_bound(self) -> float:
-        """Largest error of the reported motion of a body, relative to its motion [1]."""
-        return self.error_estimate
-
-    @property
-    def body_error_bounds(self) -> tuple[float, ...]:
-        """The same for every body."""
-        return self.body_errors
+    equation: Equation
+    choice: RowChoice
+    jumps: Array
+    impulse: Array
 
 
 @dataclass(frozen=True, eq=False)
 class ShockProfile:
     """The shock of one landing, body by body; index i of every array is body i of the robot.
 
+    The reported numbers are those of the proof: midpoints of enclosures, rounded to doubles.
+
     Attributes:
-        scene: what was computed, with every default filled in.
-        robot: the robot.
-        plane: in which CoPc and RoPc are read.
-        v_in: speed of the contact against the ground, by which shock is normalised [m/s].
-        strike: (3,) velocity of the (fastest) contact against the ground, world axes [m/s].
-        q: (nq,) configuration in Pinocchio's layout.
-        delta_qd: (nv,) jump of the joint velocities, Pinocchio's layout [rad/s, m/s].
-        maps: (nb, 6, 3) jump (Δω, Δv) of every body, as below, for a strike of 1 m/s along world x, y and z.
-        position: (nb, 3) origins of the body frames, world [m].
-        rotation: (nb, 3, 3) of the body frames, body to world.
-        delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s].
-        delta_v: (nb, 3) jump of velocity of the body frame's origin, body axes [m/s].
-        copc: (nb, 3) centre of percussion, body coordinates [m]; NaN where the body does not turn in the plane.
-        copc_world: (nb, 3) the same in the world [m].
-        ropc: (nb,) radius of percussion [m]; inf where the body does not turn in the plane.
-        translates: (nb,) whether the body does not turn in the plane, by more than rounding.
-        pitch: (nb,) pitch of the spatial screw [m/rad]; NaN where the body does not turn at all.
-        off_plane: (nb,) share of the jump that the plane cannot show [1].
-        shock_com: (nb,) shock at the centre of mass [1].
-        shock_min: (nb,) least shock over the body's geometry [1]; NaN without geometry.
-        shock_max: (nb,) greatest shock over the body's geometry [1]; NaN without geometry.
-        points: sensors and asked-for points.
-        contacts: what the ground does where the robot strikes.
-        stance: what it does where the robot stands already.
-        total_impulse: (3,) of the ground on the robot, all contacts and standing feet together, world axes [N s].
-        total_moment: (3,) of the same about the robot's centre of mass, world axes [N m s].
-        directions: the strikes that every body's centre of mass feels most and least; arrays over the bodies.
-        loads: impulse through every joint.
-        energy_lost: kinetic energy that the impact takes [J].
-        energy_share: of the kinetic energy before it [1]; None where that is not determined (fixed base, standing feet).
-        bracket: the same landing with free, modelled and locked drives.
-        assembly: what closing the loops changed; None without loops.
-        joint_model: "free" (no reflected inertia), "geared" (every joint has some), "locked" (every joint holds) or "mixed".
-        health: how far to trust all this.
+        landing: the scene resolved on the robot.
+        solution: of Eq. 4 in double precision.
+        proof: enclosures of the exact solution.
+        trace: collects what each part cost, if one is kept.
     """
 
-    scene: Scene
-    robot: Robot
-    plane: Plane
-    v_in: float
-    strike: Array
-    q: Array
-    delta_qd: Array
-    maps: Array = field(repr=False)
-    position: Array = field(repr=False)
-    rotation: Array = field(repr=False)
-    delta_omega: Array
-    delta_v: Array
-    copc: Array
-    copc_world: Array = field(repr=False)
-    ropc: Array
-    translates: np.ndarray = field(repr=False)
-    pitch: Array = field(repr=False)
-    off_plane: Array
-    shock_com: Array
-    shock_min: Array
-    shock_max: Array
-    points: tuple[PointShock, ...]
-    contacts: tuple[ContactImpulse, ...]
-    stance: tuple[StanceImpulse, ...]
-    total_impulse: Array
-    total_moment: Array
-    directions: ExtremeDirections = field(repr=False)
-    loads: tuple[JointLoad, ...] = field(repr=False)
-    energy_lost: float
-    energy_share: float | None
-    bracket: tuple[Bracket, ...]
-    assembly: Assembly | None
-    joint_model: str
-    health: Health
+    landing: Landing
+    solution: Solution = field(repr=False)
+    proof: Proof = field(repr=False)
+    trace: Trace | None = field(default=None, repr=False)
 
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            value = getattr(self, item.name)
-            if isinstance(value, np.ndarray):
-                # A view of its own, so that only the record is sealed and not what it was made from.
-                sealed = value.view()
-                sealed.flags.writeable = False
-                object.__setattr__(self, item.name, sealed)
+    @property
+    def scene(self) -> Scene:
+        """What was computed, with every default filled in."""
+        return self.landing.scene
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.landing.robot
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -249,12 +89,229 @@ class ShockProfile:
         return tuple(body.name for body in self.robot.bodies)
 
     @property
+    def plane(self) -> Plane:
+        """In which CoPc and RoPc are given."""
+        return self.landing.plane
+
+    @property
+    def q(self) -> Array:
+        """Configuration (nq,) in Pinocchio's layout."""
+        return read_only(self.landing.q)
+
+    @property
+    def joint_model(self) -> str:
+        """Joint model: "free" (no reflected inertia), "geared" (every joint has some), "locked" (every joint holds) or "mixed"."""
+        return self.landing.joint_model.name
+
+    @property
+    def assembly(self) -> Assembly | None:
+        """What closing the loops changed; None without loops."""
+        return self.landing.assembly
+
+    @property
+    def position(self) -> Array:
+        """Origins (nb, 3) of the body frames, world [m]."""
+        return read_only(self.landing.state.position[0] + self.landing.state.origin[0])
+
+    @property
+    def rotation(self) -> Array:
+        """Orientations (nb, 3, 3) of the body frames, body to world."""
+        return read_only(self.landing.state.rotation[0])
+
+    @property
+    def delta_qd(self) -> Array:
+        """Jump (nv,) of the joint velocities, Pinocchio's layout [rad/s, m/s]."""
+        return read_only(self.proof.delta_qd[:, 3])
+
+    @property
+    def maps(self) -> Array:
+        """Jump (nb, 6, 3) of every body (Δω, Δv) for a strike of 1 m/s along world x, y and z."""
+        return read_only(self.proof.jumps[..., :3])
+
+    @property
+    def delta_omega(self) -> Array:
+        """Jump (nb, 3) of angular velocity, body axes [rad/s] (Eqs. 8 and 9)."""
+        return read_only(self.proof.jumps[:, :3, 3])
+
+    @property
+    def delta_v(self) -> Array:
+        """Jump (nb, 3) of velocity of the body frame's origin, body axes [m/s] (Eqs. 8 and 9)."""
+        return read_only(self.proof.jumps[:, 3:, 3])
+
+    @property
     def moved(self) -> np.ndarray:
-        """(nb,) whether the strike moves the body by more than rounding; on a fixed base most bodies stay where they are."""
+        """Whether (nb,) the strike moves the body by more than 1e-12 of the fastest one."""
         motion = np.linalg.norm(self.delta_omega, axis=1) + np.linalg.norm(self.delta_v, axis=1)
         return np.asarray(motion > 1e-12 * motion.max())
+
+    @derived
+    def speed(self) -> Speed:
+        """Speeds before the impact."""
+        return normalising_speed(self.landing, self.proof.enclosure)
+
+    @property
+    def v_in(self) -> float:
+        """Speed by which shock is normalised: of the fastest contact, or of the centre of mass [m/s]."""
+        return self.speed.v_in
+
+    @property
+    def strike(self) -> Array:
+        """Velocity (3,) of the fastest contact before the impact, world axes [m/s]."""
+        return self.speed.strike
+
+    @derived
+    def percussion(self) -> BodyPercussion:
+        """Centres and radii of percussion (Eqs. 11 and 12)."""
+        return body_percussion(self.landing, self.proof, self.v_in)
+
+    @property
+    def copc(self) -> Array:
+        """Centre of percussion (nb, 3), body coordinates [m]; NaN where the body does not rotate in the plane."""
+        return self.percussion.copc
+
+    @property
+    def copc_world(self) -> Array:
+        """The same in the world [m]."""
+        return self.percussion.copc_world
+
+    @property
+    def ropc(self) -> Array:
+        """Radius of percussion (nb,) [m]; inf where the body does not rotate in the plane."""
+        return self.percussion.ropc
+
+    @property
+    def translates(self) -> np.ndarray:
+        """Whether (nb,) the body does not rotate in the plane, by more than the rounding of files."""
+        return self.percussion.translates
+
+    @property
+    def pitch(self) -> Array:
+        """Pitch (nb,) of the spatial screw [m/rad]; NaN where the body does not rotate at all."""
+        return self.percussion.pitch
+
+    @property
+    def off_plane(self) -> Array:
+        """Share (nb,) of the jump that the plane cannot show [1]."""
+        return self.percussion.off_plane
+
+    @property
+    def shock_com(self) -> Array:
+        """Shock (nb,) at the centre of mass [1]."""
+        return self.percussion.shock_com
+
+    @derived
+    def geometry(self) -> tuple[Array, Array, tuple[Diagnostic, ...]]:
+        """Least and greatest shock over the bodies' geometry."""
+        return shock_ranges(self.robot, self.proof.jumps[..., 3], self.v_in)
+
+    @property
+    def shock_min(self) -> Array:
+        """Least shock (nb,) over the body's geometry [1]; NaN without geometry."""
+        return self.geometry[0]
+
+    @property
+    def shock_max(self) -> Array:
+        """Greatest shock (nb,) over the body's geometry [1]; NaN without geometry."""
+        return self.geometry[1]
+
+    @derived
+    def points(self) -> tuple[PointShock, ...]:
+        """Shock at sensors and points."""
+        return point_shocks(self.landing, self.proof, self.v_in, pulse_of(self.scene))
+
+    @derived
+    def directions(self) -> ExtremeDirections:
+        """Most and least severe impact directions of the bodies' centres of mass."""
+        bodies = list(range(len(self.robot.bodies)))
+        return directions_at(self.proof.enclosure, bodies, self.robot.coms, self.landing.up)
+
+    @derived
+    def contacts(self) -> tuple[ContactImpulse, ...]:
+        """Impulses, friction and effective masses of the contacts."""
+        return contact_impulses(self.landing, self.proof, self.speed.approach, self.solution.equation)
+
+    @derived
+    def stance(self) -> tuple[StanceImpulse, ...]:
+        """Impulses of the standing feet."""
+        return stance_impulses(self.landing, self.proof)
+
+    @derived
+    def total(self) -> TotalImpulse:
+        """Impulse of the ground as a whole."""
+        return total_impulse(self.landing, self.proof)
+
+    @property
+    def total_impulse(self) -> Array:
+        """Impulse (3,) of the ground on the robot, all contacts and standing feet together, world axes [N s]."""
+        return self.total.force
+
+    @property
+    def total_moment(self) -> Array:
+        """Moment (3,) of the same about the robot's centre of mass, world axes [N m s]."""
+        return self.total.moment
+
+    @derived
+    def loads(self) -> tuple[JointLoad, ...]:
+        """Impulses through the joints."""
+        return joint_loads(self.landing, self.proof)
+
+    @derived
+    def energy(self) -> Energy:
+        """Kinetic energy that the impact takes."""
+        return energy(self.landing, self.proof)
+
+    @property
+    def energy_lost(self) -> float:
+        """Kinetic energy that the impact takes [J]."""
+        return self.energy.lost
+
+    @property
+    def energy_share(self) -> float | None:
+        """The same of the kinetic energy before it [1]; None where that is not determined (fixed base, standing feet)."""
+        return self.energy.share
+
+    @derived
+    def bracket(self) -> tuple[Bracket, ...]:
+        """Shock with free, modelled and locked joints."""
+        return joint_bracket(self.landing, self.proof, self.v_in)
+
+    @derived
+    def health(self) -> Health:
+        """How far to trust the numbers (sensitivity to the data, warnings)."""
+        choice, rows = self.solution.choice, len(self.proof.impulse)
+        most, data = data_warnings(self.landing, self.proof)
+        return Health(
+            rank=len(choice.rows),
+            rows=rows,
+            error_bound=float(np.max(self.proof.bounds)),
+            body_error_bounds=tuple(map(float, self.proof.bounds)),
+            double_error=double_error(self.landing, self.proof, self.solution.jumps[..., 3]),
+            data_sensitivity=most,
+            bits=self.proof.bits,
+            warnings=(
+                *(Diagnostic("robot", self.robot.name, None, text) for text in self.robot.warnings),
+                *self.landing.warnings,
+                *self._uncertain(),
+                *data,
+                *pulled(self.landing, self.proof),
+                *gained(self.landing, self.energy),
+                *saturated(self.scene, self.points),
+                *self.geometry[2],
+            ),
+        )
+
+    def _uncertain(self) -> tuple[Diagnostic, ...]:
+        """A warning where rounding may have decided which rows are independent."""
+        if not self.solution.choice.uncertain:
+            return ()
+        names = ", ".join(block.name for block in self.solution.equation.blocks)
+        text = (
+            f"the rows of {names} repeat one another so nearly that rounding decides whether one more of them holds; if it "
+            "decides wrongly, the numbers are wrong: put their points exactly together, or a billionth of the robot apart"
+        )
+        return (Diagnostic("rank", names, None, text),)
 
     def shock_at(self, body: str, r: Array) -> Array:
         """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m]."""
         i = self.bodies.index(body)
-        return shock_at(self.delta_omega[i], self.delta_v[i], np.asarray(r, dtype=float), self.v_in)
+        return np.asarray(shock_at(self.delta_omega[i], self.delta_v[i], np.asarray(r, dtype=float), self.v_in))

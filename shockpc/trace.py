@@ -1,40 +1,71 @@
 """What each stage of a run cost, and what the scene did not need: the contents of `--explain`."""
 
+import functools
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Protocol, TypeVar
 
-__all__ = ["Trace"]
+__all__ = ["Trace", "derived"]
 
 
 class Trace:
     """Collects the stages of one run.
 
     Attributes:
-        stages: (name, seconds) in the order in which they ended.
-        left_out: (what, why) that the scene did not need.
+        seconds: of each stage by its name, without the stages inside it.
+        left_out: what the scene did not need, with the reason.
     """
 
     def __init__(self) -> None:
-        self.stages: list[tuple[str, float]] = []
-        self.left_out: list[tuple[str, str]] = []
+        self.seconds: dict[str, float] = {}
+        self.left_out: dict[str, str] = {}
+        self._inside = 0.0
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Time what happens inside."""
-        start = time.perf_counter()
-        yield
-        self.stages.append((name, time.perf_counter() - start))
+        start, before = time.perf_counter(), self._inside
+        self._inside = 0.0
+        try:
+            yield
+        finally:
+            taken = time.perf_counter() - start
+            self.seconds[name] = self.seconds.get(name, 0.0) + taken - self._inside
+            self._inside = before + taken
 
     def skip(self, what: str, why: str) -> None:
         """Note a part that was not computed."""
-        self.left_out.append((what, why))
+        self.left_out[what] = why
 
     def text(self) -> str:
-        """The trace as lines: stages with the time of all their runs, then what was left out and why."""
-        total: dict[str, float] = {}
-        for name, seconds in self.stages:
-            total[name] = total.get(name, 0.0) + seconds
-        lines = [f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in total.items()]
-        lines += [f"  left out     {what}: {why}" for what, why in dict.fromkeys(self.left_out)]
+        """The stages with their times, then what was left out and why, a line each."""
+        lines = [f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in self.seconds.items()]
+        lines += [f"  left out     {what}: {why}" for what, why in self.left_out.items()]
         return "what this run did:\n" + "\n".join(lines) + "\n"
+
+
+class Traced(Protocol):
+    """What carries a trace."""
+
+    @property
+    def trace(self) -> Trace | None:
+        """The trace of the run, if one is kept."""
+
+
+S = TypeVar("S", bound=Traced)
+T = TypeVar("T")
+
+
+def derived(compute: Callable[[S], T]) -> functools.cached_property[T]:
+    """A property that is computed when it is first read. Its time counts as a stage of the owner's trace."""
+    label = (compute.__doc__ or "").partition(".")[0].partition(" (")[0]
+
+    @functools.wraps(compute)
+    def timed(owner: S) -> T:
+        if owner.trace is None:
+            return compute(owner)
+        with owner.trace.stage(label):
+            return compute(owner)
+
+    return functools.cached_property(timed)

@@ -68,13 +68,11 @@ class Rows(NamedTuple):
     b: np.ndarray
 
 
-def maximal_jumps(robot, scene, landing, chosen=None, arithmetic=BALLS) -> Answer:
+def maximal_jumps(landing, chosen=None, arithmetic=BALLS) -> Answer:
     """Solve a landing.
 
     Args:
-        robot: the robot.
-        scene: the complete scene.
-        landing: the scene resolved on the robot; q, the motion before the impact and the contact points are taken from it.
+        landing: q, the motion before the impact, contact points and joint model are taken from it; rows are read from its scene.
         chosen: indices of the independent rows: contacts, then stance, then closures; all rows by default.
         arithmetic: kind of the numbers.
 
@@ -85,7 +83,7 @@ def maximal_jumps(robot, scene, landing, chosen=None, arithmetic=BALLS) -> Answe
     while True:
         with flint.ctx.workdps(digits), mpmath.workdps(digits):
             try:
-                answer = _Landing(robot, scene, landing, arithmetic).solve(chosen)
+                answer = _Mechanism(landing, arithmetic).solve(chosen)
             except ZeroDivisionError:
                 if digits >= MOST_DIGITS:
                     raise
@@ -107,11 +105,11 @@ def cross_matrix(r):
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
 
 
-class _Landing:
+class _Mechanism:
     """Bodies and joints of a robot in its posture; world axes, twists (ω, v) at the world's origin."""
 
-    def __init__(self, robot, scene, landing, arithmetic):
-        self.robot, self.scene, self.landing, self.math = robot, scene, landing, arithmetic
+    def __init__(self, landing, arithmetic):
+        self.robot, self.scene, self.landing, self.math = robot, _, _, _ = landing.robot, landing.scene, landing, arithmetic
         self.parent = robot.parents
         self.inertia, self.S, self.armature, self.rotation, self.position, self.com = [], [], [], [], [], []
         self.place = {}  # joint velocity -> (body, column of S)
@@ -123,7 +121,7 @@ class _Landing:
             S, numbers = self.free_columns(i, joint, columns, p)
             self.place |= {v: (i, k) for k, v in enumerate(numbers) if v >= 0}
             self.S.append(S)
-            self.armature.append(self.exact([0.0 if v < 0 else landing.drives.armature[v] for v in numbers]))
+            self.armature.append(self.exact([0.0 if v < 0 else landing.joint_model.armature[v] for v in numbers]))
             own = robot.model.inertias[body.joint]
             com = p + R @ self.exact(own.lever)
             self.inertia.append(self.about_origin(self.exact([own.mass])[0], com, R @ self.exact(own.inertia) @ R.T))
@@ -191,7 +189,7 @@ class _Landing:
     def free_columns(self, i, joint, columns, p):
         """The columns of a body's joint that may move, and which joint velocity each one is; -1 for those of a planar base."""
         numbers = list(range(joint.v.start, joint.v.stop))
-        kept = [k for k, v in enumerate(numbers) if not self.landing.drives.locked[v]]
+        kept = [k for k, v in enumerate(numbers) if not self.landing.joint_model.locked[v]]
         if i == 0 and self.robot.free_base and self.scene.base == "fixed":
             kept = []
         if i == 0 and self.robot.free_base and self.scene.base == "planar":
@@ -228,9 +226,12 @@ class _Landing:
         """The rows of contacts, stance and closures, read from the scene; all, or those chosen; then the rows of mimic joints."""
         before, held = self.before(), []
         still = self.exact(np.zeros(4))
-        for touch in self.landing.touches:
-            at, sticks = self.world(touch.body, touch.point), 1 + self.exact([touch.restitution])[0]
-            wrenches = [*forces(self.exact(touch.directions), at), *moments(self.exact(touch.turns))]
+        for touch in self.landing.contacts:
+            at, sticks = (
+                self.world(touch.body, touch.points(self.landing.state.rotation[:, touch.body], self.landing.up).reshape(3)),
+                1 + self.exact([touch.restitution])[0],
+            )
+            wrenches = [*forces(self.exact(touch.directions), at), *moments(self.exact(touch.moments))]
             held += [({touch.body: wrench}, sticks * (wrench @ before[touch.body])) for wrench in wrenches]
         for frame in map(self.robot.frame, self.scene.stance):
             held += [({frame.body: w}, still) for w in forces(self.exact(np.eye(3)), self.world(frame.body, frame.offset))]

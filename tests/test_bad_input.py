@@ -55,7 +55,7 @@ FILES = {
     "massless.urdf": STICK.replace('mass value="2"', 'mass value="0"').replace('mass value="0.5"', 'mass value="0"'),
     "entity.urdf": f'<!DOCTYPE robot [<!ENTITY m "2">]>{STICK.partition("?>")[2]}',
     "armature.xml": mjcf(
-        floating().replace('<freejoint name="root"/>', '<joint name="root" type="free" armature="0.2"/>'),
+        floating().replace('<freejoint name="root"/>', '<joint name="root" type="free" armature="-0.2"/>'),
     ),
     "twice.urdf": STICK.replace("</joint>", '<mimic joint="a"/><mimic joint="b"/></joint>', 1),
     "gapped.urdf": STICK.replace('parent link="body"', 'parent link="bdy"'),
@@ -73,7 +73,7 @@ FILES = {
             "away/robot",
             'no file "away/robot" (looked in HERE). Give the path of a robot file, or the name of a known robot: shockpc robots',
         ),
-        ("dog", 'no robot "dog"; nothing has a name like it. To list them: shockpc robots'),
+        ("dog", 'no robot "dog"; no name is similar. To list them: shockpc robots'),
         ("anymal", 'no robot "anymal"; nearest: "anymal_c", "anymal_b", "anymal_kinova". To list them: shockpc robots'),
         ("./dog", '"HERE/dog" is a folder; give the robot file in it'),
         ("empty.urdf", "empty.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)"),
@@ -118,9 +118,7 @@ FILES = {
         ),
         (
             "armature.xml",
-            'armature.xml: body "base": joint "root" is free and has armature 0.2, its own or its default class\'s: MuJoCo adds '
-            'that to the mass and the inertia of the whole robot, but a free base has no drive; set armature="0" there, or make it '
-            "a <freejoint/>, which takes no defaults",
+            'armature.xml: joint "root": armature -0.2 is negative; no rotor has that',
         ),
         (
             "twice.urdf",
@@ -237,11 +235,11 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
         ),
         (
             "--angular-velocity 1e300,0,0",
-            "strike.angular_velocity[0] is 1e+300, a rate that cannot be computed with; give one up to 1e+09",
+            "strike.angular_velocity[0] is 1e+300, which is out of range; give a number up to 1e+09",
         ),
         (
             "--joint-velocity knee=1e200",
-            "strike.joint_velocities.knee is 1e+200, a rate that cannot be computed with; give one up to 1e+09",
+            "strike.joint_velocities.knee is 1e+200, which is out of range; give a number up to 1e+09",
         ),
         (
             "--joints locked --armature knee=0.1",

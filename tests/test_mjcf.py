@@ -1,5 +1,7 @@
-"""MJCF: what is read equals MuJoCo's own reading, to the last digits."""
+"""MJCF: inertia matrix, placements and limits equal MuJoCo's own; what cannot be computed is refused."""
 
+import sys
+import warnings
 from pathlib import Path
 
 import mujoco
@@ -8,15 +10,9 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, mjcf
 
-from shockpc.robot.build import build_model
-from shockpc.robot.source import RobotSource, read_source
-
-
-@pytest.fixture(autouse=True)
-def logs_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """MuJoCo writes its warnings into a file in the current folder."""
-    monkeypatch.chdir(tmp_path)
-
+from shockpc.errors import RobotError
+from shockpc.robot.mjcf import compiled
+from shockpc.robot.robot import Robot, load_robot
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
@@ -117,84 +113,417 @@ READ = {
     "fixed base in a frame of the world": mjcf(
         f"<frame {TURNED}>{floating(body('b'), at=TURNED)}</frame>".replace('<freejoint name="root"/>', "")
     ),
+    "replicas": mjcf(floating(f'<replicate count="3" offset="1 0 0" euler="0 0 10">{body("b")}</replicate>')),
+    "total mass": mjcf(floating(body("b")), "<compiler settotalmass='10'/>"),
+    "balanced inertia": mjcf(
+        floating(body("b", '<inertial pos="0 0 0" mass="1" diaginertia=".1 .2 .9"/>')), "<compiler balanceinertia='true'/>"
+    ),
+    "mass of a mesh": mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), MESH),
+    "mass of a shell": mjcf(floating(body("b", '<geom type="box" size="1 1 1" shellinertia="true"/>'))),
+    "mass of geoms that do not collide": mjcf(
+        floating(body("b", '<geom size=".1" mass="3.8"/><geom size=".2" mass="5" contype="0" conaffinity="0" group="2"/>'))
+    ),
+    "armature of a free joint": mjcf(
+        floating(body("b")).replace('<freejoint name="root"/>', '<joint name="root" type="free"/>'),
+        '<default><joint armature="0.2"/></default>',
+    ),
+    "armature of an actuator": mjcf(floating(body("b")), after='<actuator><motor joint="j" armature="0.1" gear="-3"/></actuator>'),
+    "height field, and a static body with a mesh": mjcf(
+        '<geom type="hfield" hfield="h"/><body name="table"><geom type="mesh" mesh="lost"/></body>' + floating(body("b")),
+        '<asset><hfield name="h" file="h.png" size="1 1 1 1"/><mesh name="lost" file="lost.stl"/></asset>',
+    ),
+    "static base whose inertial is incomplete": mjcf(f'<body name="base"><inertial pos="0 0 0" mass="1"/>{body("b")}</body>'),
+    "limits in degrees and in metres": mjcf(
+        floating(
+            body("b", joints='<joint name="j" axis="0 1 0" range="-30 90"/>')
+            + body("c", joints='<joint name="k" type="slide" range="-.1 .2"/>')
+        )
+    ),
+    "three joints of one body": mjcf(
+        floating(
+            body(
+                "b",
+                joints='<joint type="slide" axis="1 2 0" ref=".3"/>'
+                '<joint name="mid" axis="0 1 1" pos="0 0 .2" ref="20" armature=".3" range="-10 20"/>'
+                '<joint type="ball" pos=".1 .2 .3"/>',
+            )
+        )
+    ),
+    "geoms fitted to a mesh": mjcf(floating(body("b", '<geom type="capsule" mesh="m" density="200"/>')), MESH),
+    "nothing but sensors, pairs, skins and lights besides": mjcf(
+        floating(body("b", BODY + '<geom name="g" type="mesh" mesh="m" material="red"/><light/><camera name="c"/>')),
+        MESH.replace("</asset>", '<texture name="t" type="2d" file="t.png"/><material name="red" texture="t"/></asset>'),
+        '<contact><exclude body1="base" body2="b"/></contact><sensor><framepos objtype="geom" objname="g"/></sensor>',
+    ),
+    "spatial tendon over a sphere": mjcf(
+        floating('<site name="s"/>' + body("b", BODY + '<geom name="ball" size=".05"/><site name="t"/>')),
+        after='<tendon><spatial><site site="s"/><geom geom="ball"/><site site="t"/></spatial></tendon>',
+    ),
     "table first": mjcf('<body name="table" pos="1 0 0"><geom size=".1"/></body>' + floating(body("b"))),
 }
 
 
-def read(folder: Path, text: str) -> RobotSource:
-    """Read an MJCF with this text."""
+def from_text(folder: Path, text: str) -> Robot:
+    """The robot of an MJCF with this text."""
     (folder / "dog.xml").write_text(text)
-    return read_source(str(folder / "dog.xml"))
+    return load_robot(str(folder / "dog.xml"))
 
 
-@pytest.mark.parametrize("name", READ)
-def test_inertia_equals_mujocos(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
-    """Joint-space inertia and the place of every body and site are MuJoCo's, in MuJoCo's own reference posture."""
-    model = build_model(read(tmp_path, READ[name]))
-    assert capfd.readouterr() == ("", "")
-    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
+def without_assets(text: str) -> mujoco.MjModel:
+    """MuJoCo's own model of a text whose asset files do not exist."""
+    spec = mujoco.MjSpec.from_string(text)
+    for geom in [geom for geom in spec.geoms if geom.meshname == "lost" or geom.type == mujoco.mjtGeom.mjGEOM_HFIELD]:
+        spec.delete(geom)
+    for item in [*(mesh for mesh in spec.meshes if mesh.file), *spec.hfields, *spec.textures]:
+        spec.delete(item)
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return spec.compile()
+
+
+def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None:
+    """Inertia matrix with armature, and the place of every body and site, in one configuration."""
     state = mujoco.MjData(theirs)
+    state.qpos[:] = qpos
     mujoco.mj_forward(theirs, state)
     inertia = np.zeros((theirs.nv, theirs.nv))
     mujoco.mj_fullM(theirs, state, inertia)
 
-    q = next(entry.data() for entry in model.referenceConfigurations if entry.key() == "qpos0").copy()
-    to_world = np.eye(model.nv)
-    if theirs.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE:
-        q[:3], q[3:7] = theirs.qpos0[:3], theirs.qpos0[[4, 5, 6, 3]]
+    q, to_world = np.array(state.qpos), np.eye(theirs.nv)
+    for kind, adr in zip(theirs.jnt_type, theirs.jnt_qposadr, strict=True):
+        if kind < 2:
+            w = adr + (3 if kind == 0 else 0)
+            q[w : w + 4] = q[[w + 1, w + 2, w + 3, w]] / np.linalg.norm(q[w : w + 4])
+    if robot.free_base:
         # MuJoCo counts the base's linear velocity in the world's axes, Pinocchio in the base's own.
         to_world[:3, :3] = state.xmat[theirs.jnt_bodyid[0]].reshape(3, 3).T
-    data = model.createData()
-    ours = pin.crba(model, data, q)
+    data = robot.model.createData()
+    ours = pin.crba(robot.model, data, q)
     ours = np.triu(ours) + np.triu(ours, 1).T
-    assert np.abs(to_world.T @ ours @ to_world - inertia).max() < 1e-13 * np.abs(inertia).max()
+    assert np.abs(to_world.T @ ours @ to_world - inertia).max() < 1e-12 * np.abs(inertia).max()
 
-    pin.framesForwardKinematics(model, data, q)
-    for number in range(1, theirs.nbody):
-        body_name = theirs.body(number).name
-        if body_name and body_name != "table":
-            place = data.oMf[model.getFrameId(body_name, pin.FrameType.BODY)]
-            np.testing.assert_allclose(place.translation, state.xpos[number], atol=1e-14)
-            np.testing.assert_allclose(place.rotation.ravel(), state.xmat[number], atol=1e-14)
-    for number in range(theirs.nsite):
-        place = data.oMf[model.getFrameId(theirs.site(number).name, pin.FrameType.OP_FRAME)]
-        np.testing.assert_allclose(place.translation, state.site_xpos[number], atol=1e-14)
-        np.testing.assert_allclose(place.rotation.ravel(), state.site_xmat[number], atol=1e-14)
+    pin.framesForwardKinematics(robot.model, data, q)
+    placed = [(theirs.body(k).name, pin.FrameType.BODY, state.xpos[k], state.xmat[k]) for k in range(1, theirs.nbody)]
+    placed += [(theirs.site(k).name, pin.FrameType.OP_FRAME, state.site_xpos[k], state.site_xmat[k]) for k in range(theirs.nsite)]
+    for name, kind, position, rotation in placed:
+        if name:
+            place = data.oMf[robot.model.getFrameId(name, kind)]
+            np.testing.assert_allclose(place.translation, position, atol=1e-13)
+            np.testing.assert_allclose(place.rotation.ravel(), rotation, atol=1e-13)
 
 
-def test_what_cannot_move_is_left_out(tmp_path: Path):
-    """Furniture is left out with a line that says so."""
-    source = read(tmp_path, READ["table first"])
-    assert source.warnings == ('dog.xml: "table" cannot move and is left out; a strike on the robot does not reach it',)
-    assert source.robot_name == "m"
-    assert source.kind == "mjcf"
+def drawn_at_random(theirs: mujoco.MjModel, seed: int) -> np.ndarray:
+    """A configuration in MuJoCo's order."""
+    qpos = np.array(theirs.qpos0)
+    mujoco.mj_integratePos(theirs, qpos, np.random.default_rng(seed).normal(size=theirs.nv), 0.7)
+    return qpos
+
+
+@pytest.mark.parametrize("name", READ)
+def test_inertia_and_placements_equal_mujocos(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    """In the posture that the file draws, and in another one; nothing is printed and no file is written."""
+    robot = from_text(tmp_path, READ[name])
+    assert capfd.readouterr() == ("", "")
+    assert [path.name for path in tmp_path.iterdir()] == ["dog.xml"]
+    theirs = without_assets(READ[name])
+    for qpos in (theirs.qpos0, drawn_at_random(theirs, 1)):
+        assert_equal(robot, theirs, qpos)
+    assert robot.mass == pytest.approx(sum(body.mass for body in robot.bodies))
+
+
+def random_mjcf(seed: int) -> str:
+    """A tree of 2 to 9 bodies whose joints, places, inertias and geoms are drawn at random."""
+    rng = np.random.default_rng(seed)
+
+    def numbers(count: int) -> str:
+        return " ".join(f"{value:.17g}" for value in rng.normal(size=count))
+
+    children: dict[int, list[int]] = {0: []}
+    for number in range(1, rng.integers(2, 10)):
+        children[int(rng.integers(0, number))].append(number)
+        children[number] = []
+
+    def written(number: int) -> str:
+        joints = "<freejoint/>" if number == 0 and rng.random() < 0.6 else ""
+        count = 0 if joints else rng.choice((0, 1, 1, 1, 2, 3)) if number else 1
+        for left in reversed(range(count)):
+            kind = rng.choice(("hinge", "hinge", "slide", "hinge" if left else "ball"))  # no joint of a body comes after a ball
+            more = "" if kind == "ball" else f'axis="{numbers(3)}" ref="{rng.normal():.17g}"'
+            joints += f'<joint type="{kind}" pos="{numbers(3)}" armature="{rng.random():.17g}" {more}/>'
+        mass = f'<geom type="box" size=".1 .2 .3" pos="{numbers(3)}" euler="{numbers(3)}"/><geom size=".2" density="50"/>'
+        if rng.random() < 0.5:
+            xx, yy, zz = rng.uniform(0.5, 0.9, 3)
+            offdiagonal = " ".join(f"{value:.17g}" for value in rng.uniform(-0.05, 0.05, 3))
+            mass = f'<inertial pos="{numbers(3)}" mass="{rng.random() + 0.1}" fullinertia="{xx} {yy} {zz} {offdiagonal}"/>'
+        inside = "".join(written(child) for child in children[number])
+        frame = f'<frame pos="{numbers(3)}" euler="{numbers(3)}"><site name="s{number}" pos="{numbers(3)}"/>{inside}</frame>'
+        return f'<body name="b{number}" pos="{numbers(3)}" quat="{numbers(4)}">{joints}{mass}{frame}</body>'
+
+    sequence = "".join(rng.choice(list("xyzXYZ"), 3))
+    return mjcf(written(0), f'<compiler angle="radian" eulerseq="{sequence}"/>')
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_trees_equal_mujocos(seed: int, tmp_path: Path):
+    robot = from_text(tmp_path, random_mjcf(seed))
+    theirs = mujoco.MjModel.from_xml_string(random_mjcf(seed))
+    assert_equal(robot, theirs, drawn_at_random(theirs, seed))
+    assert len(robot.bodies) == np.count_nonzero(theirs.body_jntnum)
+
+
+def test_limits_are_in_radians_and_metres(tmp_path: Path):
+    robot = from_text(tmp_path, READ["limits in degrees and in metres"])
+    assert robot.joint("j").limits == pytest.approx((-np.pi / 6, np.pi / 2))
+    assert robot.joint("k").limits == (-0.1, 0.2)
+    robot = from_text(tmp_path, READ["three joints of one body"])
+    assert [part.kind for part in robot.joints[1].parts] == ["prismatic", "revolute", "ball"]
+    assert robot.joints[1].parts[1].limits == pytest.approx((-np.pi / 18, np.pi / 9))
+    assert robot.joint_names == ("b_joint+mid+b_joint_",)
+
+
+def test_mass_does_not_depend_on_collision(tmp_path: Path):
+    """A geom that collides with nothing has its mass all the same: 8.8 kg, not 3.8 kg."""
+    robot = from_text(tmp_path, READ["mass of geoms that do not collide"])
+    assert robot.bodies[1].mass == pytest.approx(8.8)
+
+
+def test_armature_of_a_free_joint_is_mass_of_the_base(tmp_path: Path):
+    """MuJoCo adds it to the inertia matrix whatever the joints do, so it is no drive's."""
+    robot = from_text(tmp_path, READ["armature of a free joint"])
+    assert not robot.model.armature[:6].any()
+    assert robot.bodies[0].mass == pytest.approx(1.2)
+    (warning,) = robot.warnings
+    assert 'joint "root" is free and has armature 0.2' in warning
+    assert "<freejoint/>" in warning
+    other = from_text(tmp_path, READ["armature of a free joint"].replace('<joint name="root" type="free"/>', "<freejoint/>"))
+    assert (other.bodies[0].mass, other.warnings) == (1.0, ())
+
+
+def test_frames_are_links_sites_joints_and_spheres(tmp_path: Path):
+    """Bodies that cannot move have frames too, fixed to the world; spheres are found by their names, for many are feet."""
+    foot = '<geom name="foot" size=".02" pos="0 0 -.3"/><geom name="skin" type="box" size=".1 .1 .1"/>'
+    robot = from_text(tmp_path, mjcf('<body name="table" pos="1 0 0"/>' + floating(body("b", BODY + foot + '<site name="imu"/>'))))
+    kinds = {frame.name: (frame.kind, frame.body) for frame in robot.frames.values()}
+    assert kinds == {
+        "base": ("link", 0),
+        "b": ("link", 1),
+        "table": ("link", -1),
+        "root": ("joint", 0),
+        "j": ("joint", 1),
+        "imu": ("site", 1),
+        "foot": ("site", 1),
+    }
+    np.testing.assert_array_equal(robot.frame("foot").offset, [0, 0, -0.3])
+    np.testing.assert_array_equal(robot.frame("table").offset, [1, 0, 0])
 
 
 def test_keyframes(tmp_path: Path):
     """A keyframe becomes a posture; one of the wrong size is left out with a line that says so."""
-    keys = '<keyframe><key name="home" qpos="1 2 3 1 0 0 0 .3"/><key name="old" qpos="1 2 3"/></keyframe>'
-    source = read(tmp_path, mjcf(floating(body("b")), after=keys))
-    assert source.warnings == ('dog.xml: keyframe "old" does not hold 8 finite numbers; the posture is left out',)
-    postures = {entry.key(): entry.data() for entry in build_model(source).referenceConfigurations}
-    np.testing.assert_array_equal(postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
-    assert "old" not in postures
+    keys = (
+        '<keyframe><key name="home" qpos="1 2 3 2 0 0 0 .3"/><key name="old" qpos="1 2 3"/><key name="bad" qpos="{}"/></keyframe>'
+    )
+    robot = from_text(tmp_path, mjcf(floating(body("b")), after=keys.format("nan 2 3 1 0 0 0 .3")))
+    np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
+    assert list(robot.postures) == ["home"]
+    assert [warning for warning in robot.warnings if "keyframe" in warning] == [
+        f'dog.xml: keyframe "{name}" does not hold 8 finite numbers; the posture is left out' for name in ("old", "bad")
+    ]
 
 
-def test_includes_and_mesh_folder(tmp_path: Path):
-    """Included parts take their place, counted from the main file's folder; the mesh folder becomes absolute."""
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "limb.xml").write_text(f"<mujocoinclude>{body('b')}{body('c', joints='')}</mujocoinclude>")
+TWO = mjcf(
+    body("box", '<geom size=".05"/>', "<freejoint/>")
+    + floating(body("b"))
+    + body("door", BODY, '<joint name="hinge" axis="0 0 1"/>', 'pos="1 2 0"'),
+    after="<keyframe><key name='home' qpos='9 9 9 1 0 0 0 1 2 3 1 0 0 0 .3 .4'/></keyframe>",
+)
+
+
+def test_of_several_robots_the_heaviest_is_computed(tmp_path: Path):
+    """The others are named; configurations and frames are those of the robot that is left."""
+    robot = from_text(tmp_path, TWO)
+    assert robot.warnings == (
+        'dog.xml holds 3 robots that move on their own: the heaviest, "base", is computed, and "box" (0.524 kg), "door" (1 kg) '
+        "left out",
+    )
+    assert [found.name for found in robot.bodies] == ["base", "b"]
+    np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
+    assert "door" not in robot.frames
+
+
+def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
+    """Two arms that hold one another are one robot; a floating base that is tied to another moving tree is refused."""
+    arms = body("left", BODY + '<geom size=".1"/>', '<joint name="l"/>') + body(
+        "right", joints='<joint name="r"/>', at='pos="1 0 0"'
+    )
+    tie = '<equality><connect body1="{}" body2="{}" anchor="0 0 .1"/></equality>'
+    text = mjcf(arms + body("door", BODY, '<joint name="d"/>'), after=tie.format("left", "right"))
+    robot = from_text(tmp_path, text)
+    assert [found.name for found in robot.bodies] == ["left", "right"]
+    assert robot.parents == (-1, -1)
+    assert robot.loops[0].bodies == (0, 1)
+    assert '"door" (1 kg) left out' in robot.warnings[0]
+    whole = mujoco.MjModel.from_xml_string(mjcf(arms))
+    assert_equal(robot, whole, drawn_at_random(whole, 3))
+    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and a floating base can'):
+        from_text(tmp_path, TWO.replace("<keyframe>", tie.format("door", "b") + "<keyframe>"))
+
+
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+def test_includes_and_meshes_of_the_opened_folders(tmp_path: Path):
+    """A folder called mjcf lies in the robot's own: parts and meshes beside it are read, counted from the main file's folder."""
+    for folder in ("mjcf", "parts", "meshes"):
+        (tmp_path / folder).mkdir()
+    limb = body("b", '<geom type="mesh" mesh="t"/>') + body("c", joints="")
+    (tmp_path / "parts" / "limb.xml").write_text(f"<mujocoinclude>{limb}</mujocoinclude>")
     (tmp_path / "parts" / "all.xml").write_text(
-        '<mujoco><compiler angle="radian" meshdir="meshes"/><worldbody><light/></worldbody></mujoco>'
+        '<mujoco><compiler angle="radian" meshdir="../meshes"/><asset><mesh file="t.obj" scale="1 1 2"/></asset></mujoco>'
     )
-    source = read(tmp_path, mjcf(floating('<include file="parts/limb.xml"/>'), '<include file="parts/all.xml"/>'))
-    assert "<include" not in source.xml
-    assert f'meshdir="{tmp_path}/meshes"' in source.xml
-    assert [name for name in build_model(source).names] == ["universe", "root", "j"]
+    (tmp_path / "meshes" / "t.obj").write_text(TETRAHEDRON)
+    text = mjcf(floating('<include file="../parts/limb.xml"/>'), '<include file="../parts/all.xml"/>')
+    robot = from_text(tmp_path / "mjcf", text)
+    assert robot.joint_names == ("j",)
+    assert robot.bodies[1].mass == pytest.approx(1000 / 3)
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "mjcf" / "dog.xml"))
+    assert_equal(robot, theirs, theirs.qpos0)
 
 
-def test_weightless_meshes_are_left_out(tmp_path: Path):
-    """Pinocchio gives a mesh 1 kg, so one without weight goes, and that is said."""
-    assert read(tmp_path, READ["weightless mesh"]).warnings == (
-        'dog.xml: body "b": 1 mesh without weight left out of its figure; give the body an <inertial> to see them',
+def test_attached_models(tmp_path: Path):
+    """A model that another one attaches brings its own includes and meshes."""
+    (tmp_path / "legs").mkdir()
+    (tmp_path / "legs" / "t.obj").write_text(TETRAHEDRON)
+    (tmp_path / "legs" / "assets.xml").write_text('<mujoco><asset><mesh name="m" file="t.obj"/></asset></mujoco>')
+    (tmp_path / "legs" / "leg.xml").write_text(
+        mjcf(body("leg", '<geom type="mesh" mesh="m"/>', '<joint name="k"/>'), '<include file="assets.xml"/>')
     )
+    attached = '<frame pos="1 0 0"><attach model="leg" body="leg" prefix="left_"/></frame>'
+    robot = from_text(tmp_path, mjcf(floating(attached), '<asset><model name="leg" file="legs/leg.xml"/></asset>'))
+    assert robot.joint_names == ("left_k",)
+    assert robot.bodies[1].mass == pytest.approx(1000 / 6)
+
+
+def test_a_model_is_compiled_once(tmp_path: Path):
+    before = compiled.cache_info().misses
+    robot = from_text(tmp_path, READ["plain"])
+    assert compiled(robot.source).model.nbody == 3
+    assert compiled.cache_info().misses == before + 1
+
+
+def test_meshes_that_give_no_mass_are_read_on_request_only(tmp_path: Path):
+    """One that cannot be read is left out then, with its link and the reason."""
+    asset = '<asset><mesh name="m" file="t.obj"/><mesh name="n" file="lost.obj"/><mesh name="o" file="bad.stl"/></asset>'
+    (tmp_path / "t.obj").write_text(TETRAHEDRON)
+    (tmp_path / "bad.stl").write_text("junk")
+    geoms = "".join(f'<geom type="mesh" mesh="{name}"/>' for name in "mno")
+    robot = from_text(tmp_path, mjcf(floating(body("b", BODY + geoms)), asset))
+    assert compiled(robot.source).model.nmesh == 0
+    found = compiled(robot.source, meshes=True)
+    assert found.model.nmesh == 1
+    assert [(lost.link, lost.mesh, lost.kinds) for lost in found.unread] == [
+        ("b", "n", ("collision", "visual")),
+        ("b", "o", ("collision", "visual")),
+    ]
+    assert '"lost.obj" is missing' in found.unread[0].reason
+
+
+def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """It is an optional dependency: the message says how to install it."""
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(RobotError, match=r'^dog\.xml is an MJCF file, .* pip install "shockpc\[mjcf\]"$'):
+        from_text(tmp_path, READ["plain"])
+
+
+PAIR = mjcf(floating(body("b"), body("c", joints='<joint name="k"/>')))
+
+
+def among(section: str) -> str:
+    """The pair of bodies with a section after them."""
+    return PAIR.replace("</mujoco>", f"{section}</mujoco>")
+
+
+CANNOT = "MuJoCo cannot compile it: "
+REFUSED = {
+    "<mujoco/>": ("no body in it has a joint",),
+    mjcf(body("b", joints="")): ("no body in it has a joint", "<freejoint/>"),
+    mjcf(floating(), "<compiler fancy='1'/>"): (CANNOT, "unrecognized attribute: 'fancy'"),
+    mjcf(floating(body("b", joints='<joint axis="0 0 0"/>'))): (CANNOT, "axis too small"),
+    mjcf(floating(body("b", '<inertial pos="0 0 0" mass="-1" diaginertia="1 1 1"/>'))): (CANNOT, "mass", "'b'"),
+    mjcf(floating(body("b", ""))): (CANNOT, "mass and inertia of moving bodies", "'b'"),
+    mjcf(floating(body("b", '<inertial pos="0 0 0" mass="nan" diaginertia="1 1 1"/>'))): ('inertial: mass is "nan"', "finite"),
+    mjcf(floating(body("b", at='pos="0 -inf 0"'))): ('body "b": pos is "0 -inf 0"', "finite"),
+    mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j": armature -0.1 is negative',),
+    mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): (CANNOT, "repeated name 'b'"),
+    mjcf(floating(body("b", joints='<joint class="leg"/>'))): (CANNOT, "unknown default class", "leg"),
+    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="m.stl"/></asset>'): (
+        'body "b" takes its mass from mesh "m", which cannot be read',
+        '"m.stl" is missing',
+        "<inertial>",
+    ),
+    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="../m.stl"/></asset>'): (
+        'body "b" takes its mass from mesh "m", which cannot be read',
+        "outside the folders",
+    ),
+    mjcf(floating(body("universe", joints='<joint name="universe"/>'))): ('joint "universe"', "rename"),
+    among('<equality><joint name="n" joint1="j" joint2="k" polycoef="0 1 0.5 0 0"/></equality>'): (
+        'the equality joint "n" couples joints by a curve, polycoef 0 1 0.5 0 0',
+        "a0 a1 0 0 0",
+    ),
+    among(
+        '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon><equality><tendon name="belt" tendon1="t"/></equality>'
+    ): ('the equality "belt" couples tendons', 'active="false"'),
+    among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
+        'two equalities have joint1="k"',
+    ),
+    among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): ('tendon "t" has armature 0.5',),
+    among(
+        '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>'
+        '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'
+    ): ('actuator "a" has armature and does not act on a hinge or slide joint',),
+    mjcf(
+        floating(body("b", joints='<joint name="j"/><joint name="k" axis="0 1 0"/>'), body("c", joints='<joint name="l"/>')),
+        after='<equality><joint joint1="l" joint2="k"/></equality>',
+    ): ('joint "k", which shares body "b" with another joint', "give each of a body's joints a body"),
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    """The message names the file, the element and what is wrong with it, in one line; nothing else is printed."""
+    with pytest.raises(RobotError) as caught:
+        from_text(tmp_path, text)
+    message = str(caught.value)
+    assert message.startswith("dog.xml: ")
+    assert "\n" not in message
+    for part in REFUSED[text]:
+        assert part in message
+    assert capfd.readouterr() == ("", "")
+    assert [path.name for path in tmp_path.iterdir()] == ["dog.xml"]
+
+
+def test_a_point_weld_is_a_connect(tmp_path: Path):
+    """torquescale="0" leaves the orientation free."""
+    for scale, turns in (("0", False), ("2", True)):
+        robot = from_text(tmp_path, among(f'<equality><weld torquescale="{scale}" body1="b" body2="c"/></equality>'))
+        assert [loop.turns for loop in robot.loops] == [turns]
+
+
+def test_includes_stay_inside(tmp_path: Path):
+    """A missing, repeated or outlying part is refused by name, and so is an attached model outside."""
+    folder = tmp_path / "dog"
+    folder.mkdir()
+    (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
+    (folder / "a.xml").write_text('<mujocoinclude><include file="a.xml"/></mujocoinclude>')
+    told = {
+        '<include file="none.xml"/>': 'dog.xml includes "none.xml", which does not exist',
+        '<include file="a.xml"/>': 'dog.xml includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
+        '<include file="../secret.xml"/>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}", outside the folders',
+        '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>': 'dog.xml: <flexcomp> names the file "../x.obj"',
+        '<asset><model name="s" file="../secret.xml"/></asset>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}"',
+    }
+    for element, message in told.items():
+        with pytest.raises(RobotError) as caught:
+            from_text(folder, mjcf(floating(), element))
+        assert str(caught.value).startswith(message)

@@ -103,7 +103,7 @@ def _one_restitution(system: System) -> float:
     Raises:
         UnsuitedError: restitutions differ, or something is held that would have to be at rest before the impact.
     """
-    e = {touch.restitution for touch in system.landing.touches}
+    e = {contact.restitution for contact in system.landing.contacts}
     if len(e) > 1:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
     if system.G is not None or not system.robot.free_base or system.scene.stance:
@@ -132,11 +132,11 @@ def _pin_constraints(mu: float) -> Callable[[System], Prepared]:
     def prepare(system: System) -> Prepared:
         e, v, q = _one_restitution(system), system.v, system.landing.q
         robot, scene = system.robot, system.scene
-        sticking = all(np.array_equal(t.directions, np.eye(3)) and not len(t.turns) for t in system.landing.touches)
+        sticking = all(np.array_equal(t.directions, np.eye(3)) and not len(t.moments) for t in system.landing.contacts)
         if robot.loops or scene.closure or not sticking:
             raise UnsuitedError("rigid constraint models are used here for sticking points alone")
         models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        for touch in system.landing.touches:
+        for touch in system.landing.contacts:
             body = robot.bodies[touch.body]
             place = pin.SE3(np.eye(3), body.offset + body.rotation @ touch.point)
             models.append(
@@ -167,7 +167,7 @@ def _proven(system: System) -> Prepared:
 
 def _double(system: System) -> Prepared:
     """Steps 1 and 2 of the package in double precision, without the proof."""
-    return Prepared(lambda: double_jumps(system.robot, system.scene, system.landing), lambda jumps: jumps)
+    return Prepared(lambda: double_jumps(system.landing), lambda jumps: jumps)
 
 
 DIRECT = (

@@ -124,10 +124,10 @@ def _compliant(tau: float) -> Method:
 
 def _simulation(system: System, tau: float, step: float) -> Prepared:
     """A landing in MuJoCo, until the speed of the contact has decayed: 20 τ."""
-    scene, robot, touches = system.scene, system.robot, system.landing.touches
+    scene, robot, touches = system.scene, system.robot, system.landing.contacts
     if system.G is not None or not robot.free_base or robot.loops or scene.closure or scene.stance:
         raise UnsuitedError("MuJoCo is used here for contacts of free robots without loops")
-    if any(t.restitution or len(t.directions) != 3 or len(t.turns) for t in touches):
+    if any(t.restitution or len(t.directions) != 3 or len(t.moments) for t in touches):
         raise UnsuitedError("MuJoCo is used here for sticking points without restitution")
     bodies = [robot.bodies[touch.body] for touch in touches]
     feet = [(body.joint, body.offset + body.rotation @ t.point) for body, t in zip(bodies, touches, strict=True)]
@@ -176,7 +176,7 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
     Returns: run gives MuJoCo's velocities (N, 3, nb, 6), world axes at the robot's centre of mass; read converts them to maps
     (N, nb, 6, 3).
     """
-    touch = system.landing.touches[0]
+    touch = system.landing.contacts[0]
     peer = mujoco_model(system.model, [], system.landing.q, 1.0, 1.0)
     import mujoco
 

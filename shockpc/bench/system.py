@@ -8,8 +8,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
-from shockpc.landing import Landing, complete, resolve
-from shockpc.model.closure import loop_of
+from shockpc.landing import Landing, resolve
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 
@@ -81,11 +80,11 @@ class System(NamedTuple):
             return found.joint, found.offset + found.rotation @ point
 
         moves = robot.moves.astype(float)
-        for touch in self.landing.touches:
-            yield [(moves[touch.body], 1.0)], *place(touch.body, touch.point), 0, touch.directions, touch.turns
+        for block in self.landing.rows(self.landing.state)[: len(self.landing.contacts)]:
+            yield [(moves[block.body], 1.0)], *place(block.body, np.reshape(block.point, 3)), 0, block.forces, block.moments
         for frame in map(robot.frame, self.scene.stance):
             yield [(moves[frame.body], 1.0)], *place(frame.body, frame.offset), 0, np.eye(3), NONE
-        for loop in (*robot.loops, *(loop_of(robot, closure) for closure in self.scene.closure)):
+        for loop in self.landing.loops:
             (a, b), in_body = loop.bodies, loop.rotations[0]
             along = 0 if a < 0 else robot.bodies[a].joint
             R = in_body if a < 0 else robot.bodies[a].rotation @ in_body
@@ -99,24 +98,23 @@ def system_of(robot: Robot, scene: Scene) -> System:
     Raises:
         ShockError: the scene cannot be computed.
     """
-    scene = complete(scene, robot)
     landing = resolve(scene, robot)
     model = pin.Model(robot.model)
-    model.armature = landing.drives.armature
+    model.armature = landing.joint_model.armature
     before = landing.before
     v = np.array(before.joint_rates)
-    G = None if landing.G is None else landing.G[0]
-    system = System(robot, scene, landing, model, v, NONE[:, 0], G)
+    G = landing.columns(landing.state)
+    system = System(robot, landing.scene, landing, model, v, NONE[:, 0], None if G is None else G[0])
     data = model.createData()
     pin.forwardKinematics(model, data, landing.q)
     if robot.free_base:
         to_base = data.oMi[1].rotation.T
         v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
     _, J_c = system.assembler(data)(landing.q)
-    restitution = np.concatenate([np.full(len(t.directions) + len(t.turns), t.restitution) for t in landing.touches])
+    restitution = np.concatenate([np.full(len(c.directions) + len(c.moments), c.restitution) for c in landing.contacts])
     speed = J_c[: len(restitution)] @ v
     if not robot.free_base:
-        speed += np.concatenate([np.concatenate([t.directions @ before.velocity, 0.0 * t.turns[:, 0]]) for t in landing.touches])
+        speed += np.concatenate([np.concatenate([c.directions @ before.velocity, 0.0 * c.moments[:, 0]]) for c in landing.contacts])
     b = np.zeros(len(J_c))
     b[: len(speed)] = (1.0 + restitution) * speed
     return system._replace(b=b)

@@ -11,10 +11,10 @@ from shockpc.bench.cases.chains import chain
 from shockpc.bench.measure import Timing, timed
 from shockpc.bench.methods import Prepared
 from shockpc.bench.mujoco_peer import batch_in_mujoco
-from shockpc.bench.reference import maps_in_many
 from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
 from shockpc.model.contact import Contact
+from shockpc.profile import ShockMaps, shock_maps
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
@@ -65,8 +65,13 @@ def postures(system: System, n: int) -> Array:
 
 
 def _batched(system: System, Q: Array) -> Prepared:
-    """The batched path of the package."""
-    return Prepared(lambda: maps_in_many(system.robot, system.scene, system.landing, Q), lambda maps: maps)
+    """The batched path of the package; its maps are in world axes."""
+
+    def read(found: ShockMaps) -> Array:
+        maps = found.maps.reshape(len(Q), -1, 2, 3, 3)
+        return (np.swapaxes(found.rotation, -1, -2)[:, :, None] @ maps).reshape(len(Q), -1, 6, 3)
+
+    return Prepared(lambda: shock_maps(system.landing, Q), read)
 
 
 def _bare_loop(system: System, Q: Array) -> Prepared:
@@ -112,7 +117,8 @@ def compete(name: str, n: int, budget: float) -> list[PeerResult]:
     """
     system = many_system(name)
     Q = postures(system, n)
-    maps = maps_in_many(system.robot, system.scene, system.landing, Q)
+    prepared = _batched(system, Q)
+    maps = prepared.read(prepared.run())
     jump = maps @ system.landing.before.velocity
     found: list[PeerResult] = []
     for peer, work, prepare in PEERS:

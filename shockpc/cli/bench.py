@@ -62,8 +62,7 @@ def _landing(robot: str, contacts: list[str], out: Path | None) -> None:
     from shockpc.cli.build import is_scene_file
     from shockpc.model.contact import Contact, match_frames
     from shockpc.robot.robot import load_robot
-    from shockpc.scene import Scene
-    from shockpc.scene_file import read_scene
+    from shockpc.scene import Scene, read_scene
     from shockpc.show.tables.text import as_text
 
     scene = read_scene(Path(robot)) if is_scene_file(robot) else Scene(robot=robot)

@@ -4,151 +4,192 @@
     [ J_c   0   ] [ −λ ] = [ −b ]         b = (1 + e) J_c q̇⁻
 
 Works on arrays alone; it neither loads robots nor chooses contacts. What closes a loop is a row with b = 0; what cannot move is
-a column left out (Eq. 7, with H and J_c reduced before they come here). All arrays may carry leading axes.
+a column left out (Eq. 7, with H and J_c reduced before they come here). All arrays have a leading posture axis.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import SolveError
 
-__all__ = ["Impact", "independent_rows", "least_impulse", "residuals", "solve_impact", "weakest_columns"]
+__all__ = ["Impact", "RowChoice", "choose_rows", "is_singular", "solve_impact", "weakest_columns"]
+
+EPS = float(np.finfo(float).eps)
+
+WELL = 1e-4
+"""Least pivot of the scaled Delassus matrix from which its rows are independent beyond doubt."""
+
+LOST = 1e10
+"""Condition of the inertia from which the Delassus matrix in double precision no longer tells whether its rows are independent."""
+
+TOLERANCE = 64.0 * EPS
+"""Rows are dependent where what sets them apart is below this share of the terms that they are computed from."""
+
+UNCERTAIN = 1.0 / 32.0, 8.0
+"""Multiples of the tolerance between which rounding could decide whether rows are independent."""
 
 
 class Impact(NamedTuple):
-    """What an impact does to a mechanism.
+    """The solution of Eq. 4 in N postures, in double precision.
 
     Attributes:
-        delta_qd: (..., nv, k) jump of the joint velocities [rad/s, m/s], one column for each column of b.
-        impulse: (..., nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
-        unique: (..., nc) whether the row's impulse is determined; where rows repeat each other only their sum is. A row that
-            nothing can move along takes no impulse.
-        dead: (..., nc) rows that nothing can move along.
-        scale: (..., nc) by which each row was brought to unit mobility; zero for dead ones.
-        rank: (...) how many rows are independent.
-        weakest: (...) smallest singular value that was kept over the largest [1]: rounding in the rows shows divided by it.
-        condition: (...) how many times rounding in the inertia is enlarged, 1 / min(L_ii)² of its Cholesky factor, at least [1].
-        marginal: (...) whether rounding may have decided the rank: a singular value comes near to where they are left out, or the
-            rows by themselves have another.
+        delta_qd: (N, nv, k) jump of the joint velocities [rad/s, m/s], one column for each column of b.
+        impulse: (N, nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
+        scale: (N, nc) by which each row is brought to unit mobility; zero for a row along which nothing can move.
+        rank: (N,) number of independent rows.
+        condition: (N,) estimated factor by which the inertia and the rows enlarge rounding [1].
+        choices: the independent rows of each posture in which some depend on others, or nearly do, by its index.
     """
 
     delta_qd: Array
     impulse: Array
-    unique: np.ndarray
-    dead: np.ndarray
     scale: Array
     rank: np.ndarray
-    weakest: Array
     condition: Array
-    marginal: np.ndarray
+    choices: "dict[int, RowChoice]"
 
 
-MARGIN = 1.0 / 32.0, 8.0
-"""Shares of the tolerance: what rounding makes of a zero in fact, and where a singular value is surely none. In between nobody can
-tell."""
+class RowChoice(NamedTuple):
+    """Which rows of one posture are independent.
+
+    Attributes:
+        rows: (r,) indices of independent rows from which all others follow.
+        spread: (nc, r) distributes impulses along these rows over all rows, with the same effect and the least norm at unit
+            mobility; the identity where no row depends on others.
+        unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
+        uncertain: whether rounding could decide how many rows are independent.
+    """
+
+    rows: np.ndarray
+    spread: Array
+    unique: np.ndarray
+    uncertain: bool
+
+    @staticmethod
+    def every(n: int) -> "RowChoice":
+        """All of n independent rows."""
+        return RowChoice(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
 
 
-def solve_impact(H: Array, J_c: Array, b: Array) -> Impact:
-    """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ (J_c H⁻¹ J_cᵀ)⁺ b, λ = −(J_c H⁻¹ J_cᵀ)⁺ b.
+def solve_impact(H: Array, J_c: Array, b: Array, terms: Callable[[int], Array]) -> Impact:
+    """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
-    H = L Lᵀ turns the contact rows into X = L⁻¹ J_cᵀ, and the singular values of X (with H scaled to a unit diagonal and the
-    columns of X to unit length) decide the rank; working on X and not on XᵀX keeps twice the digits. Rows count as repeated when a
-    singular value falls below 8 n ε / min(L_ii), which bounds what rounding in H can make of a zero; `marginal` tells where one
-    came near that, on either side, and where the rows by themselves, without H, have another rank. No damping.
+    The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
+    the inertia has lost the digits to tell, `choose_rows` finds the independent rows of that posture.
 
     Args:
-        H: (..., nv, nv) joint-space inertia, symmetric positive definite [kg, kg m, kg m²].
-        J_c: (..., nc, nv) contact and closure rows.
-        b: (..., nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
+        H: (N, nv, nv) joint-space inertia, symmetric positive definite [kg, kg m, kg m²].
+        J_c: (N, nc, nv) contact and closure rows.
+        b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
+        terms: posture → (nc, nv) sizes of the terms that the entries of J_c are sums of.
 
-    Raises:
-        SolveError: H is not positive definite (ask `weakest_columns` which columns are to blame).
+    Returns: NaN in a posture whose inertia is singular in double precision.
     """
-    eps = np.finfo(float).eps
-    diagonal = np.diagonal(H, axis1=-2, axis2=-1)
-    # Below this a diagonal is what rounding made of a zero: the square of 1e-13 in a lever arm.
-    if not np.all(diagonal > 1e-26 * diagonal.max(axis=-1, keepdims=True, initial=0.0)):
-        raise SolveError("the joint-space inertia has a zero or negative diagonal, so it cannot be inverted")
-    d = 1.0 / np.sqrt(diagonal)
-    scaled = H * d[..., :, None]
-    scaled *= d[..., None, :]
+    n, nc = J_c.shape[:2]
+    size = np.sqrt(np.abs(np.einsum("nii->ni", H)))
+    # One more right-hand side of random signs estimates the norm of the inverse (Kenney and Laub 1994).
+    signs = size * np.where(np.arange(H.shape[-1]) * 2654435761 % 7 < 4, 1.0, -1.0)
+    X = _solve(H, np.concatenate([np.swapaxes(J_c, -1, -2), signs[..., None]], axis=-1))
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        stiffness = np.sqrt(np.sum((X[..., nc] * size) ** 2, axis=-1))
+        X = X[..., :nc]
+        A = J_c @ X
+        mobility = np.einsum("nii->ni", A)
+        scale = np.where(mobility > 0.0, 1.0 / np.sqrt(np.abs(mobility)), 0.0)
+        scaled = A * (scale[:, :, None] * scale[:, None, :])
+        pivot = _least_pivot(scaled)
+        well = (pivot > WELL) & (stiffness < LOST) & (mobility.min(axis=-1) > 1e-20 * mobility.max(axis=-1))
+        scaled[~well] = np.eye(nc)
+        impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
+        delta_qd = X @ impulse
+        condition = stiffness / np.where(well, pivot, np.nan)
+    choices = {}
+    for k in np.flatnonzero(~well).tolist():
+        choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k])
+        r = choice.rows
+        part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
+        condition[k] *= stiffness[k]
+        impulse[k], delta_qd[k] = choice.spread @ part, X[k][:, r] @ part
+    rank = np.full(n, nc)
+    for k, choice in choices.items():
+        rank[k] = len(choice.rows)
+    return Impact(delta_qd, impulse, scale, rank, condition, choices)
+
+
+def _solve(H: Array, B: Array) -> Array:
+    """H⁻¹ B (N, nv, k); NaN where H is singular."""
     try:
-        L = np.asarray(np.linalg.cholesky(scaled), dtype=np.float64)
+        return np.asarray(np.linalg.solve(H, B), dtype=float)
     except np.linalg.LinAlgError:
-        raise SolveError("the joint-space inertia is not positive definite, so it cannot be inverted") from None
-    X = _substitute(L, np.swapaxes(J_c * d[..., None, :], -1, -2))
-
-    n = max(H.shape[-1], J_c.shape[-2])
-    least = np.diagonal(L, axis1=-2, axis2=-1).min(axis=-1, initial=1.0)
-    tolerance = 8 * n * eps / least
-    length = np.linalg.norm(X, axis=-2)
-    # A row that nothing can move along is a zero, however loudly its rounding would speak once scaled to unit length.
-    dead = length <= tolerance[..., None] * length.max(axis=-1, keepdims=True, initial=0.0)
-    c = np.where(dead, 0.0, 1.0 / np.where(dead, 1.0, length))
-    U, s, Vt = np.linalg.svd(X * c[..., None, :], full_matrices=False)
-    bound = tolerance[..., None] * s.max(axis=-1, keepdims=True, initial=0.0)
-    kept = s > bound
-    marginal = np.any((s > MARGIN[0] * bound) & (s < MARGIN[1] * bound), axis=-1)
-    if not kept.all():
-        marginal |= kept.sum(axis=-1) != _own_rank(J_c * d[..., None, :])
-    s_inv = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
-
-    largest = s.max(axis=-1, initial=0.0)
-    weakest = np.where(kept, s, np.inf).min(axis=-1, initial=np.inf) / np.where(largest > 0.0, largest, 1.0)
-
-    along = s_inv[..., None] * (Vt @ (c[..., None] * b))
-    # What no row reaches stays exactly where it is; the factors leave rounding there.
-    y = np.where(X.any(axis=-1, keepdims=True), -(U @ along), 0.0)
-    delta_qd = d[..., None] * _substitute_back(L, y)
-    V = np.swapaxes(Vt, -1, -2)
-    impulse = -c[..., None] * (V @ (s_inv[..., None] * along))
-    # A row's impulse is unique when its unit vector lies in the row space that was kept.
-    unique = dead | (np.sum((V * kept[..., None, :]) ** 2, axis=-1) > 1.0 - 1e-9)
-    return Impact(delta_qd, impulse, unique, dead, c, kept.sum(axis=-1), weakest, 1.0 / least**2, marginal)
+        if len(H) == 1:
+            return np.full_like(B, np.nan)
+        return np.concatenate([_solve(H[k : k + 1], B[k : k + 1]) for k in range(len(H))])
 
 
-def _own_rank(J: Array) -> np.ndarray:
-    """How many rows (..., nc, nv) are independent before any inertia couples them; in exact numbers inertia cannot change that."""
-    threshold = 8 * max(J.shape[-2:]) * np.finfo(float).eps
-    length = np.linalg.norm(J, axis=-1, keepdims=True)
-    alive = length > threshold * length.max(axis=-2, keepdims=True, initial=0.0)
-    s = np.linalg.svd(np.where(alive, J / np.where(alive, length, 1.0), 0.0), compute_uv=False)
-    return np.asarray((s > threshold * s.max(axis=-1, keepdims=True, initial=0.0)).sum(axis=-1))
+def _least_pivot(A: Array) -> Array:
+    """The least pivot (N,) of symmetric matrices A (N, n, n) with unit diagonal, eliminated in their order."""
+    S = np.moveaxis(A, 0, -1).copy()
+    least = np.ones(len(A))
+    for k in range(len(S) - 1):
+        S[k + 1 :, k + 1 :] -= S[k + 1 :, k, None] * (S[k, k + 1 :] / S[k, k])[None]
+        least = np.fmin(least, np.where(np.isnan(S[k + 1, k + 1]), -1.0, S[k + 1, k + 1]))
+    return least
 
 
-def _substitute(L: Array, B: Array) -> Array:
-    """The X (..., n, k) with L X = B for a lower triangular L: row by row, for all postures at once."""
-    X = np.empty(np.broadcast_shapes(L.shape[:-2], B.shape[:-2]) + B.shape[-2:])
-    for i in range(B.shape[-2]):
-        known = L[..., i : i + 1, :i] @ X[..., :i, :]
-        X[..., i, :] = (B[..., i, :] - known[..., 0, :]) / L[..., i, i, None]
-    return X
+def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
+    """−A⁻¹ b for the Delassus matrix of independent rows, scaled to a unit diagonal, and its condition."""
+    if not np.isfinite(A).all() or not np.all(np.diagonal(A) > 0.0):
+        return np.full_like(b, np.nan), np.inf
+    c = 1.0 / np.sqrt(np.diagonal(A))
+    scaled = A * np.outer(c, c)
+    try:
+        return -c[:, None] * np.linalg.solve(scaled, c[:, None] * b), float(np.linalg.cond(scaled))
+    except np.linalg.LinAlgError:
+        return np.full_like(b, np.nan), np.inf
 
 
-def _substitute_back(L: Array, B: Array) -> Array:
-    """The X (..., n, k) with Lᵀ X = B."""
-    upside_down = np.swapaxes(L, -1, -2)[..., ::-1, ::-1]
-    return _substitute(upside_down, B[..., ::-1, :])[..., ::-1, :]
+def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoice:
+    """Find the independent rows of one posture.
 
-
-def independent_rows(H: Array, J_c: Array, rank: int, dead: np.ndarray) -> np.ndarray:
-    """Indices of `rank` rows that all others follow from, the farthest from one another first found.
-
-    Rows and not mixtures of them: mixing a row that hardly gives way with one that gives way easily would cost digits.
+    The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It is decided by the singular values of J_c with
+    columns scaled to unit inertia and rows to unit length: a singular value is zero where it is below what rounding of the terms of
+    J_c can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row that hardly moves with one that moves easily
+    would lose digits.
 
     Args:
-        H: (nv, nv) joint-space inertia.
         J_c: (nc, nv) rows.
-        rank: how many are independent, as `solve_impact` found.
-        dead: (nc,) rows that nothing can move along, as `solve_impact` found.
+        terms: (nc, nv) sizes of the terms that its entries are sums of.
+        size: (nv,) square root of the diagonal of the inertia.
+        scale: (nc,) that brings each row to unit mobility.
     """
+    weight = 1.0 / np.where(size > 0.0, size, 1.0)
+    # What is left of terms that cancel to within their rounding is a structural zero, such as the speed of a point on the only
+    # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
+    J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) * weight
+    length, whole = np.linalg.norm(J, axis=1), np.linalg.norm(terms * weight, axis=1)
+    alive = length > TOLERANCE * np.where(whole > 0.0, whole, 1.0)
+    unit = np.where(alive[:, None], J / np.where(alive, length, 1.0)[:, None], 0.0)
+    noise = float(np.max(np.where(alive, whole / np.where(alive, length, 1.0), 0.0), initial=1.0))
+    _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
+    bound = TOLERANCE * np.sqrt(len(J_c)) * noise
+    kept = s > bound
+    rank = int(kept.sum())
+    uncertain = bool(np.any((s > UNCERTAIN[0] * bound) & (s < UNCERTAIN[1] * bound)))
+    # The impulse along a row is unique where its unit vector lies in the row space.
+    unique = ~alive | (np.sum(Vt[kept] ** 2, axis=0) > 1.0 - 1e-9)
+    rows = np.flatnonzero(alive) if rank == alive.sum() else _farthest(unit.T, rank)
     if rank == len(J_c):
-        return np.arange(rank)
-    X = np.linalg.solve(np.linalg.cholesky(H), J_c.T)
-    length = np.linalg.norm(X, axis=0)
-    X = X / np.where(dead, np.inf, length)
+        return RowChoice(rows, np.eye(rank), unique, uncertain)
+    mobile = np.where(alive, np.where(scale > 0.0, scale, weight.max() / np.where(alive, length, 1.0)), 0.0)
+    U, s, Vt = np.linalg.svd((mobile[:, None] * J * alive[:, None]).T, full_matrices=False)
+    spread = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
+    return RowChoice(rows, spread, unique, uncertain)
+
+
+def _farthest(X: Array, rank: int) -> np.ndarray:
+    """Indices of `rank` columns of X, each the farthest from those before."""
     chosen: list[int] = []
     for _ in range(rank):
         chosen.append(int(np.argmax(np.linalg.norm(X, axis=0))))
@@ -158,45 +199,17 @@ def independent_rows(H: Array, J_c: Array, rank: int, dead: np.ndarray) -> np.nd
     return np.array(sorted(chosen), dtype=int)
 
 
-def least_impulse(J_c: Array, scale: Array, chosen: np.ndarray, impulse: Array) -> Array:
-    """Of all impulses that do what those of some rows do, the one that `solve_impact` gives: of least norm at unit mobility.
-
-    Args:
-        J_c: (nc, nv) rows.
-        scale: (nc,) that brings them to unit mobility.
-        chosen: (r,) indices of rows that all others follow from.
-        impulse: (r, k) along those.
-
-    Returns: (nc, k).
-    """
-    rank = len(chosen)
-    if rank == len(J_c):
-        return impulse
-    U, s, Vt = np.linalg.svd((scale[:, None] * J_c).T, full_matrices=False)
-    return np.asarray(scale[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ (J_c[chosen].T @ impulse)) / s[:rank, None])))
-
-
-def residuals(H: Array, J_c: Array, b: Array, delta_qd: Array, impulse: Array) -> tuple[Array, Array]:
-    """Violation of the two lines of Eq. 4, each relative to the size of its own terms [1].
-
-    The first says whether momentum balances; it is rounding, always. The second, row by row, says above rounding that a row
-    contradicts others, or asks for a motion that the mechanism does not have. Terms count with their absolute values, so that the
-    large rates of a nearly singular posture are not taken for a contradiction. Arguments as for `solve_impact` and `Impact`.
-
-    Returns: (...) of the momentum line, (..., nc) of every row of the contact line.
-    """
-    J_T = np.swapaxes(J_c, -1, -2)
-    momentum = np.abs(H @ delta_qd - J_T @ impulse).max(axis=(-2, -1), initial=0.0)
-    moved = (np.abs(H) @ np.abs(delta_qd) + np.abs(J_T) @ np.abs(impulse)).max(axis=(-2, -1), initial=0.0)
-    left = np.abs(J_c @ delta_qd + b).max(axis=-1, initial=0.0)
-    # A row that nothing moves along holds rounding alone; the speeds of the other rows say how little that is.
-    asked = np.abs(b).max(axis=(-2, -1), initial=0.0)[..., None]
-    terms = np.maximum((np.abs(J_c) @ np.abs(delta_qd) + np.abs(b)).max(axis=-1, initial=0.0), asked)
-    return momentum / np.where(moved > 0.0, moved, 1.0), left / np.where(terms > 0.0, terms, 1.0)
+def is_singular(H: Array) -> bool:
+    """Whether an inertia (nv, nv) cannot be told from a singular one in double precision."""
+    d = np.sqrt(np.abs(np.diagonal(H)))
+    if not np.all(d > 0.0):
+        return True
+    values = np.linalg.eigvalsh(H / d[:, None] / d[None, :])
+    return bool(values[0] <= 1e-14 * values[-1])
 
 
 def weakest_columns(H: Array) -> list[int]:
-    """The columns of an inertia that cannot be inverted which hold no inertia of their own, or between them share one.
+    """The columns of a singular inertia that have no inertia of their own, or share one between them.
 
     Args:
         H: (nv, nv) symmetric.

@@ -1,73 +1,93 @@
 """Step 3: reduce a body's jump in velocity to its centre and radius of percussion (shock paper, Eqs. 2, 11 and 12).
 
-Works in any axes, as long as velocities, points and the plane's normal are written in the same ones. All arrays may carry leading
-axes.
+Works in any axes, as long as velocities, points and the plane's normal are written in the same ones. Arrays may carry leading axes,
+and may hold doubles or balls (`exact`): the formulas are the same.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
 
-__all__ = ["Percussion", "off_plane_share", "percussion", "shock_at"]
+__all__ = ["Percussion", "dot", "larger", "norm", "off_plane_share", "percussion", "shock_at", "translation"]
 
 
 class Percussion(NamedTuple):
-    """Where a body feels nothing, and how fast shock grows from there.
+    """Where the shock of a body is zero, and how fast it grows from there.
 
     Attributes:
-        copc: (..., 3) centre of percussion from the body frame's origin, in the plane through that origin [m]; NaN if the
+        copc: (..., 3) centre of percussion from the body frame's origin, in the plane through that origin [m]; meaningless if the
             body only translates.
-        ropc: (...) radius of percussion, the distance from the centre at which shock equals the strike [m]; inf if it only
-            translates.
-        translates: (...) True where rotation in the plane is no larger than rounding, so that no point is at rest.
-        pitch: (...) pitch of the spatial screw, ω·v / |ω|² [m/rad]; NaN if the body does not rotate at all.
+        ropc: (...) radius of percussion, the distance from the centre at which shock equals the strike [m]; likewise.
+        pitch: (...) pitch of the spatial screw, ω·v / |ω|² [m/rad]; meaningless if the body does not rotate.
     """
 
-    copc: Array
-    ropc: Array
-    translates: np.ndarray
-    pitch: Array
+    copc: Any
+    ropc: Any
+    pitch: Any
 
 
-def percussion(
-    delta_omega: Array,
-    delta_v: Array,
-    normal: Array,
-    v_in: float | Array,
-    length: float | Array,
-    tolerance: float | Array,
-    turn_error: float | Array = 0.0,
-) -> Percussion:
-    """The planar centre p = n × Δv / (n·Δω) and radius r_p = |v_in| / |n·Δω|.
+def dot(a: Any, b: Any) -> Any:
+    """Scalar products (...) of vectors (..., 3)."""
+    return np.sum(a * b, axis=-1)
 
-    A body translates when its rotation moves no point within `length` by more than `tolerance` of v_in or of its own velocity, or
-    is no larger than its own error: in double precision that is how a pure translation looks, never an exact zero.
+
+def norm(a: Any) -> Any:
+    """Lengths (...) of vectors (..., 3)."""
+    squares = np.asarray(dot(a, a))
+    # A ball around a sum of squares may reach below zero; the sum does not.
+    return _each(lambda x: x.nonnegative_part().sqrt(), squares) if squares.dtype == object else np.sqrt(squares)
+
+
+def larger(a: Any, b: Any) -> Any:
+    """The larger of two arrays (...), entry by entry."""
+    return _each(lambda x, y: x.max(y), a, b) if np.asarray(a).dtype == object else np.maximum(a, b)
+
+
+def _each(function: Callable[..., Any], *arrays: Any) -> Any:
+    """A function of balls, entry by entry."""
+    return np.asarray(np.frompyfunc(function, len(arrays), 1)(*arrays), dtype=object)
+
+
+def translation(delta_omega: Array, delta_v: Array, normal: Array, v_in: float, length: float, tolerance: float) -> tuple[Any, Any]:
+    """Which bodies only translate in the plane, and which do not rotate at all.
+
+    A body translates when its rotation moves no point within `length` by more than `tolerance` of v_in or of its own velocity:
+    files give angles and lengths with ten digits or so, and their rounding rotates bodies by as much.
+
+    Args:
+        delta_omega: (nb, 3) jump of angular velocity [rad/s].
+        delta_v: (nb, 3) jump of velocity of the body frame's origin [m/s].
+        normal: (nb, 3) unit normal of the plane.
+        v_in: speed of the strike [m/s], above zero.
+        length: size of the robot [m], above zero.
+        tolerance: relative size of rounding in the file's numbers [1].
+
+    Returns: (nb,) and (nb,) of bool.
+    """
+    floor = tolerance * np.maximum(v_in, np.linalg.norm(delta_v, axis=-1)) / length
+    return np.abs(dot(delta_omega, normal)) <= floor, np.linalg.norm(delta_omega, axis=-1) <= floor
+
+
+def percussion(delta_omega: Any, delta_v: Any, normal: Any, v_in: Any, translates: Any, still: Any) -> Percussion:
+    """The planar centre p = n × Δv / (n·Δω) (Eq. 11) and radius r_p = |v_in| / |n·Δω| (Eq. 12).
 
     Args:
         delta_omega: (..., 3) jump of angular velocity [rad/s].
         delta_v: (..., 3) jump of velocity of the body frame's origin [m/s].
         normal: (..., 3) unit normal of the plane.
         v_in: speed of the strike [m/s], above zero.
-        length: size of the robot [m], above zero.
-        tolerance: relative size of rounding in the velocities [1].
-        turn_error: error of the jump of angular velocity [rad/s].
+        translates: (...) which bodies have no centre and no radius, as `translation` finds.
+        still: (...) which do not rotate.
     """
-    turn = np.sum(delta_omega * normal, axis=-1)
-    spin = np.linalg.norm(delta_omega, axis=-1)
-    floor = np.maximum(tolerance * np.maximum(v_in, np.linalg.norm(delta_v, axis=-1)) / length, turn_error)
-    translates = np.abs(turn) <= floor
-    still = spin <= floor
-    safe_turn = np.where(translates, 1.0, turn)
-    copc = np.where(translates[..., None], np.nan, np.cross(normal, delta_v) / safe_turn[..., None])
-    ropc = np.where(translates, np.inf, v_in / np.abs(safe_turn))
-    safe_spin = np.where(still, 1.0, spin)
-    pitch = np.where(still, np.nan, np.sum(delta_omega * delta_v, axis=-1) / safe_spin**2)
-    return Percussion(copc, ropc, translates, pitch)
+    turn = np.where(translates, 1, dot(delta_omega, normal))
+    spin = np.where(still, 1, dot(delta_omega, delta_omega))
+    return Percussion(np.cross(normal, delta_v) / turn[..., None], v_in / np.abs(turn), dot(delta_omega, delta_v) / spin)
 
 
-def shock_at(delta_omega: Array, delta_v: Array, r: Array, v_in: float | Array) -> Array:
+def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:
     """Normalised shock at a point, |Δv + Δω × r| / v_in; in the plane it equals |r − p| / r_p (Eq. 2).
 
     Unlike p and r_p it stays exact however little the body rotates.
@@ -78,10 +98,10 @@ def shock_at(delta_omega: Array, delta_v: Array, r: Array, v_in: float | Array) 
         r: (..., 3) point from that origin [m].
         v_in: speed of the strike [m/s].
     """
-    return np.asarray(np.linalg.norm(velocity_at(delta_omega, delta_v, r), axis=-1) / v_in)
+    return norm(velocity_at(delta_omega, delta_v, r)) / v_in
 
 
-def off_plane_share(delta_omega: Array, v_com: Array, normal: Array, gyration: Array) -> Array:
+def off_plane_share(delta_omega: Any, v_com: Any, normal: Any, gyration: Any) -> Any:
     """How much of a body's jump a planar picture cannot show: 0 all in the plane, 1 all across it.
 
     The larger of the share of the translation across the plane and the share of the rotation about axes in the plane, both
@@ -94,10 +114,10 @@ def off_plane_share(delta_omega: Array, v_com: Array, normal: Array, gyration: A
         normal: (..., 3) unit normal of the plane.
         gyration: (...) radius of gyration of the body about its centre of mass [m].
     """
-    rotation = gyration * np.linalg.norm(delta_omega, axis=-1)
-    translation = np.linalg.norm(v_com, axis=-1)
-    turn = np.sum(delta_omega * normal, axis=-1)
-    rotation_off = gyration * np.linalg.norm(delta_omega - normal * turn[..., None], axis=-1)
-    translation_off = np.abs(np.sum(v_com * normal, axis=-1))
-    size = np.maximum(rotation, translation)
-    return np.where(size > 0.0, np.maximum(rotation_off, translation_off) / np.where(size > 0.0, size, 1.0), 0.0)
+    rotation, translation = gyration * norm(delta_omega), norm(v_com)
+    turn = dot(delta_omega, normal)
+    rotation_off = gyration * norm(delta_omega - normal * turn[..., None])
+    translation_off = np.abs(dot(v_com, normal))
+    size = larger(rotation, translation)
+    moves = np.asarray(size > 0, dtype=bool)
+    return np.where(moves, larger(rotation_off, translation_off) / np.where(moves, size, 1), 0 * size)

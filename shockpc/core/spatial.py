@@ -4,12 +4,12 @@ A spatial velocity is a 6-vector (ω, v): angular part first [rad/s], then the v
 (Featherstone's order, the shock paper's Section 3.2). All arrays may carry leading axes.
 """
 
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Array", "Plane", "cross_matrix", "plane_from", "read_only", "velocity_at"]
+__all__ = ["Array", "Plane", "cross_matrix", "largest_norm", "plane_from", "read_only", "velocity_at"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def cross_matrix(r: Array) -> Array:
     return out
 
 
-def velocity_at(omega: Array, v: Array, r: Array) -> Array:
+def velocity_at(omega: Any, v: Any, r: Any) -> Any:
     """Velocity of a point of a rigid body: v + ω × r (the shock paper, Eq. 10).
 
     Args:
@@ -75,6 +75,13 @@ def velocity_at(omega: Array, v: Array, r: Array) -> Array:
         r: (..., 3) point from that origin, in the same axes [m].
     """
     return v + np.cross(omega, r)
+
+
+def largest_norm(values: Array) -> Array:
+    """Euclidean norms over the second axis, (n, m, k) → (n, k), without underflow of squares."""
+    size = np.abs(values).max(axis=1, initial=0.0)
+    scaled = values / np.where(size > 0.0, size, 1.0)[:, None]
+    return np.asarray(size * np.sqrt(np.sum(scaled**2, axis=1)))
 
 
 def read_only(values: ArrayLike) -> Array:

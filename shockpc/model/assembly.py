@@ -8,7 +8,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
 from shockpc.model.closure import closure_block, closure_gap
-from shockpc.model.columns import freedom
+from shockpc.model.columns import free_columns
 from shockpc.model.dynamics import dynamics
 from shockpc.model.rows import row_jacobian
 from shockpc.robot.couplings import Loop
@@ -61,8 +61,8 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
             return Assembly(q, first, turn, _moved(robot, start, q))
         if not _movable(robot, held):
             break
-        G = freedom(robot, "fixed", plane, state.rotation[:, 0], held)
-        K = np.concatenate([row_jacobian(state, closure_block(state, loop).W)[0] for loop in loops])
+        G = free_columns(robot, "fixed", plane, state.rotation[:, 0], held)
+        K = row_jacobian(state, [closure_block(loop) for loop in loops])[0]
         columns = K if G is None else K @ G[0]
         dy = np.linalg.lstsq(columns, -gap, rcond=1e-10)[0]
         # A long step leaves the range in which a linear model of the linkage means anything.
@@ -82,7 +82,7 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
 def _movable(robot: Robot, held: np.ndarray) -> list[str]:
     """The joints that may move by themselves: neither held nor following another."""
     followers = {mimic.joint for mimic in robot.mimics}
-    return [n for n in robot.joint_names if n not in followers and not held[robot.model.joints[robot.model.getJointId(n)].idx_v]]
+    return [n for n in robot.joint_names if n not in followers and not held[robot.joint(n).v].any()]
 
 
 def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
@@ -90,9 +90,9 @@ def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float,
     step = pin.difference(robot.model, before, after)
     moved = []
     for name in robot.joint_names:
-        joint = robot.model.joints[robot.model.getJointId(name)]
-        part = step[joint.idx_v : joint.idx_v + joint.nv]
-        by = float(part[0]) if joint.nv == 1 else float(np.linalg.norm(part))
+        joint = robot.joint(name)
+        part = step[joint.v]
+        by = float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))
         if abs(by) > 1e-9:
-            moved.append((name, by, "m" if joint.shortname().startswith("JointModelP") else "rad"))
+            moved.append((name, by, joint.unit))
     return tuple(moved)

@@ -16,7 +16,7 @@ from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.model.contact import unit_directions
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.rows import Block, force_block, moment_block
+from shockpc.model.rows import Block
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
 
@@ -99,22 +99,24 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
     )
 
 
-def closure_block(state: Dynamics, loop: Loop) -> Block:
-    """The rows of a loop: the two ends may not part along the loop's axes, which turn with its first body.
+def closure_block(loop: Loop) -> Block:
+    """The rows of a loop: the two ends may not separate along the loop's axes, which turn with its first body.
 
-    Both bodies feel a row at the second end: along an axis that is left free the first may be elsewhere, and a pair of opposite
-    impulses at two places would turn the robot. It is also what makes the rows the derivative of `closure_gap`.
+    Both impulses act at the second end: along an axis that is left free the first end may be elsewhere, and opposite impulses at
+    two places would turn the robot. It is also what makes the rows the derivative of `closure_gap`.
     """
-    a, b = loop.bodies
-    frame = _orientation(state, a, loop.rotations[0])
-    axes = loop.axes @ np.swapaxes(frame, -1, -2)
-    end = _position(state, b, loop.points[1])
-    W = force_block(state, a, end, axes) - force_block(state, b, end, axes)
-    if loop.turns:
-        about = np.swapaxes(frame, -1, -2)
-        W = np.concatenate([W, moment_block(state, a, about) - moment_block(state, b, about)], axis=1)
-        axes = np.concatenate([axes, about], axis=1)
-    return Block(f'closure "{loop.name}"', W, np.zeros((*W.shape[:2], 4)), np.zeros(W.shape[:2]), axes[0])
+    (a, b), frame = loop.bodies, loop.rotations[0]
+    return Block(
+        name=f'closure "{loop.name}"',
+        kind="closure",
+        body=a,
+        carrier=b,
+        point=loop.points[1],
+        forces=loop.axes @ frame.T,
+        moments=frame.T if loop.turns else np.zeros((0, 3)),
+        other=b,
+        axes_body=a,
+    )
 
 
 def closure_gap(state: Dynamics, loop: Loop) -> Array:

@@ -12,12 +12,12 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
 from shockpc.robot.robot import Robot
 
-__all__ = ["Base", "freedom"]
+__all__ = ["Base", "free_columns"]
 
 Base = Literal["free", "planar", "fixed"]
 
 
-def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray) -> Array | None:
+def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray) -> Array | None:
     """The columns G of the free joint velocities, or None where all are free.
 
     Args:
@@ -53,9 +53,9 @@ def freedom(robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked
         G[..., :3, 1] = to_base @ plane.e2
         G[..., 3:6, 2] = to_base @ plane.normal
         kept[3:6] = False
-    index = {robot.model.names[body.joint]: robot.model.joints[body.joint].idx_v for body in robot.bodies}
+    index = {joint.name: joint.v.start for joint in robot.joints}
     for mimic in robot.mimics:
-        # Substituting the leader's row, not its column, carries chains of followers and followers of a planar base alike.
+        # Substituting the leader's row, not its column, serves chains of followers and followers of a planar base alike.
         led = mimic.leader in index
         G[..., index[mimic.joint], :] = mimic.multiplier * G[..., index[mimic.leader], :] if led else 0.0
         kept[index[mimic.joint]] = False

@@ -1,4 +1,4 @@
-"""Where a robot touches the ground, and what sticks there: names, offsets and directions → rows of J_c."""
+"""Contact points: names, offsets and directions, described as rows of J_c."""
 
 import fnmatch
 from dataclasses import dataclass
@@ -9,13 +9,11 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
-from shockpc.model.dynamics import Dynamics
-from shockpc.model.motion import Motion, spin_before, terms_before, velocity_before
-from shockpc.model.rows import Block, moment_block, point_block
-from shockpc.robot.outline import outline
+from shockpc.model.rows import Block
+from shockpc.robot.geometry import Shape, outline
 from shockpc.robot.robot import Robot
 
-__all__ = ["Contact", "Touch", "match_frames", "stance_block", "touch", "touch_block", "unit_directions"]
+__all__ = ["Contact", "ContactPoint", "contact_block", "contact_point", "match_frames", "stance_block", "unit_directions"]
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -50,24 +48,37 @@ class Contact:
         return bool(np.linalg.matrix_rank(unit_directions(self.frame, self.directions)) == 3)
 
 
-class Touch(NamedTuple):
-    """A contact made numbers.
+class ContactPoint(NamedTuple):
+    """A contact placed on its body, in any posture.
 
     Attributes:
         frame: its name.
         body: index of the body that strikes.
-        point: (3,) contact point in the body's frame [m].
+        point: (3,) contact point in the body's frame [m]; where `lowest` is given, what is added to that.
+        lowest: the link's own shapes, on which the lowest point is sought in each posture; None if the point is fixed.
         directions: (n, 3) unit vectors along which the point is stopped, world axes.
-        turns: (m, 3) unit vectors about which the link is stopped, world axes; m = 0 for a point.
+        moments: (m, 3) unit vectors about which the link is stopped, world axes; m = 0 for a point.
         restitution: [1]
     """
 
     frame: str
     body: int
     point: Array
+    lowest: tuple[Shape, ...] | None
     directions: Array
-    turns: Array
+    moments: Array
     restitution: float
+
+    def points(self, rotation: Array, up: Array) -> Array:
+        """The contact point in the body's frame [m], (3,) or one for each posture (N, 3).
+
+        Args:
+            rotation: (N, 3, 3) of the body, body to world.
+            up: (3,) unit normal of the ground, world axes.
+        """
+        if self.lowest is None:
+            return self.point
+        return self.point + np.stack([_lowest_point(self.lowest, R.T @ up) for R in rotation])
 
 
 def match_frames(robot: Robot, pattern: str) -> tuple[str, ...]:
@@ -90,13 +101,12 @@ def match_frames(robot: Robot, pattern: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
+def contact_point(robot: Robot, contact: Contact, up: Array) -> ContactPoint:
     """Place a contact on its body.
 
     Args:
         robot: the robot.
         contact: as the scene states it.
-        rotation: (nb, 3, 3) of every body, body to world.
         up: (3,) unit normal of the ground, world axes.
 
     Raises:
@@ -118,14 +128,42 @@ def touch(robot: Robot, contact: Contact, rotation: Array, up: Array) -> Touch:
             f'contact "{contact.frame}" keeps only directions along the ground, so nothing stops its fall; '
             f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions"
         )
-    point = frame.offset + frame.rotation @ np.asarray(contact.offset)
+    point, lowest = frame.rotation @ np.asarray(contact.offset, dtype=float), None
     if contact.at == "lowest":
-        point = _lowest_point(robot, contact.frame, rotation[frame.body].T @ up) + frame.rotation @ np.asarray(contact.offset)
-    turns = np.zeros((0, 3))
+        lowest = _shapes(robot, contact.frame)
+    else:
+        point = frame.offset + point
+    moments = np.zeros((0, 3))
     if contact.kind == "flat":
-        twist = [up] if contact.sticks else []
-        turns = np.array([*_across(up), *twist])
-    return Touch(contact.frame, frame.body, point, vectors, turns, contact.restitution)
+        moments = np.array([*_across(up), *([up] if contact.sticks else [])])
+    return ContactPoint(contact.frame, frame.body, point, lowest, vectors, moments, contact.restitution)
+
+
+def contact_block(contact: ContactPoint, rotation: Array, up: Array) -> Block:
+    """The rows of a contact. Args: rotation (N, 3, 3) of its body, body to world; up (3,) normal of the ground."""
+    return Block(
+        name=f'contact "{contact.frame}"',
+        kind="contact",
+        body=contact.body,
+        carrier=contact.body,
+        point=contact.points(rotation, up),
+        forces=contact.directions,
+        moments=contact.moments,
+        restitution=contact.restitution,
+    )
+
+
+def stance_block(robot: Robot, frame: str) -> Block:
+    """The rows of a foot that is down already: it stays where it is, whatever strikes elsewhere.
+
+    Raises:
+        UnknownName: the robot has no such frame.
+        SceneError: the frame is fixed to the world.
+    """
+    found = robot.frame(frame)
+    if found.body < 0:
+        raise SceneError(f'stance "{frame}" is fixed to the world, so it stands anyway; name a frame on a moving link')
+    return Block(f'stance "{frame}"', "stance", found.body, found.body, found.offset, np.eye(3))
 
 
 def unit_directions(owner: str, directions: tuple[str | tuple[float, float, float], ...]) -> Array:
@@ -143,46 +181,6 @@ def unit_directions(owner: str, directions: tuple[str | tuple[float, float, floa
     return np.asarray(vectors / lengths[:, None])
 
 
-def touch_block(state: Dynamics, touch: Touch, before: Motion) -> Block:
-    """The rows of a contact, with the speeds (1 + e) · approach that they undo.
-
-    The first three columns of b are strikes of 1 m/s along world x, y and z, the last is the scene's own strike.
-
-    Args:
-        state: the robot in N postures.
-        touch: the contact.
-        before: how the robot moves before the impact.
-    """
-    W = point_block(state, touch.body, touch.point, touch.directions)
-    approach = velocity_before(state, before, touch.body, touch.point) @ touch.directions.T
-    unit = np.broadcast_to(touch.directions, (len(state.H), *touch.directions.shape))
-    b = (1.0 + touch.restitution) * np.concatenate([unit, approach[..., None]], axis=-1)
-    spun, moved = terms_before(state, before, touch.body, touch.point)
-    terms = moved @ np.abs(touch.directions).T
-    if len(touch.turns):
-        W = np.concatenate([W, moment_block(state, touch.body, touch.turns)], axis=1)
-        turning = spin_before(state, before, touch.body) @ touch.turns.T
-        still = np.zeros((len(state.H), len(touch.turns), 3))
-        terms = np.concatenate([terms, spun @ np.abs(touch.turns).T], axis=1)
-        b = np.concatenate([b, (1.0 + touch.restitution) * np.concatenate([still, turning[..., None]], axis=-1)], axis=1)
-    axes = np.concatenate([touch.directions, touch.turns])
-    return Block(f'contact "{touch.frame}"', W, b, (1.0 + touch.restitution) * terms, axes, touch.restitution)
-
-
-def stance_block(robot: Robot, state: Dynamics, frame: str) -> Block:
-    """The rows of a foot that is already down: it stays where it is, whatever strikes elsewhere.
-
-    Raises:
-        UnknownName: the robot has no such frame.
-        SceneError: the frame is fixed to the world.
-    """
-    found = robot.frame(frame)
-    if found.body < 0:
-        raise SceneError(f'stance "{frame}" is fixed to the world, so it stands anyway; name a frame on a moving link')
-    W = point_block(state, found.body, found.offset, np.eye(3))
-    return Block(f'stance "{frame}"', W, np.zeros((len(state.H), 3, 4)), np.zeros((len(state.H), 3)), np.eye(3))
-
-
 def _across(up: Array) -> tuple[Array, Array]:
     """Two unit vectors that span the ground."""
     first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
@@ -190,23 +188,25 @@ def _across(up: Array) -> tuple[Array, Array]:
     return first, np.cross(up, first)
 
 
-def _lowest_point(robot: Robot, link: str, up: Array) -> Array:
-    """The lowest point of a link's own collision geometry; the middle of the lowest ones if several tie.
-
-    Args:
-        robot: the robot.
-        link: its name.
-        up: (3,) the ground's normal in the axes of the link's body.
-
-    Returns: (3,) in the body's frame [m].
-    """
-    pieces = [shape for shapes in outline(robot, "collision").shapes for shape in shapes if shape.link == link]
-    if not pieces:
+def _shapes(robot: Robot, link: str) -> tuple[Shape, ...]:
+    """The collision shapes of a link itself."""
+    found = tuple(shape for shapes in outline(robot, "collision").shapes for shape in shapes if shape.link == link)
+    if not found:
         raise SceneError(
             f'link "{link}" has no collision geometry that could be read, so it has no lowest point; '
             "give the contact point by its offset, or name a link that has collision geometry"
         )
-    points = np.concatenate([shape.lowest(up) for shape in pieces])
+    return found
+
+
+def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
+    """The lowest point (3,) of some shapes in the body's frame [m]; the mean of the lowest ones where several are equally low.
+
+    Args:
+        shapes: of the link.
+        up: (3,) the ground's normal in the axes of the body.
+    """
+    points = np.concatenate([shape.lowest(up) for shape in shapes])
     height = points @ up
     # A foot's sole is level to rounding only; its extent sets what counts as level.
     slack = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-6)

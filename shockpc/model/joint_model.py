@@ -1,4 +1,4 @@
-"""What the drives do in an impact: turn freely, resist by their reflected inertia, or hold (shock paper, Section 3.1.2).
+"""What the joints do in an impact: move freely, resist by a reflected inertia, or hold (shock paper, Section 3.1.2).
 
 free: series elasticity keeps the rotor out. geared: the reflected inertia n² I_rotor adds to H's diagonal. locked: the gearbox's
 friction holds, two bodies are one, and the joint's column is left out. No choice moves the answer more than this one.
@@ -15,7 +15,7 @@ from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.robot.robot import Robot
 
-__all__ = ["LARGEST", "Joints", "Rotor", "Transmission", "transmission"]
+__all__ = ["LARGEST", "JointModel", "Joints", "Rotor", "joint_model"]
 
 LARGEST = 1e12
 """Largest reflected inertia, and largest number that a scene may hold, in whatever unit: beyond it squares run out of range."""
@@ -55,21 +55,21 @@ class Joints:
     locked: tuple[str, ...] = ()
 
 
-class Transmission(NamedTuple):
-    """The drives made numbers.
+class JointModel(NamedTuple):
+    """What every joint does, as arrays.
 
     Attributes:
         armature: (nv,) reflected inertia [kg m², kg]; zero on the base.
         locked: (nv,) which joint velocities are held at zero.
-        model: "free", "geared", "locked", or "mixed".
+        name: "free", "geared", "locked", or "mixed".
     """
 
     armature: Array
     locked: np.ndarray
-    model: str
+    name: str
 
 
-def transmission(robot: Robot, joints: Joints) -> Transmission:
+def joint_model(robot: Robot, joints: Joints) -> JointModel:
     """Decide what every joint does.
 
     Raises:
@@ -122,26 +122,22 @@ def transmission(robot: Robot, joints: Joints) -> Transmission:
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
-    return Transmission(armature, locked, _named(armature[own], locked[own]))
+    return JointModel(armature, locked, _named(armature[own], locked[own]))
 
 
 def _velocities(robot: Robot, pattern: str) -> list[slice]:
     """The velocity columns of the joints that a pattern means."""
-    if robot.free_base and pattern == robot.model.names[1]:
+    if robot.free_base and pattern == robot.joints[0].name:
         raise SceneError(f'"{pattern}" is the floating base of robot "{robot.name}", which has no drive; name a joint')
-    found = []
-    for name in robot.match_joints(pattern):
-        joint = robot.model.joints[robot.model.getJointId(name)]
-        found.append(slice(joint.idx_v, joint.idx_v + joint.nv))
-    return found
+    return [robot.joint(name).v for name in robot.match_joints(pattern)]
 
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
     """A joint and the one that follows it are held together or not at all."""
     for mimic in robot.mimics:
-        if not robot.model.existJointName(mimic.leader):
+        if mimic.leader not in robot.joint_names:
             continue
-        leader, follower = (bool(locked[robot.model.joints[robot.model.getJointId(n)].idx_v]) for n in (mimic.leader, mimic.joint))
+        leader, follower = (bool(locked[robot.joint(name).v].all()) for name in (mimic.leader, mimic.joint))
         if leader != follower:
             held, other = (mimic.leader, mimic.joint) if leader else (mimic.joint, mimic.leader)
             raise SceneError(f'joint "{held}" is locked but "{other}" is geared to it by a mimic; lock both or neither')

@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
+from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Joint, Robot
 
 __all__ = ["STANDING", "Posture", "configuration", "held_joints", "outside_limits", "reference_name"]
 
@@ -72,7 +73,7 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     for pattern, value in posture.joints_deg.items():
         _set_joints(robot, pattern, value, q, math.pi / 180.0)
     for mimic in robot.mimics:
-        _set_mimic(robot, mimic.joint, mimic.multiplier * _value(robot, mimic.leader, q) + mimic.offset, q)
+        _set(robot.joint(mimic.joint), mimic.multiplier * _value(robot, mimic.leader, q) + mimic.offset, q)
     return q
 
 
@@ -119,31 +120,26 @@ def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float)
             if name == pattern:
                 raise SceneError(f'joint "{name}" follows joint "{followers[name]}", so it cannot be set by itself; set that one')
             continue
-        joint = robot.model.joints[robot.model.getJointId(name)]
-        if joint.nv != 1:
+        joint = robot.joint(name)
+        if joint.axis is None:
+            degrees = joint.v.stop - joint.v.start
             raise SceneError(
-                f'joint "{name}" has {joint.nv} degrees of freedom, so one number cannot set it; use a reference posture instead'
+                f'joint "{name}" has {degrees} degrees of freedom, so one number cannot set it; use a reference posture instead'
             )
-        linear = joint.shortname().startswith("JointModelP")
-        angle = value if linear else value * unit
-        if joint.nq == 2:
-            q[joint.idx_q : joint.idx_q + 2] = math.cos(angle), math.sin(angle)
-        else:
-            q[joint.idx_q] = angle
+        _set(joint, value if joint.kind == "prismatic" else value * unit, q)
 
 
 def _value(robot: Robot, name: str, q: Array) -> float:
     """The value of a joint of one degree of freedom, 0 for a fixed one [rad, m]."""
-    if not robot.model.existJointName(name):
+    if name not in robot.joint_names:
         return 0.0
-    joint = robot.model.joints[robot.model.getJointId(name)]
-    return math.atan2(q[joint.idx_q + 1], q[joint.idx_q]) if joint.nq == 2 else float(q[joint.idx_q])
+    joint = robot.joint(name)
+    return math.atan2(*q[joint.q][::-1]) if joint.kind == "continuous" else float(q[joint.q.start])
 
 
-def _set_mimic(robot: Robot, name: str, value: float, q: Array) -> None:
-    """Put a follower where its leader puts it."""
-    joint = robot.model.joints[robot.model.getJointId(name)]
-    q[joint.idx_q : joint.idx_q + joint.nq] = (math.cos(value), math.sin(value)) if joint.nq == 2 else value
+def _set(joint: Joint, value: float, q: Array) -> None:
+    """Set a joint of one coordinate [rad, m]."""
+    q[joint.q] = (math.cos(value), math.sin(value)) if joint.kind == "continuous" else value
 
 
 def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
@@ -161,26 +157,24 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
     set_ = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
     for name in robot.joint_names:
         if (name not in named) if movable else (name in set_):
-            joint = robot.model.joints[robot.model.getJointId(name)]
-            held[joint.idx_v : joint.idx_v + joint.nv] = True
+            held[robot.joint(name).v] = True
     return held
 
 
-def outside_limits(robot: Robot, q: Array) -> tuple[str, ...]:
+def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
     """A warning for every joint outside its limits, with the consequence."""
     warnings = []
-    for body in robot.bodies:
-        joint = robot.model.joints[body.joint]
-        if joint.nq != 1:
+    for joint in robot.joints:
+        if joint.kind not in ("revolute", "prismatic"):
             continue
-        value = float(q[joint.idx_q])
-        low, high = robot.model.lowerPositionLimit[joint.idx_q], robot.model.upperPositionLimit[joint.idx_q]
+        value, (low, high) = float(q[joint.q.start]), joint.limits
         excess = max(low - value, value - high)
         # The slack lets a posture rest on a limit that a file states in rounded decimals.
         if excess > 1e-4:
-            unit, size = ("m", 1.0) if joint.shortname().startswith("JointModelP") else ("deg", math.degrees(1.0))
-            warnings.append(
-                f'joint "{robot.model.names[body.joint]}" stands {excess * size:.3g} {unit} outside its limits '
+            unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
+            text = (
+                f'joint "{joint.name}" stands {excess * size:.3g} {unit} outside its limits '
                 f"[{low * size:.3g}, {high * size:.3g}]; the profile is computed there all the same"
             )
+            warnings.append(Diagnostic("limits", joint.name, excess, text))
     return tuple(warnings)

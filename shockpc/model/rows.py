@@ -1,121 +1,104 @@
-"""What is held during an impact, as rows: contacts, feet that stand, loops that are closed.
+"""What is held during an impact, described once: contacts, standing feet and loops as rows.
 
-A row is a unit impulse: a wrench on one or two bodies. Its velocity is what that wrench does work on, so one description serves
-the joint-space equation, the check in maximal coordinates, and the impulses in the joints.
+A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a body, along an axis fixed in the
+world or in a body. The description does not know the posture. It is evaluated in double precision for N postures here, and in ball
+arithmetic for one in `exact`.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.core.tree import Tree
 from shockpc.model.dynamics import Dynamics
 
-__all__ = ["Block", "Rows", "about_com", "force_block", "moment_block", "point_block", "row_jacobian", "stack"]
+__all__ = ["Block", "block_axes", "block_point", "row_jacobian", "row_terms", "slices_of"]
+
+NO_AXES = np.zeros((0, 3))
 
 
 class Block(NamedTuple):
-    """The rows of one contact, foot or closure.
+    """The rows of one contact, standing foot or closure: its forces, then its moments.
 
     Attributes:
         name: what holds, such as 'contact "foot"'.
-        W: (N, n, nb, 6) unit wrench (moment about the common origin, force) of each row on each body, world axes.
-        b: (N, n, k) speed to be undone along each row; zero where nothing was moving.
-        terms: (N, n) size of the terms that the last column of b is a sum of.
-        axes: (n, 3) direction of each row, world axes.
-        restitution: e of the rows [1]; b holds (1 + e) times their approach.
+        kind: only the rows of a contact have a speed to undo.
+        body: index of the body on which the unit impulses act; −1 for the world.
+        carrier: index of the body in which the point is fixed; −1 for the world.
+        point: (3,), or (N, 3) where it differs between postures, in the carrier's frame [m].
+        forces: (n, 3) axes of the unit forces.
+        moments: (m, 3) axes of the unit moments.
+        other: index of the body on which the opposite impulses act; −1 for the ground or the world.
+        axes_body: index of the body in whose frame the axes are fixed; −1 for the world.
+        restitution: e, by which the speed along each row is reversed [1].
     """
 
     name: str
-    W: Array
-    b: Array
-    terms: Array
-    axes: Array
+    kind: Literal["contact", "stance", "closure"]
+    body: int
+    carrier: int
+    point: Array
+    forces: Array
+    moments: Array = NO_AXES
+    other: int = -1
+    axes_body: int = -1
     restitution: float = 0.0
 
-
-class Rows(NamedTuple):
-    """All rows of a scene, stacked; attributes as in `Block`, with where each block begins and ends.
-
-    Attributes:
-        W: (N, nc, nb, 6)
-        b: (N, nc, k)
-        slices: rows of each block.
-        blocks: the blocks.
-    """
-
-    W: Array
-    b: Array
-    slices: tuple[slice, ...]
-    blocks: tuple[Block, ...]
-
     @property
-    def terms(self) -> Array:
-        """Size (N, nc) of the terms that the last column of b is a sum of."""
-        return np.concatenate([block.terms for block in self.blocks], axis=1)
-
-    @property
-    def restitution(self) -> Array:
-        """The e (nc,) of every row [1]."""
-        return np.concatenate([np.full(block.W.shape[1], block.restitution) for block in self.blocks])
+    def size(self) -> int:
+        """Number of its rows."""
+        return len(self.forces) + len(self.moments)
 
 
-def point_block(state: Dynamics, body: int, point: Array, axes: Array) -> Array:
-    """Wrenches (N, n, nb, 6) of unit impulses along axes at a point of a body.
-
-    Args:
-        state: the robot in N postures.
-        body: index of the body.
-        point: (3,) in the body's frame [m].
-        axes: (n, 3) unit vectors, world axes; or (N, n, 3) where they turn with the posture.
-    """
-    return force_block(state, body, state.position[:, body] + state.rotation[:, body] @ point, axes)
+def slices_of(blocks: Sequence[Block]) -> tuple[slice, ...]:
+    """Where the rows of each block lie among all rows."""
+    ends = np.cumsum([block.size for block in blocks]).tolist()
+    return tuple(slice(end - block.size, end) for block, end in zip(blocks, ends, strict=True))
 
 
-def force_block(state: Dynamics, body: int, place: Array, axes: Array) -> Array:
-    """The same with the point given by where it is (N, 3), world axes, from the base [m]; none at all on the world (body −1)."""
-    n = len(state.H)
-    axes = np.broadcast_to(axes, (n, *axes.shape[-2:]))
-    W = np.zeros((n, axes.shape[1], len(state.moves), 6))
-    if body >= 0:
-        W[:, :, body, :3] = np.cross(place[:, None, :], axes)
-        W[:, :, body, 3:] = axes
-    return W
+def block_point(state: Dynamics, block: Block) -> Array:
+    """Position (N, 3) of the point of a block, world axes, from the base [m]."""
+    if block.carrier < 0:
+        return np.asarray(block.point - state.origin)
+    turned = (state.rotation[:, block.carrier] @ block.point[..., None])[..., 0]
+    return np.asarray(state.position[:, block.carrier] + turned)
 
 
-def moment_block(state: Dynamics, body: int, axes: Array) -> Array:
-    """Wrenches (N, n, nb, 6) of unit moments about axes (n, 3) or (N, n, 3), world axes, on a body; none on the world (body −1)."""
-    n = len(state.H)
-    axes = np.broadcast_to(axes, (n, *axes.shape[-2:]))
-    W = np.zeros((n, axes.shape[1], len(state.moves), 6))
-    if body >= 0:
-        W[:, :, body, :3] = axes
-    return W
+def block_axes(state: Dynamics, block: Block) -> Array:
+    """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
+    axes = np.concatenate([block.forces, block.moments])
+    if block.axes_body < 0:
+        return np.broadcast_to(axes, (len(state.H), *axes.shape))
+    return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
 
 
-def stack(blocks: list[Block]) -> Rows:
-    """Put the blocks under one another."""
-    ends = np.cumsum([block.W.shape[1] for block in blocks])
-    slices = tuple(slice(int(end) - block.W.shape[1], int(end)) for end, block in zip(ends, blocks, strict=True))
-    W = np.concatenate([block.W for block in blocks], axis=1)
-    return Rows(W, np.concatenate([block.b for block in blocks], axis=1), slices, tuple(blocks))
+def row_jacobian(state: Dynamics, blocks: Sequence[Block]) -> Array:
+    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4)."""
+    return np.concatenate([_rows(state, block, False) for block in blocks], axis=1)
 
 
-def about_com(W: Array, bodies: Tree) -> Array:
-    """Wrenches (..., nb, 6) about the common origin, written about every body's centre of mass."""
-    return np.concatenate([W[..., :3] - np.cross(bodies.com, W[..., 3:]), W[..., 3:]], axis=-1)
+def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
+    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a share of its terms."""
+    return np.concatenate([_rows(state, block, True) for block in blocks], axis=1)
 
 
-def row_jacobian(state: Dynamics, W: Array) -> Array:
-    """Velocity (N, nc, nv) of each row for unit joint velocities: the power of its wrench.
-
-    What is left of terms that cancel to within their rounding is a zero that the mechanism means, such as the velocity of a point
-    on the only axis that turns: nothing later could tell it from a lever of 1e-16 m.
-    """
-    J_c = np.zeros((*W.shape[:2], state.J.shape[-1]))
-    terms, J = np.zeros_like(J_c), np.abs(state.J)
-    for body in np.flatnonzero(W.any(axis=(0, 1, 3))):
-        J_c += (W[:, :, body] @ state.J) * state.moves[body]
-        terms += (np.abs(W[:, :, body]) @ J) * state.moves[body]
-    return np.where(np.abs(J_c) > 8.0 * np.finfo(float).eps * terms, J_c, 0.0)
+def _rows(state: Dynamics, block: Block, sizes: bool) -> Array:
+    """The power of the wrenches of one block, (r × a, a) for a force and (a, 0) for a moment, or the sizes of its terms."""
+    n = len(block.forces)
+    axes, r, J = block_axes(state, block), block_point(state, block)[:, None, :], state.J
+    if sizes:
+        axes, r, J = np.abs(axes), np.abs(r), np.abs(J)
+    forces = axes[:, :n]
+    x, y, z = r[..., 0], r[..., 1], r[..., 2]
+    a, b, c = forces[..., 0], forces[..., 1], forces[..., 2]
+    s = 1.0 if sizes else -1.0
+    moments = np.stack([y * c + s * (z * b), z * a + s * (x * c), x * b + s * (y * a)], axis=-1)
+    speeds = moments @ J[:, :3] + forces @ J[:, 3:]
+    if len(block.moments):
+        speeds = np.concatenate([speeds, axes[:, n:] @ J[:, :3]], axis=1)
+    ends = state.moves[[body for body in (block.body, block.other) if body >= 0]].astype(float)
+    sign = ends[0] if len(ends) == 1 else ends[0] - ends[1]
+    if block.body < 0:
+        sign = -sign
+    return np.asarray(speeds * (np.abs(sign) if sizes else sign))

@@ -1,1 +1,4 @@
-"""What is read off a solution, one kind of number a file; nothing in here solves anything but what it says."""
+"""What is derived from the solution of a landing, one kind of number a file, each a pure function of it.
+
+Everything that can lose digits by cancellation is computed in balls and rounded to the nearest double.
+"""

@@ -1,81 +1,89 @@
-"""The same landing with free, modelled and locked drives: the choice that moves the answer most."""
+"""The same landing with free, modelled and locked joints: the choice that changes the answer most."""
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from shockpc.core.impulse import RowChoice, solve_impact
+from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.errors import SceneError, SolveError
-from shockpc.health import DOUBTFUL, judge
+from shockpc.errors import SceneError
+from shockpc.exact.balls import balls, nearest
+from shockpc.exact.equation import SingularError
+from shockpc.exact.proof import Enclosure, Proof
+from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
-from shockpc.model.columns import freedom
-from shockpc.model.dynamics import tree
-from shockpc.model.equation import Solution, solve
-from shockpc.result import Bracket
-from shockpc.results.doubts import ill_posed
-from shockpc.results.points import Spot
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene
+from shockpc.model.columns import free_columns
+from shockpc.model.equation import impulsive_equation
+from shockpc.model.rows import row_jacobian
+from shockpc.results.points import spots
+from shockpc.results.speed import speed_in
+from shockpc.results.variants import lockable
 
-__all__ = ["drive_bracket"]
+__all__ = ["Bracket", "joint_bracket"]
 
 
-def drive_bracket(
-    robot: Robot, scene: Scene, landing: Landing, modelled: Solution, spots: tuple[Spot, ...], v_in: float
-) -> tuple[tuple[Bracket, ...], tuple[str, ...]]:
-    """Shock at the heaviest body's centre of mass and at every sensor, for three models of the drives; and a warning if in doubt.
+@dataclass(frozen=True)
+class Bracket:
+    """The same landing with three models of the joints; shock at one place [1].
 
-    Args:
-        robot: the robot.
-        scene: complete.
-        landing: the same as arrays.
-        modelled: its solution.
-        spots: sensors and points.
-        v_in: speed that shock is normalised by [m/s].
+    Attributes:
+        place: a body (its centre of mass), or a sensor.
+        free: no reflected inertia; None if massless bodies then make it unsolvable.
+        as_modelled: as the scene says.
+        locked: every joint holds; None if the contact could not give way then.
     """
-    nv = robot.model.nv
-    none = np.zeros(nv, dtype=bool)
-    every = ~none
-    if robot.free_base:
-        every[:6] = False
 
-    state, doubtful = landing.state, dict[str, float]()
-
-    def solution(drives: str, locked: np.ndarray) -> Solution | None:
-        """None where this model of the drives leaves nothing to move, or cannot be solved."""
-        try:
-            G = freedom(robot, scene.base or "free", landing.plane, state.rotation[:, 0], locked)
-            found = solve(robot, state, landing.rows, np.zeros(nv), G)
-            enlarged = max(float(found.impact.condition[0]), 1.0 / float(found.impact.weakest[0]))
-            if found.impact.marginal[0] or ill_posed(state, enlarged):
-                found, health, _ = judge(robot, state, tree(robot, state, np.zeros(nv), G), landing.rows, found)
-                if health.error_estimate > DOUBTFUL:
-                    doubtful[drives] = health.error_estimate
-        except (SceneError, SolveError):
-            return None
-        b = found.equation.b[0, :, -1]
-        left = found.equation.J_c[0] @ found.impact.delta_qd[0, :, -1] + b
-        return found if np.abs(left).max() <= 1e-6 * np.abs(b).max() else None
-
-    free = modelled if landing.drives.model == "free" else solution("free", none)
-    locked = modelled if landing.drives.model == "locked" else solution("locked", every)
-    heaviest = max(range(len(robot.bodies)), key=lambda i: robot.bodies[i].mass)
-    places = [(robot.bodies[heaviest].name, heaviest, robot.bodies[heaviest].com)]
-    places += [(spot.label, spot.frame.body, spot.r) for spot in spots if spot.frame.body >= 0]
-    warnings = tuple(f"shock with {drives} drives: good to about {off:.0e} of itself only" for drives, off in doubtful.items())
-    found = tuple(
-        Bracket(
-            place=name,
-            free=_shock(free, body, r, v_in),
-            as_modelled=_shock(modelled, body, r, v_in),
-            locked=_shock(locked, body, r, v_in),
-        )
-        for name, body, r in places
-    )
-    return found, warnings
+    place: str
+    free: float | None
+    as_modelled: float | None
+    locked: float | None
 
 
-def _shock(solution: Solution | None, body: int, r: Array, v_in: float) -> float | None:
-    """Shock at a point of a body; None without a solution."""
-    if solution is None:
+def joint_bracket(landing: Landing, proof: Proof, v_in: float) -> tuple[Bracket, ...]:
+    """Shock at the heaviest body's centre of mass and at every sensor and point, for three models of the joints."""
+    robot = landing.robot
+    every = lockable(landing)
+    as_modelled = proof.enclosure
+    free = as_modelled if landing.joint_model.name == "free" else _variant(landing, as_modelled, np.zeros_like(every))
+    locked = as_modelled if landing.joint_model.name == "locked" else _variant(landing, as_modelled, every)
+    heaviest = int(np.argmax(robot.masses))
+    places = [(robot.bodies[heaviest].name, heaviest, robot.coms[heaviest])]
+    places += [(spot.label, spot.frame.body, spot.r) for spot in spots(robot, landing.scene.point) if spot.frame.body >= 0]
+    bodies, r = [body for _, body, _ in places], np.array([point for *_, point in places])
+    shocks = [_shocks(enclosure, landing, bodies, r, v_in) for enclosure in (free, as_modelled, locked)]
+    return tuple(Bracket(name, *found) for (name, *_), found in zip(places, zip(*shocks, strict=True), strict=True))
+
+
+def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Enclosure | None:
+    """The landing without reflected inertia and with other joints locked; None where that cannot be solved."""
+    state, blocks = landing.state, enclosure.inputs.blocks
+    try:
+        G = free_columns(landing.robot, landing.base, landing.plane, state.rotation[:, 0], locked)
+    except SceneError:
         return None
-    jump = solution.jumps[0, body, :, -1]
-    return float(np.linalg.norm(velocity_at(jump[:3], jump[3:], r))) / v_in
+    equation, b = impulsive_equation(state, blocks, np.zeros(len(locked)), G), landing.approach(state, blocks)
+    impact = solve_impact(equation.H, equation.J_c, b, equation.terms)
+    choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
+    changed = replace(enclosure.inputs, armature=np.zeros(len(locked)), locked=locked, choice=choice)
+    found = Enclosure(changed)
+    try:
+        delta = found.read(lambda impact: np.array([float(row[3]) for row in impact.delta_qd]))
+    except SingularError:
+        return None
+    left = np.abs(row_jacobian(state, blocks)[0] @ delta + b[0, :, 3])
+    return found if left.max() <= 1e-6 * np.abs(b[0, :, 3]).max() else None
+
+
+def _shocks(enclosure: Enclosure | None, landing: Landing, bodies: list[int], r: Array, v_in: float) -> list[float | None]:
+    """Shock at points (n, 3) of bodies; None without a solution."""
+    if enclosure is None:
+        return [None] * len(bodies)
+
+    def read(impact: ExactImpact) -> Array:
+        jumps = impact.body_jumps[bodies][..., 3]
+        speed = norm(velocity_at(jumps[:, :3], jumps[:, 3:], balls(r)))
+        size = np.abs(np.array([[float(x) for x in jump] for jump in jumps])).max(axis=1)
+        return nearest(speed / speed_in(impact, landing), size / v_in)
+
+    return [float(shock) for shock in enclosure.read(read)]

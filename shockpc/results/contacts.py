@@ -1,114 +1,267 @@
-"""What the ground does at each contact."""
+"""What the ground does at every contact and standing foot, and how the robot resists it."""
+
+from dataclasses import dataclass
 
 import numpy as np
+from flint import arb, arb_mat, ctx
 
-from shockpc.core.contact_mass import delassus, effective_masses, impact_mitigation
+from shockpc.core.impulse import choose_rows
+from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
-from shockpc.model.contact import Touch
-from shockpc.model.dynamics import Dynamics
-from shockpc.model.equation import Solution
-from shockpc.model.rows import Rows, point_block, row_jacobian
-from shockpc.result import ContactImpulse, StanceImpulse
-from shockpc.robot.robot import Robot
+from shockpc.diagnostic import Diagnostic
+from shockpc.exact.balls import Balls, balls, matrix, nearest
+from shockpc.exact.equation import block_axes, block_point
+from shockpc.exact.proof import Enclosure, Proof
+from shockpc.exact.solution import ExactImpact
+from shockpc.landing import Landing
+from shockpc.model.equation import Equation
+from shockpc.model.rows import Block
+from shockpc.results.variants import held_joints_enclosure
 
-__all__ = ["contact_impulses", "stance_impulses", "total_impulse"]
+__all__ = ["ContactImpulse", "StanceImpulse", "TotalImpulse", "contact_impulses", "pulled", "stance_impulses", "total_impulse"]
 
 
-def contact_impulses(
-    state: Dynamics, touches: tuple[Touch, ...], rows: Rows, solution: Solution, approach: Array, up: Array, floating: bool
-) -> tuple[tuple[ContactImpulse, ...], tuple[str, ...]]:
-    """Impulse, needed friction and effective masses at every contact, with a warning where the ground would have to pull.
+@dataclass(frozen=True, eq=False)
+class ContactImpulse:
+    """What the ground does at a contact.
+
+    Attributes:
+        frame: its name.
+        point: (3,) where it strikes, world [m].
+        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several contacts is determined.
+        moment: (3,) about that point, of a flat contact, world axes [N m s]; None for a point, or without an impulse.
+        friction_needed: tangential over normal impulse, the least coefficient of friction that makes it stick [1]; None without an
+            impulse, or where the ground would have to pull.
+        approach: (3,) velocity of the contact point before the impact, world axes [m/s].
+        mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
+        mass_frictionless: the same if it slides [kg].
+        mitigation: impact mitigation factor, 1 if the joints hide the robot from the ground [1]; None unless its base is free.
+    """
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    moment: Array | None
+    friction_needed: float | None
+    approach: Array
+    mass_sticking: float
+    mass_frictionless: float
+    mitigation: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class StanceImpulse:
+    """What the ground does at a foot that stands already.
+
+    Attributes:
+        frame: its name.
+        point: (3,) where it stands, world [m].
+        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several feet is determined.
+        friction_needed: tangential over normal impulse [1]; None without an impulse, or where the ground would have to pull.
+    """
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    friction_needed: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class TotalImpulse:
+    """Impulse (3,) of the ground on the robot [N s], and its moment (3,) about the robot's centre of mass [N m s], world axes."""
+
+    force: Array
+    moment: Array
+
+
+def contact_impulses(landing: Landing, proof: Proof, approach: Array, equation: Equation) -> tuple[ContactImpulse, ...]:
+    """Impulse, needed friction and effective masses at every contact.
 
     Args:
-        state: the robot, first posture.
-        touches: the contacts; their rows come first.
-        rows: what is held.
-        solution: for the scene's strike, in the last column.
+        landing: the landing.
+        proof: of its solution.
         approach: (n, 3) velocity of every contact point before the impact [m/s].
-        up: (3,) unit normal of the ground.
-        floating: whether the base moves freely and nothing stands, without which impact mitigation has no meaning.
+        equation: of the scene's posture.
     """
-    contacts: list[ContactImpulse] = []
-    warnings: list[str] = []
-    for touch, own, velocity in zip(touches, rows.slices, approach, strict=False):
-        point = state.origin[0] + state.position[0, touch.body] + state.rotation[0, touch.body] @ touch.point
-        J = row_jacobian(state, point_block(state, touch.body, touch.point, np.eye(3)))
-        A = _gives_way(J, rows, solution, len(touches))
-        free, stuck = effective_masses(A, up)
-        # With every joint locked only the base's six velocities are left.
-        mitigation = impact_mitigation(A, delassus(state.H[0, :6, :6], J[0, :, :6], np.zeros((0, 6)))) if floating else None
-        forces = slice(own.start, own.start + len(touch.directions))
-        found, friction, warning = _impulse(f'contact "{touch.frame}"', solution, forces, touch.directions, up)
+    blocks = proof.enclosure.inputs.blocks
+    found = []
+    for k, (contact, block) in enumerate(zip(landing.contacts, blocks, strict=False)):
+        impulse, friction = _impulse(landing, proof, k)
         moment = None
-        if found is not None and len(touch.turns) and solution.impact.unique[0, own].all():
-            moment = solution.impact.impulse[0, forces.stop : own.stop, -1] @ touch.turns
-        contacts.append(ContactImpulse(touch.frame, point, found, moment, friction, velocity, stuck, free, mitigation))
-        warnings += warning
-    return tuple(contacts), tuple(warnings)
-
-
-def stance_impulses(
-    robot: Robot, frames: tuple[str, ...], first: int, state: Dynamics, rows: Rows, solution: Solution, up: Array
-) -> tuple[tuple[StanceImpulse, ...], tuple[str, ...]]:
-    """Impulse and needed friction at every foot that stands, with a warning where the ground would have to pull.
-
-    Args:
-        robot: the robot.
-        frames: the feet, in the order of their rows.
-        first: index of the first foot's block among the rows.
-        state: the robot, first posture.
-        rows: what is held.
-        solution: for the scene's strike, in the last column.
-        up: (3,) unit normal of the ground.
-    """
-    found: list[StanceImpulse] = []
-    warnings: list[str] = []
-    for name, own in zip(frames, rows.slices[first:], strict=False):
-        frame = robot.frame(name)
-        point = state.origin[0] + state.position[0, frame.body] + state.rotation[0, frame.body] @ frame.offset
-        impulse, friction, warning = _impulse(f'stance "{name}"', solution, own, np.eye(3), up)
-        found.append(StanceImpulse(name, point, impulse, friction))
-        warnings += warning
-    return tuple(found), tuple(warnings)
-
-
-def total_impulse(rows: Rows, blocks: int, impulse: Array, com: Array) -> tuple[Array, Array]:
-    """Impulse (3,) of the ground on the robot [N s], and its moment (3,) about a point [N m s]; unique where its parts are not.
-
-    Args:
-        rows: what is held.
-        blocks: how many of its blocks are the ground's.
-        impulse: (nc,) along each row [N s].
-        com: (3,) the point, from the base [m].
-    """
-    ground = slice(0, rows.slices[blocks - 1].stop)
-    moment, force = np.split(np.einsum("c,cbk->k", impulse[ground], rows.W[0, ground]), 2)
-    return force, moment - np.cross(com, force)
-
-
-def _impulse(
-    owner: str, solution: Solution, own: slice, axes: Array, up: Array
-) -> tuple[Array | None, float | None, tuple[str, ...]]:
-    """Impulse (3,) of some rows along axes (n, 3), the friction it needs, and a warning if it pulls; None where not unique."""
-    unique, along = solution.impact.unique[0, own], solution.impact.impulse[0, own, -1]
-    rising = np.abs(axes @ up) > 1e-9
-    # Where two feet repeat one another along the line between them, what lifts each may still be determined.
-    normal = float(along[rising] @ (axes[rising] @ up)) if unique[rising].all() else 0.0
-    warning: tuple[str, ...] = ()
-    if normal < -1e-12 * float(np.linalg.norm(along)):
-        warning = (
-            f"{owner} would have to be pulled down by {-normal:.3g} N s to keep to the ground; "
-            "a real foot lifts off there, so leave it out",
+        if impulse is not None and len(block.moments) and _unique(proof, k).all():
+            n, own = len(block.forces), _slices(proof)[k]
+            moment = proof.impulse[own.start + n : own.stop, 3] @ block.moments
+        sticking, frictionless, mitigation = _resistance(landing, proof, block, equation)
+        point = _point(landing, proof, block)
+        found.append(
+            ContactImpulse(contact.frame, point, impulse, moment, friction, approach[k], sticking, frictionless, mitigation)
         )
-    if not unique.all():
-        return None, None, warning
-    impulse = along @ axes
-    friction = float(np.linalg.norm(impulse - normal * up)) / normal if normal > 0.0 else None
-    return impulse, friction, warning
+    return tuple(found)
 
 
-def _gives_way(J: Array, rows: Rows, solution: Solution, n_touches: int) -> Array:
-    """Delassus matrix (3, 3) of one contact point, J (1, 3, nv), while stance and closures hold but the other contacts do not."""
-    equation = solution.equation
-    first = rows.slices[n_touches - 1].stop
-    return delassus(equation.H[0], (J if equation.G is None else J @ equation.G)[0], equation.J_c[0, first:])
+def stance_impulses(landing: Landing, proof: Proof) -> tuple[StanceImpulse, ...]:
+    """Impulse and needed friction at every foot that stands."""
+    first = len(landing.contacts)
+    return tuple(
+        StanceImpulse(frame, _point(landing, proof, block), *_impulse(landing, proof, first + k))
+        for k, (frame, block) in enumerate(zip(landing.scene.stance, landing.stance, strict=True))
+    )
+
+
+def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
+    """Impulse of all contacts and standing feet together; it is unique even where its parts are not."""
+    count, robot = len(landing.contacts) + len(landing.stance), landing.robot
+    reach = float(np.abs(landing.state.position[0]).max()) + float(np.abs(robot.coms).max())
+
+    def read(impact: ExactImpact) -> tuple[Array, Array]:
+        force, moment = balls(np.zeros(3)), balls(np.zeros(3))
+        rows, size = impact.impulse.table(), 0.0
+        for block, own in zip(impact.inputs.blocks[:count], impact.slices[:count], strict=True):
+            point = np.array(block_point(impact.mechanism, block).entries(), dtype=object)
+            axes = np.array(block_axes(impact.mechanism, block).transpose().table(), dtype=object)
+            for j, axis in enumerate(axes):
+                part = axis * rows[own.start + j][3]
+                size += abs(float(rows[own.start + j][3]))
+                if j < len(block.forces):
+                    force, moment = force + part, moment + np.cross(point, part)
+                else:
+                    moment = moment + part
+        mass = [arb(m) for m in robot.masses.tolist()]
+        moments = arb_mat(3, 1)
+        for (R, p), com, m in zip(impact.places, robot.coms, mass, strict=True):
+            moments = moments + (R * matrix(com[:, None]) + p) * m
+        centre = np.array(moments.entries(), dtype=object) / sum(mass, arb(0))
+        return nearest(force, size), nearest(moment - np.cross(centre, force), size * (reach or 1.0))
+
+    return TotalImpulse(*proof.enclosure.read(read))
+
+
+def pulled(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
+    """A warning for every contact and foot to which the ground would have to hold on."""
+    warnings = []
+    for k, block in enumerate(proof.enclosure.inputs.blocks[: len(landing.contacts) + len(landing.stance)]):
+        own, n = _slices(proof)[k], len(block.forces)
+        along = proof.impulse[own.start : own.start + n, 3]
+        rising = np.abs(block.forces @ landing.up) > 1e-9
+        if not _unique(proof, k)[:n][rising].all():
+            continue
+        normal = float(along[rising] @ (block.forces[rising] @ landing.up))
+        if normal < -1e-12 * float(np.linalg.norm(along)):
+            text = (
+                f"{block.name} would have to be pulled down by {-normal:.3g} N s to keep to the ground; "
+                "a real foot lifts off there, so leave it out"
+            )
+            warnings.append(Diagnostic("contact", block.name, normal, text))
+    return tuple(warnings)
+
+
+def _slices(proof: Proof) -> tuple[slice, ...]:
+    """Where the rows of each block lie."""
+    return proof.enclosure.read(lambda impact: impact.slices)
+
+
+def _unique(proof: Proof, k: int) -> np.ndarray:
+    """Which impulses of a block are determined."""
+    return np.asarray(proof.enclosure.inputs.choice.unique[_slices(proof)[k]])
+
+
+def _point(landing: Landing, proof: Proof, block: Block) -> Array:
+    """Position (3,) of the point of a block in the world [m]."""
+    origin = landing.state.origin[0]
+    reach = float(np.abs(origin).max()) + float(np.abs(landing.state.position[0]).max()) + 1e-3
+
+    def read(impact: ExactImpact) -> Array:
+        place = np.array(block_point(impact.mechanism, block).entries(), dtype=object)
+        return nearest(place + balls(origin), reach)
+
+    return proof.enclosure.read(read)
+
+
+def _impulse(landing: Landing, proof: Proof, k: int) -> tuple[Array | None, float | None]:
+    """Impulse (3,) of a block's forces, and the friction that it needs; None where they are not determined."""
+    block, own = proof.enclosure.inputs.blocks[k], _slices(proof)[k]
+    n = len(block.forces)
+    if not _unique(proof, k)[:n].all():
+        return None, None
+    size = float(np.abs(proof.impulse[:, 3]).max(initial=0.0))
+
+    def read(impact: ExactImpact) -> tuple[Array, Array | None]:
+        along = np.array([row[3] for row in impact.impulse.table()[own][:n]], dtype=object)
+        impulse = np.sum(along[:, None] * balls(block.forces), axis=0)
+        up = balls(landing.up)
+        normal = dot(impulse, up)
+        friction = nearest(norm(impulse - normal * up) / normal, 1.0) if float(normal) > 0.0 else None
+        return nearest(impulse, size), friction
+
+    impulse, friction = proof.enclosure.read(read)
+    return impulse, None if friction is None else friction.item()
+
+
+def _resistance(landing: Landing, proof: Proof, block: Block, equation: Equation) -> tuple[float, float, float | None]:
+    """Effective masses along the ground's normal n, and the impact mitigation factor.
+
+    With the Delassus matrix A of the contact point, while standing feet and loops hold but other contacts do not: 1 / (nᵀ A n) if
+    it slides, nᵀ A⁻¹ n if it sticks, and det(1 − Λ Λ_L⁻¹), Λ = A⁻¹ and Λ_L with every joint locked (Wensing et al., T-RO 2017).
+    """
+    point = block._replace(forces=np.eye(3), moments=np.zeros((0, 3)))
+    held = _held_rows(landing, proof, equation)
+    rough = proof.enclosure.read(lambda impact: _sized(impact.mobility(point, held)))
+    values, vectors = np.linalg.eigh(rough)
+    n = landing.up
+    if not values[-1] > 0.0 or not n @ rough @ n > 1e-13 * values[-1]:
+        return np.inf, np.inf, None
+    free = values > 1e-13 * values[-1]
+    frictionless = proof.enclosure.read(lambda impact: nearest(1 / _form(impact.mobility(point, held), n), 0.0)).item()
+    sticking = np.inf
+    # A direction that cannot move takes any impulse; it makes n immovable only if n has a part along it.
+    if not np.any(np.abs(vectors[:, ~free].T @ n) > 1e-7):
+        sticking = proof.enclosure.read(
+            lambda impact: nearest(_sticking(impact.mobility(point, held), n, vectors[:, free]), 0.0)
+        ).item()
+    mitigation = None
+    if landing.floating and free.all():
+        locked = held_joints_enclosure(proof.enclosure, landing)
+        moving = np.linalg.eigvalsh(rough - locked.read(lambda impact: _sized(impact.mobility(point, []))))
+        # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
+        if moving[0] > 1e-9 * moving[-1] or moving[-1] <= 1e-9 * values[-1]:
+            mitigation = proof.enclosure.read(lambda impact: _mitigation(impact, locked, point, held)).item()
+    return sticking, frictionless, mitigation
+
+
+def _held_rows(landing: Landing, proof: Proof, equation: Equation) -> list[int]:
+    """Independent rows of standing feet and loops."""
+    first = sum(block.size for block in proof.enclosure.inputs.blocks[: len(landing.contacts)])
+    J_c = equation.J_c[0, first:]
+    if not len(J_c):
+        return []
+    size = np.sqrt(np.abs(np.diagonal(equation.H[0])))
+    choice = choose_rows(J_c, equation.terms(0)[first:], size, np.ones(len(J_c)))
+    return [int(row) + first for row in choice.rows]
+
+
+def _sized(A: arb_mat) -> Array:
+    """A matrix as doubles, to decide by."""
+    table = A.table()
+    size = max(abs(float(x)) for row in table for x in row)
+    found = nearest(np.array(table, dtype=object), size)
+    return 0.5 * (found + found.T)
+
+
+def _form(A: arb_mat, n: Array) -> Balls:
+    """nᵀ A n."""
+    column = matrix(n[:, None])
+    return np.array((column.transpose() * A * column)[0, 0], dtype=object)
+
+
+def _sticking(A: arb_mat, n: Array, moving: Array) -> Balls:
+    """nᵀ A⁻¹ n, over the directions (3, m) that can move."""
+    V = matrix(moving) if moving.shape[1] < 3 else matrix(np.eye(3))
+    along = V.transpose() * matrix(n[:, None])
+    return np.array((along.transpose() * (V.transpose() * A * V).solve(along))[0, 0], dtype=object)
+
+
+def _mitigation(impact: ExactImpact, locked: Enclosure, point: Block, held: list[int]) -> Array:
+    """det(A − A_L) / det(A)."""
+    A = impact.mobility(point, held)
+    A_locked = locked.read(lambda other: other.mobility(point, []), ctx.prec)
+    return nearest(np.array((A - A_locked).det() / A.det(), dtype=object), 1.0)

@@ -1,23 +1,29 @@
 """The least and the greatest shock over every body's geometry."""
 
+import numpy as np
+
 from shockpc.core.extremes import shock_extremes
 from shockpc.core.spatial import Array
-from shockpc.robot.outline import outline
+from shockpc.diagnostic import Diagnostic
+from shockpc.robot.geometry import outline
 from shockpc.robot.robot import Robot
 
 __all__ = ["shock_ranges"]
 
 
-def shock_ranges(robot: Robot, delta_omega: Array, delta_v: Array, v_in: float) -> tuple[Array, Array, tuple[str, ...]]:
+def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array, tuple[Diagnostic, ...]]:
     """Least and greatest shock over every body's collision geometry (its visual one, if the file has no collision geometry).
+
+    Both are right to 1e-15 of the greatest.
 
     Args:
         robot: the robot.
-        delta_omega: (nb, 3) body axes [rad/s].
-        delta_v: (nb, 3) body axes, at the body frame's origin [m/s].
-        v_in: speed that shock is normalised by [m/s].
+        jumps: (nb, 6) of every body, body axes at its frame's origin.
+        v_in: speed by which shock is normalised [m/s].
 
     Returns: least (nb,), greatest (nb,) [1], NaN for a body without geometry; warnings.
     """
     seen = outline(robot, "collision" if robot.source.kind == "mjcf" or "<collision" in robot.source.xml else "visual")
-    return *shock_extremes(delta_omega, delta_v, seen.pieces, v_in), seen.warnings
+    least, greatest = shock_extremes(jumps[:, :3], jumps[:, 3:], seen.pieces, v_in)
+    warnings = tuple(Diagnostic("geometry", robot.name, None, text) for text in seen.warnings)
+    return np.asarray(least), np.asarray(greatest), warnings

@@ -1,69 +1,67 @@
-"""Impulses through the joints, and the energy that the impact takes."""
+"""Impulses through the joints: what their bearings and gearboxes have to carry."""
+
+from dataclasses import dataclass
 
 import numpy as np
+from flint import arb_mat
 
-from shockpc.core.loads import energy_lost, joint_impulses, kinetic_energy
-from shockpc.core.spatial import velocity_at
-from shockpc.core.tree import Tree
-from shockpc.model.dynamics import Dynamics
-from shockpc.model.equation import Solution
-from shockpc.model.motion import Motion, twists_before
-from shockpc.model.rows import Rows
-from shockpc.result import JointLoad
-from shockpc.robot.robot import Robot
+from shockpc.core.spatial import Array
+from shockpc.exact.balls import nearest
+from shockpc.exact.proof import Proof
+from shockpc.exact.solution import ExactImpact
+from shockpc.landing import Landing
 
-__all__ = ["energy", "joint_loads"]
+__all__ = ["JointLoad", "joint_loads"]
 
 
-def joint_loads(robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution) -> tuple[JointLoad, ...]:
-    """Impulse through every joint between bodies, for the scene's strike.
+@dataclass(frozen=True, eq=False)
+class JointLoad:
+    """Impulse that a body receives through its joint.
 
-    Where rows repeat one another (redundant contacts, a planar loop closed in space) the loads are those of the contact impulses
+    Attributes:
+        joint: its name.
+        force: (3,) on the body from its parent, world axes [N s].
+        moment: (3,) about the joint's origin, world axes [N m s].
+        along: part of the moment (of the force, if prismatic) along the joint's axis: what the drive carries [N m s, N s]; None
+            for a joint of more than one axis.
+    """
+
+    joint: str
+    force: Array
+    moment: Array
+    along: float | None
+
+
+def joint_loads(landing: Landing, proof: Proof) -> tuple[JointLoad, ...]:
+    """Impulse through every joint between bodies, for the scene's own strike.
+
+    Where rows depend on one another (redundant contacts, a planar loop closed in space) the loads are those of the contact impulses
     of least norm.
-
-    Args:
-        robot: the robot.
-        state: first posture.
-        bodies: the same as free bodies and joints.
-        rows: what is held.
-        solution: the strike's in the last column.
     """
-    rotation = state.rotation[0]
-    com = np.stack([body.com for body in robot.bodies])
-    jump = solution.jumps[0, :, :, -1]
-    v_com = velocity_at(jump[:, :3], jump[:, 3:], com)
-    world = np.concatenate([(rotation @ jump[:, :3, None])[..., 0], (rotation @ v_com[..., None])[..., 0]], axis=1)
-    wrench = np.einsum("c,cbk->bk", solution.impact.impulse[0, :, -1], rows.W[0])
-    through = joint_impulses(bodies, world, wrench)
-    loads = []
-    for i, body in enumerate(robot.bodies):
-        name = robot.model.names[body.joint]
-        if name not in robot.joint_names:
-            continue
-        joint = robot.model.joints[body.joint]
-        along = float(bodies.S[i, :, joint.idx_v] @ through[i]) if joint.nv == 1 else None
-        loads.append(JointLoad(name, through[i, 3:], through[i, :3], along))
-    return tuple(loads)
+    robot = landing.robot
+    chosen = [(i, joint) for i, joint in enumerate(robot.joints) if not (robot.free_base and i == 0)]
 
+    def loads(impact: ExactImpact) -> tuple[Array, Array, Array]:
+        wrenches, along = [], []
+        for i, joint in chosen:
+            node = impact.mechanism.tree.carrier[i]
+            own = impact.joint_loads[node]
+            R = impact.mechanism.poses[node].rotation
+            a, b, c, x, y, z = own.entries()
+            moment, force = R * arb_mat([[a], [b], [c]]), R * arb_mat([[x], [y], [z]])
+            wrenches.append([*force.entries(), *moment.entries()])
+            S = impact.mechanism.tree.nodes[node].S
+            along.append((S.transpose() * own)[0, 0] if joint.axis is not None else own[0, 0])
+        found = np.array(wrenches, dtype=object).reshape(-1, 6)
+        force_size = np.abs(np.array(found, dtype=float)).max(initial=0.0)
+        return (
+            nearest(found[:, :3], force_size),
+            nearest(found[:, 3:], force_size),
+            nearest(np.array(along, dtype=object), force_size),
+        )
 
-def energy(
-    robot: Robot, state: Dynamics, bodies: Tree, rows: Rows, solution: Solution, before: Motion, floating: bool
-) -> tuple[float, float | None]:
-    """Kinetic energy that the impact takes [J], and its share of what there was.
-
-    Args:
-        robot: the robot.
-        state: first posture.
-        bodies: the same as free bodies and joints.
-        rows: what is held.
-        solution: the strike's in the last column.
-        before: how the robot moved.
-        floating: whether `before` says how every body moved; not so on a fixed base, or with feet that stand.
-    """
-    lost = energy_lost(solution.impact.impulse[0, :, -1], rows.b[0, :, -1], rows.restitution)
-    if not floating:
-        return lost, None
-    twist = twists_before(state, before)[0]
-    v_com = velocity_at(twist[:, :3], twist[:, 3:], bodies.com)
-    had = kinetic_energy(bodies, np.concatenate([twist[:, :3], v_com], axis=1), before.joint_rates)
-    return lost, lost / had if had > 0.0 else None
+    forces, moments, along = proof.enclosure.read(loads)
+    return tuple(
+        JointLoad(joint.name, force, moment, float(part) if joint.axis is not None else None)
+        for (_, joint), force, moment, part in zip(chosen, forces, moments, along, strict=True)
+    )

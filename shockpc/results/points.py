@@ -1,18 +1,49 @@
 """Shock at sensors and at points that were asked for."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.directions import extreme_directions
+from shockpc.core.directions import ExtremeDirections, extreme_directions
+from shockpc.core.percussion import norm
 from shockpc.core.pulse import Pulse, peak_acceleration
-from shockpc.core.spatial import Array, cross_matrix, velocity_at
-from shockpc.result import PointShock
+from shockpc.core.spatial import Array, velocity_at
+from shockpc.diagnostic import Diagnostic
+from shockpc.exact.balls import balls, nearest
+from shockpc.exact.proof import Proof
+from shockpc.exact.solution import ExactImpact
+from shockpc.landing import Landing
+from shockpc.results.directions import directions_at
+from shockpc.results.speed import speed_in
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.robot import Frame, Robot
-from shockpc.scene import GRAVITY, Point
+from shockpc.scene import GRAVITY, Point, Scene
 
-__all__ = ["Spot", "point_maps", "point_shocks", "spots"]
+__all__ = ["PointShock", "Spot", "point_shocks", "saturated", "spots"]
+
+
+@dataclass(frozen=True, eq=False)
+class PointShock:
+    """Shock at a sensor, or at a point that was asked for.
+
+    Attributes:
+        frame: its name.
+        body: the body it is fixed to.
+        position: (3,) world [m].
+        delta_v: (3,) jump of its velocity, in the frame's own axes [m/s].
+        shock: |Δv| / v_in [1].
+        directions: the most and the least severe impact direction.
+        peak_g: peak acceleration for the scene's pulse, in multiples of gravity; None without a pulse.
+    """
+
+    frame: str
+    body: str
+    position: Array
+    delta_v: Array
+    shock: float
+    directions: ExtremeDirections
+    peak_g: float | None
 
 
 class Spot(NamedTuple):
@@ -43,59 +74,69 @@ def spots(robot: Robot, asked: tuple[Point, ...]) -> tuple[Spot, ...]:
     return tuple(found.values())
 
 
-def point_maps(maps: Array, r: Array) -> Array:
-    """Jump of a point's velocity for unit strikes, from its body's map.
+def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | None) -> tuple[PointShock, ...]:
+    """Shock at every sensor and point of a landing.
 
     Args:
-        maps: (..., 6, 3) of the body, at its frame's origin.
-        r: (..., 3) the point in the body's frame [m].
-
-    Returns: (..., 3, 3).
-    """
-    return np.asarray(maps[..., 3:, :] - cross_matrix(r) @ maps[..., :3, :])
-
-
-def point_shocks(
-    robot: Robot,
-    found: tuple[Spot, ...],
-    rotation: Array,
-    position: Array,
-    jump: Array,
-    maps: Array,
-    v_in: float,
-    up: Array,
-    pulse: Pulse | None,
-) -> tuple[PointShock, ...]:
-    """Shock at every spot.
-
-    Args:
-        robot: the robot.
-        found: the spots.
-        rotation: (nb, 3, 3) body to world.
-        position: (nb, 3) world [m].
-        jump: (nb, 6) of every body, body axes at its frame's origin.
-        maps: (nb, 6, 3) the same for unit strikes.
-        v_in: speed that shock is normalised by [m/s].
-        up: (3,) unit normal of the ground.
+        landing: the landing.
+        proof: of its solution.
+        v_in: speed by which shock is normalised [m/s].
         pulse: for peak accelerations.
     """
-    shocks = []
-    for label, frame, r in found:
+    state, found = landing.state, spots(landing.robot, landing.scene.point)
+    moving = [spot for spot in found if spot.frame.body >= 0]
+    bodies = [spot.frame.body for spot in moving]
+    r = np.array([spot.r for spot in moving]).reshape(-1, 3)
+    axes = np.array([spot.frame.rotation for spot in moving]).reshape(-1, 3, 3)
+    size = np.linalg.norm(proof.jumps[bodies, :, 3], axis=-1)
+
+    def shocks(impact: ExactImpact) -> tuple[Array, Array, Array]:
+        jumps = impact.body_jumps[bodies][..., 3]
+        delta_v = velocity_at(jumps[:, :3], jumps[:, 3:], balls(r))
+        turned, speed = np.sum(balls(axes) * delta_v[:, :, None], axis=1), norm(delta_v)
+        return (
+            nearest(turned, size[:, None]),
+            nearest(speed / speed_in(impact, landing), size / v_in),
+            nearest(speed, size),
+        )
+
+    delta_v, shock, speed = proof.enclosure.read(shocks) if moving else (np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    directions = directions_at(proof.enclosure, bodies, r, landing.up) if moving else None
+    results: list[PointShock] = []
+    k = 0
+    for label, frame, place in found:
         i = frame.body
-        if i < 0:
-            shocks.append(PointShock(label, "world", r, np.zeros(3), 0.0, extreme_directions(np.zeros((3, 3)), up), None))
+        if i < 0 or directions is None:
+            still = extreme_directions(np.zeros((3, 3)), landing.up)
+            results.append(PointShock(label, "world", place, np.zeros(3), 0.0, still, None))
             continue
-        delta_v = velocity_at(jump[i, :3], jump[i, 3:], r)
-        size = float(np.linalg.norm(delta_v))
-        shocks.append(
+        results.append(
             PointShock(
                 frame=label,
-                body=robot.bodies[i].name,
-                position=position[i] + rotation[i] @ r,
-                delta_v=frame.rotation.T @ delta_v,
-                shock=size / v_in,
-                directions=extreme_directions(point_maps(maps[i], r), up),
-                peak_g=None if pulse is None else peak_acceleration(size, pulse) / GRAVITY,
+                body=landing.robot.bodies[i].name,
+                position=state.origin[0] + state.position[0, i] + state.rotation[0, i] @ place,
+                delta_v=delta_v[k],
+                shock=float(shock[k]),
+                directions=ExtremeDirections(*(part[k] for part in directions)),
+                peak_g=None if pulse is None else peak_acceleration(float(speed[k]), pulse) / GRAVITY,
             )
         )
-    return tuple(shocks)
+        k += 1
+    return tuple(results)
+
+
+def saturated(scene: Scene, points: tuple[PointShock, ...]) -> tuple[Diagnostic, ...]:
+    """A warning for every sensor that would see more than its range, and where there is none that could feel the pulse."""
+    if scene.pulse is not None and not points:
+        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --point"
+        return (Diagnostic("sensor", "", None, text),)
+    over = [point for point in points if point.peak_g is not None and point.peak_g > (scene.range_g or np.inf)]
+    return tuple(
+        Diagnostic(
+            "sensor",
+            point.frame,
+            point.peak_g,
+            f'"{point.frame}" would see {point.peak_g:.3g} g, beyond its range of {scene.range_g:g} g; its reading saturates',
+        )
+        for point in over
+    )

@@ -1,44 +1,75 @@
-"""The speed that shock is normalised by, v_in: of the fastest contact, or of the centre of mass (the paper's alternative)."""
+"""The speed by which shock is normalised, v_in: of the fastest contact, or of the centre of mass (shock paper, Section 3.3)."""
+
+from typing import NamedTuple
 
 import numpy as np
+from flint import arb, arb_mat
 
-from shockpc.core.rounding import units_of
+from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
-from shockpc.health import ONE_DRAW, TRUSTED
+from shockpc.exact.balls import Balls, nearest
+from shockpc.exact.proof import Enclosure
+from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
-from shockpc.model.motion import terms_before, velocity_before
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene
 
-__all__ = ["normalising_speed"]
+__all__ = ["Speed", "normalising_speed", "speed_in"]
 
 
-def normalising_speed(scene: Scene, robot: Robot, landing: Landing) -> tuple[float, Array, tuple[str, ...]]:
-    """The speed v_in [m/s], the velocity of the fastest contact (3,) [m/s], and a warning if v_in is known to few digits.
+class Speed(NamedTuple):
+    """Speeds before the impact.
 
-    Args:
-        scene: complete.
-        robot: its robot.
-        landing: the same as arrays.
+    Attributes:
+        v_in: by which shock is normalised [m/s].
+        approach: (n, 3) velocity of every contact point, world axes [m/s].
+        strike: (3,) that of the fastest one.
+    """
+
+    v_in: float
+    approach: Array
+    strike: Array
+
+
+def normalising_speed(landing: Landing, enclosure: Enclosure) -> Speed:
+    """The speeds of a landing.
 
     Raises:
-        SceneError: the centre of mass is asked for, and is at rest.
+        SceneError: the speed of the centre of mass is asked for, and it is at rest.
     """
-    state, before = landing.state, landing.before
-    fastest = int(np.argmax(np.linalg.norm(landing.approach, axis=1)))
-    strike, touch = landing.approach[fastest], landing.touches[fastest]
-    places, whose = [(touch.body, touch.point, 1.0)], f'contact "{touch.frame}"'
-    if scene.v_in == "com":
-        places, whose = [(i, body.com, body.mass / robot.mass) for i, body in enumerate(robot.bodies)], "the centre of mass"
-    v_in = float(np.linalg.norm(sum(share * velocity_before(state, before, i, point)[0] for i, point, share in places)))
+    fastest = float(np.abs(np.concatenate([landing.before.velocity, landing.before.omega, landing.before.joint_rates])).max())
+    approach = enclosure.read(lambda impact: nearest(approach_in(impact, landing), fastest))
+    v_in = enclosure.read(lambda impact: nearest(speed_in(impact, landing), 1e-12 * fastest)).item()
     if not v_in > 0.0:
         raise SceneError(
             'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
         )
-    # A small difference of large velocities keeps their rounding.
-    terms = float(np.linalg.norm(sum(share * terms_before(state, before, i, point)[1][0] for i, point, share in places)))
-    error = ONE_DRAW * units_of(state.rotation[0]) * terms / v_in
-    if error <= TRUSTED:
-        return v_in, strike, ()
-    return v_in, strike, (f"speed of {whose}, by which all shock is divided: good to about {min(error, 1.0):.0e} of itself only",)
+    return Speed(v_in, approach, approach[np.argmax(np.linalg.norm(approach, axis=1))])
+
+
+def speed_in(impact: ExactImpact, landing: Landing) -> Balls:
+    """The speed v_in (1,)."""
+    if landing.scene.v_in == "com":
+        robot = landing.robot
+        points = [(i, arb_mat([[arb(x)] for x in com.tolist()])) for i, com in enumerate(robot.coms)]
+        share = [arb(mass) for mass in robot.masses.tolist()]
+        velocities = np.array([velocity_before(impact, body, point) for body, point in points], dtype=object)
+        return np.asarray(norm(np.sum(velocities * np.array(share, dtype=object)[:, None], axis=0) / sum(share, arb(0)))[None])
+    speeds = norm(approach_in(impact, landing))
+    return np.array([max(speeds.tolist(), key=float)], dtype=object)
+
+
+def approach_in(impact: ExactImpact, landing: Landing) -> Balls:
+    """Velocity (n, 3) of every contact point before the impact, world axes."""
+    blocks = impact.inputs.blocks[: len(landing.contacts)]
+    points = [(block.body, arb_mat([[arb(x)] for x in block.point.ravel().tolist()])) for block in blocks]
+    return np.array([velocity_before(impact, body, point) for body, point in points], dtype=object)
+
+
+def velocity_before(impact: ExactImpact, body: int, point: arb_mat) -> list[arb]:
+    """Velocity (3,) of a point (3, 1) of a body before the impact, world axes."""
+    twist = impact.body_twists_before[body]
+    rotation, _ = impact.places[body]
+    spin, v = twist[:3], twist[3:]
+    x, y, z = point.entries()
+    local = [v[0] + spin[1] * z - spin[2] * y, v[1] + spin[2] * x - spin[0] * z, v[2] + spin[0] * y - spin[1] * x]
+    return (rotation * arb_mat([[part] for part in local])).entries()

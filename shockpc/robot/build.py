@@ -1,87 +1,62 @@
 """A robot's checked text becomes a Pinocchio model, with a free base for a URDF and the file's own base for an MJCF."""
 
-import math
-import tempfile
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 
 from shockpc.errors import RobotError
+from shockpc.robot.couplings import Built, Mimic, leaders_first
 from shockpc.robot.markup import parse_markup
 from shockpc.robot.source import RobotSource
-from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.srdf import rotor_armature, srdf_postures
 
-__all__ = ["FREE_FLYER", "build_model"]
-
+__all__ = ["FREE_FLYER", "build", "build_model"]
 
 FREE_FLYER = "JointModelFreeFlyer"
 
 
-def build_model(source: RobotSource) -> pin.Model:
-    """Build the Pinocchio model of a robot.
-
-    Args:
-        source: the robot as read; its text is used, not its file, because includes and defaults are written out in it.
-
-    Returns:
-        The model, in which mimic joints are independent.
+def build(source: RobotSource) -> Built:
+    """Build the Pinocchio model of a robot, and read what its file holds beside it.
 
     Raises:
-        RobotError: Pinocchio refuses the text.
+        RobotError: the format's own reader refuses the text.
     """
-    try:
-        if source.kind == "urdf":
-            return _square_up(pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer()))
-        with tempfile.TemporaryDirectory() as folder:
-            # Pinocchio reads MJCF from files only, and tells them by this suffix.
-            copy = Path(folder) / "robot.xml"
-            copy.write_text(source.xml, encoding="utf-8")
-            model = pin.buildModelFromMJCF(str(copy))
-    except (ValueError, RuntimeError, IndexError) as refusal:
-        said = " ".join(str(refusal).split())
-        raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {said}") from None
-    if model.njoints > 1 and model.joints[1].shortname() == FREE_FLYER:
-        # qpos places a free body in the world; its pos and quat in the file are only where it starts.
-        model.jointPlacements[1] = pin.SE3.Identity()
-    _undo_degrees(source, model)
-    _place_sites(source, model)
-    return _square_up(model)
+    if source.kind == "mjcf":
+        from shockpc.robot.mjcf import build_mjcf
 
-
-def _square_up(model: pin.Model) -> pin.Model:
-    """Make rotations of the joint placements as good as doubles allow: Newton's iteration R ← R (3 − RᵀR) / 2, once.
-
-    Pinocchio leaves those of an MJCF off by as much as 1e-14, which a chain of bodies multiplies up.
-    """
-    for place in model.jointPlacements:
+        built = build_mjcf(source)
+    else:
+        built = _build_urdf(source)
+    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
+    for place in built.model.jointPlacements:
         R = place.rotation
         place.rotation = 0.5 * R @ (3.0 * np.eye(3) - R.T @ R)
-    return model
+    return built
 
 
-def _undo_degrees(source: RobotSource, model: pin.Model) -> None:
-    """Give sliding joints their limits back: Pinocchio turns them into radians with all the others, but they are lengths."""
-    compiler = parse_markup(source.xml, source.path.name).find("compiler")
-    if compiler is not None and compiler.get("angle") == "radian":
-        return
-    for joint in model.joints[1:]:
-        if joint.nv == 1 and joint.shortname().startswith("JointModelP"):
-            model.lowerPositionLimit[joint.idx_q] *= 180.0 / math.pi
-            model.upperPositionLimit[joint.idx_q] *= 180.0 / math.pi
+def build_model(source: RobotSource) -> pin.Model:
+    """Build the Pinocchio model alone. Raises RobotError as `build` does."""
+    return build(source).model
 
 
-def _place_sites(source: RobotSource, model: pin.Model) -> None:
-    """Put sites where they belong: Pinocchio misplaces those of bodies without joints, and drops the world's."""
-    root = parse_markup(source.xml, source.path.name)
-    for body in (*root.iter("worldbody"), *root.iter("body")):
-        index = model.getFrameId(body.get("name", ""), pin.FrameType.BODY) if body.tag == "body" else 0
-        frame = model.frames[index]
-        for site in body.findall("site[@name]"):
-            name, quaternion = site.get("name", ""), vector(site.get("quat"), 4) or (1.0, 0.0, 0.0, 0.0)
-            offset = np.array(vector(site.get("pos"), 3) or (0.0, 0.0, 0.0))
-            place = frame.placement * pin.SE3(pin.Quaternion(*quaternion).matrix(), offset)
-            if model.existFrame(name, pin.FrameType.OP_FRAME):
-                model.frames[model.getFrameId(name, pin.FrameType.OP_FRAME)].placement = place
-            else:
-                model.addFrame(pin.Frame(name, frame.parentJoint, index, place, pin.FrameType.OP_FRAME))
+def _build_urdf(source: RobotSource) -> Built:
+    """The model of a URDF on a free base, with the postures and rotors of its SRDF."""
+    try:
+        model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
+    except (ValueError, RuntimeError, IndexError) as refusal:
+        raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {' '.join(str(refusal).split())}") from None
+    postures = {}
+    if source.srdf is not None:
+        postures = srdf_postures(source.srdf, model)
+        model.armature = rotor_armature(source.srdf, model)
+    return Built(model, postures, _mimics(source, model), (), None, ())
+
+
+def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
+    """The joints of a URDF that mimic others. A fixed joint follows nothing; one that follows a fixed joint keeps its offset."""
+    found: list[Mimic] = []
+    for joint in parse_markup(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ():
+        for mimic in joint.findall("mimic"):
+            if model.existJointName(joint.get("name", "")):
+                multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
+                found.append(Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset))
+    return leaders_first(found, model, source.path.name)

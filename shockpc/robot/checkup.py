@@ -7,7 +7,10 @@ from collections.abc import Iterable, Iterator
 from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
+import pinocchio as pin
+
 from shockpc.errors import RobotError
+from shockpc.robot.build import build_model
 from shockpc.robot.inertias import inertia_fault, written_inertias
 from shockpc.robot.markup import parse_markup
 from shockpc.robot.source import RobotSource, resolve_asset
@@ -45,36 +48,21 @@ def check_robot(source: RobotSource) -> tuple[Finding, ...]:
     Raises:
         RobotError: Pinocchio cannot build the robot.
     """
-    root = parse_markup(source.xml, source.path.name)
+    root, model = parse_markup(source.xml, source.path.name), build_model(source)
     found = [
-        *_bodies_without_mass(source),
+        *_bodies_without_mass(model),
         *_inertias(root),
         *_links_without_inertia(root),
-        *_armature(root, source.kind),
+        *_armature(model, source.kind),
         *_joints(root),
         *_meshes(source, root),
-        *_second_reader(source),
     ]
     order = ("error", "warning", "note")
     return tuple(sorted(found, key=lambda finding: order.index(finding.level)))
 
 
-def _second_reader(source: RobotSource) -> Iterator[Finding]:
-    """Whether another library sees another robot in the file."""
-    if source.kind != "urdf":
-        return
-    from shockpc.robot.second_reader import disagreement
-
-    apart = disagreement(source)
-    if apart:
-        yield Finding("warning", "every link", f"{apart}; the numbers are those of Pinocchio's reading")
-
-
-def _bodies_without_mass(source: RobotSource) -> Iterator[Finding]:
+def _bodies_without_mass(model: pin.Model) -> Iterator[Finding]:
     """Moving bodies without mass, and masses far from all the others."""
-    from shockpc.robot.build import build_model
-
-    model = build_model(source)
     names = {joint: model.names[joint] for joint in range(1, model.njoints)}
     for frame in reversed(list(model.frames)):
         if frame.parentJoint in names and frame.type == frame.type.BODY:
@@ -117,14 +105,13 @@ def _bodies_without_mass(source: RobotSource) -> Iterator[Finding]:
 
 def _inertias(root: Element) -> Iterator[Finding]:
     """Inertias that no body has; links with the same fault share a finding."""
-    kind = "link" if root.tag == "robot" else "body"
     faults: dict[str, list[str]] = {}
     for link, mass, entries in written_inertias(root):
         fault = inertia_fault(mass, entries)
         if fault is not None:
             faults.setdefault(fault, []).append(link)
     for fault, links in faults.items():
-        yield Finding("warning", _named(kind, links), f"{fault}; shock is computed from it all the same")
+        yield Finding("warning", _named("link", links), f"{fault}; shock is computed from it all the same")
 
 
 def _links_without_inertia(root: Element) -> Iterator[Finding]:
@@ -139,9 +126,9 @@ def _links_without_inertia(root: Element) -> Iterator[Finding]:
         yield Finding("note", _named("link", names), f"{verb} as without mass")
 
 
-def _armature(root: Element, kind: str) -> Iterator[Finding]:
+def _armature(model: pin.Model, kind: str) -> Iterator[Finding]:
     """Rotors that nobody wrote down."""
-    if any(float(joint.get("armature", "0")) for joint in root.iter("joint")):
+    if model.armature.any():
         return
     why = "URDF has no place for it" if kind == "urdf" else "no joint gives one"
     yield Finding(
@@ -174,13 +161,11 @@ def _joints(root: Element) -> Iterator[Finding]:
 
 def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
     """Meshes that cannot be had."""
-    if source.kind == "urdf":
-        uris = [mesh.get("filename", "") for mesh in root.iter("mesh")]
-    else:
-        compiler = root.find("compiler")
-        folders = [compiler.get(key) for key in ("meshdir", "assetdir")] if compiler is not None else []
-        folder = next((f"{folder}/" for folder in folders if folder), "")
-        uris = [f"{folder}{mesh.get('file')}" for mesh in root.findall("asset/mesh") if mesh.get("file")]
+    uris = [
+        mesh.get("filename") or mesh.get("file") or ""
+        for mesh in root.iter("mesh")
+        if "filename" in mesh.attrib or "file" in mesh.attrib
+    ]
     lost: list[str] = []
     for uri in dict.fromkeys(uris):
         try:

@@ -1,20 +1,15 @@
-"""What a robot's file ties together beside its tree: joints that follow others, and loops."""
+"""What a robot's file holds beside its links, whatever its format: joints that follow others, loops, postures."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
-from xml.etree.ElementTree import Element
 
-import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.robot.markup import parse_markup
-from shockpc.robot.source import RobotSource
-from shockpc.robot.urdf_numbers import vector
 
-__all__ = ["Loop", "Mimic", "as_drawn", "loops_of", "mimics_of"]
+__all__ = ["Built", "Loop", "Mimic", "leaders_first"]
 
 
 @dataclass(frozen=True)
@@ -54,132 +49,45 @@ class Loop(NamedTuple):
     turns: bool
 
 
-def as_drawn(model: pin.Model) -> Array:
-    """The configuration (nq,) in which an MJCF draws its bodies: a free base at its place, a joint at its ref."""
-    return next((entry.data() for entry in model.referenceConfigurations if entry.key() == "qpos0"), pin.neutral(model))
+class Built(NamedTuple):
+    """What the reader of a format makes of a file.
+
+    Attributes:
+        model: the Pinocchio model, in which joints that follow others are independent.
+        postures: reference configurations by name, each (nq,).
+        mimics: joints that follow others, each after the one that it follows.
+        loops: what the file holds together beside the tree.
+        start: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
+        warnings: each with its consequence.
+    """
+
+    model: pin.Model
+    postures: Mapping[str, Array]
+    mimics: tuple[Mimic, ...]
+    loops: tuple[Loop, ...]
+    start: Array | None
+    warnings: tuple[str, ...]
 
 
-def loops_of(source: RobotSource, model: pin.Model, places: Sequence[pin.SE3], names: Sequence[str]) -> tuple[Loop, ...]:
-    """The loops that an MJCF's connect and weld close, as MuJoCo does: where the file does not say it, its drawing does.
-
-    Pinocchio's own reading takes the joint's frame for the body's, and another pose for relpose.
+def leaders_first(found: list[Mimic], model: pin.Model, file: str) -> tuple[Mimic, ...]:
+    """Order mimic joints so that each comes after the one that it follows.
 
     Args:
-        source: the robot as read.
-        model: its model.
-        places: every body's frame in its joint's frame.
-        names: of the bodies.
-
-    Raises:
-        RobotError: a body or site does not exist.
-    """
-    if source.kind == "urdf" or "<equality" not in source.xml:
-        return ()
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, as_drawn(model))
-    loops = []
-    for tie in parse_markup(source.xml, source.path.name).iterfind("equality/*"):
-        if tie.tag not in ("connect", "weld"):
-            continue
-        first, second = (_end(model, tie, number, source.path.name) for number in "12")
-        bodies = tuple(model.frames[frame].parentJoint - 1 for frame in (first, second))
-        if bodies[0] == bodies[1]:  # fixed to one another already
-            continue
-        ends = []
-        for frame, body, held in zip((first, second), bodies, _held(tie, data.oMf[first], data.oMf[second]), strict=True):
-            place = model.frames[frame].placement * held
-            place = place if body < 0 else places[body].inverse() * place
-            ends.append((read_only(place.translation), read_only(place.rotation)))
-        (p_a, R_a), (p_b, R_b) = ends
-        called = "–".join("world" if body < 0 else names[body] for body in bodies)
-        loops.append(Loop(called, (bodies[0], bodies[1]), (p_a, p_b), (R_a, R_b), np.eye(3), tie.tag == "weld"))
-    return tuple(loops)
-
-
-def _end(model: pin.Model, tie: Element, number: str, file: str) -> int:
-    """The frame of a body or site that an equality ties; 0 for the world."""
-    for kind, called in ((pin.FrameType.OP_FRAME, "site"), (pin.FrameType.BODY, "body")):
-        name = tie.get(called + number)
-        if name is not None and name != "world":
-            if not model.existFrame(name, kind):
-                raise RobotError(f'{file}: an equality {tie.tag} names {called} "{name}", which does not exist; correct the name')
-            return int(model.getFrameId(name, kind))
-    return 0
-
-
-def _held(tie: Element, first: pin.SE3, second: pin.SE3) -> tuple[pin.SE3, pin.SE3]:
-    """The frames that an equality holds together, each in that of its body or site. Args: where the file draws these."""
-    if "site1" in tie.attrib:
-        return pin.SE3.Identity(), pin.SE3.Identity()
-    held = pin.SE3(np.eye(3), np.array(vector(tie.get("anchor"), 3) or (0.0, 0.0, 0.0)))
-    if tie.tag == "connect":
-        return held, second.inverse() * first * held
-    x, y, z, *quaternion = vector(tie.get("relpose"), 7) or (0.0,) * 7
-    if any(quaternion):  # the anchor of the second body, in the frame of the first
-        return pin.SE3(pin.Quaternion(*quaternion).normalized().matrix(), np.array([x, y, z])), held
-    return first.inverse() * second * held, held
-
-
-def mimics_of(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
-    """The joints that follow others, leaders before followers. Pinocchio reads them as free ones; `freedom` ties them.
-
-    A fixed joint follows nothing, whatever its file says; one that follows a fixed joint stays where its offset puts it.
+        found: the mimic joints in any order.
+        model: the robot's model.
+        file: the file's name, for messages.
 
     Raises:
         RobotError: joints follow one another in a circle, or one that is to follow or lead has several degrees of freedom.
     """
-    found = _proportional(source, model) if source.kind == "mjcf" else _mimicking(source, model)
     for mimic in found:
         for name in (mimic.joint, mimic.leader):
             freedom = model.joints[model.getJointId(name)].nv if model.existJointName(name) else 1
             if freedom != 1:
                 raise RobotError(
-                    f'{source.path.name}: joint "{mimic.joint}" is to follow "{mimic.leader}", but "{name}" has {freedom} degrees '
+                    f'{file}: joint "{mimic.joint}" is to follow "{mimic.leader}", but "{name}" has {freedom} degrees '
                     "of freedom, and only a joint with one can follow or lead; give it one axis, or take the coupling out"
                 )
-    return _leaders_first(found, source.path.name)
-
-
-def _mimicking(source: RobotSource, model: pin.Model) -> list[Mimic]:
-    """The joints of a URDF that mimic others."""
-    found: list[Mimic] = []
-    if "<mimic" not in source.xml:
-        return found
-    for joint in parse_markup(source.xml, source.path.name).iter("joint"):
-        for mimic in joint.findall("mimic"):
-            if not model.existJointName(joint.get("name", "")):
-                continue
-            multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-            found.append(Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset))
-    return found
-
-
-def _proportional(source: RobotSource, model: pin.Model) -> list[Mimic]:
-    """The joints that an MJCF's equalities couple: q1 − q1₀ = a0 + a1 (q2 − q2₀), or a constant without a second joint."""
-    found: list[Mimic] = []
-    if "<equality" not in source.xml:
-        return found
-    start = as_drawn(model)
-
-    def rest(name: str) -> float:
-        return float(start[model.joints[model.getJointId(name)].idx_q]) if model.existJointName(name) else 0.0
-
-    for tie in parse_markup(source.xml, source.path.name).iterfind("equality/joint"):
-        follower, leader = tie.get("joint1", ""), tie.get("joint2", "")
-        for name in (follower, leader):
-            if name and not model.existJointName(name):
-                raise RobotError(
-                    f'{source.path.name}: an equality couples joint "{name}", which is not a joint of its own here; '
-                    "give each of a body's joints a body"
-                )
-        a0, a1 = ([float(word) for word in tie.get("polycoef", "0 1").split()] + [0.0, 0.0])[:2]
-        slope = a1 if leader else 0.0
-        found.append(Mimic(follower, leader, slope, rest(follower) + a0 - slope * rest(leader)))
-    return found
-
-
-def _leaders_first(found: list[Mimic], file: str) -> tuple[Mimic, ...]:
-    """Mimic joints ordered so that each comes after the one that it follows."""
     ordered: list[Mimic] = []
     while found:
         waiting = {mimic.joint for mimic in found}

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.source import RobotSource
-from shockpc.robot.urdf_numbers import INERTIA, vector
+from shockpc.robot.urdf_numbers import INERTIA
 
 __all__ = ["Written", "inertia_fault", "inertia_warning", "refuse_extremes", "written_inertias"]
 
@@ -25,7 +25,7 @@ class Written(NamedTuple):
     """An inertia as written.
 
     Attributes:
-        link: the link, or the MJCF body.
+        link: the link.
         mass: [kg]
         entries: ixx, ixy, ixz, iyy, iyz, izz about the centre of mass [kg m²].
     """
@@ -36,26 +36,16 @@ class Written(NamedTuple):
 
 
 def written_inertias(root: Element) -> Iterator[Written]:
-    """Yield the inertia of every link or body that has one and weighs something.
+    """Yield the inertia of every link that has one and weighs something.
 
     Args:
-        root: a checked <robot> or <mujoco> element.
+        root: a checked <robot> element.
     """
-    for link in (*root.iter("link"), *root.iter("body")):
-        inertial = link.find("inertial")
-        if inertial is None:
-            continue
-        name, mass, inertia = link.get("name", ""), inertial.find("mass"), inertial.find("inertia")
-        if mass is not None and inertia is not None:
-            found = Written(name, float(mass.get("value", "0")), tuple(float(inertia.get(key, "0")) for key in INERTIA))
-        else:
-            xx, yy, zz, xy, xz, yz = vector(inertial.get("fullinertia"), 6) or (
-                *(vector(inertial.get("diaginertia"), 3) or (0.0, 0.0, 0.0)),
-                *(0.0, 0.0, 0.0),
-            )
-            found = Written(name, float(inertial.get("mass", "0")), (xx, xy, xz, yy, yz, zz))
-        if found.mass > 0:
-            yield found
+    for link in root.iter("link"):
+        mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
+        if mass is not None and inertia is not None and float(mass.get("value", "0")) > 0:
+            entries = tuple(float(inertia.get(key, "0")) for key in INERTIA)
+            yield Written(link.get("name", ""), float(mass.get("value", "0")), entries)
 
 
 def inertia_fault(mass: float, entries: tuple[float, ...]) -> str | None:

@@ -11,11 +11,10 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
-from shockpc.robot.build import FREE_FLYER, build_model
-from shockpc.robot.couplings import Loop, Mimic, as_drawn, loops_of, mimics_of
+from shockpc.robot.build import FREE_FLYER, build
+from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning, refuse_extremes
 from shockpc.robot.source import RobotSource, read_source
-from shockpc.robot.srdf import postures_of, rotor_armature
 
 __all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
 
@@ -124,6 +123,7 @@ class Robot:
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
+        drawn: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
         free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
         mass: of all bodies [kg].
         warnings: what the file's reader met, and inertias that no body has.
@@ -137,6 +137,7 @@ class Robot:
     postures: Mapping[str, Array] = field(repr=False)
     mimics: tuple[Mimic, ...] = field(repr=False)
     loops: tuple[Loop, ...] = field(repr=False)
+    drawn: Array | None = field(repr=False)
     free_base: bool
     mass: float
     warnings: tuple[str, ...] = field(repr=False)
@@ -184,6 +185,21 @@ class Robot:
         return read_only([body.inertia for body in self.bodies])
 
     @cached_property
+    def gyration(self) -> Array:
+        """Radius of gyration (nb,) of every body about its centre of mass, for the mean axis [m]; 0 for a body without mass."""
+        trace = np.trace(self.inertias, axis1=1, axis2=2)
+        return read_only(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.masses > 0.0, self.masses, np.inf)))
+
+    @cached_property
+    def body_frames(self) -> tuple[Array, Array] | None:
+        """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
+        rotation = read_only([body.rotation for body in self.bodies])
+        offset = read_only([body.offset for body in self.bodies])
+        return (
+            (rotation, offset) if offset.any() or not np.array_equal(rotation, np.broadcast_to(np.eye(3), rotation.shape)) else None
+        )
+
+    @cached_property
     def parents(self) -> tuple[int, ...]:
         """Index of the body that carries each body's joint; −1 for the world."""
         return tuple(joint.parent for joint in self.joints)
@@ -205,8 +221,8 @@ class Robot:
     def start(self) -> Array:
         """Neutral joints (nq,); a free base that its file ties to the world stands where the file draws it, for there it meets."""
         q = np.array(pin.neutral(self.model))
-        if self.free_base and any(-1 in loop.bodies for loop in self.loops):
-            q[:7] = as_drawn(self.model)[:7]
+        if self.drawn is not None and self.free_base and any(-1 in loop.bodies for loop in self.loops):
+            q[:7] = self.drawn[:7]
         return read_only(q)
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
@@ -252,10 +268,10 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
-    model = build_model(source)
+    built = build(source)
+    model = built.model
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
-    model.armature = rotor_armature(source, model)
     free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
     weights = ([b.name for b in bodies], [b.mass for b in bodies], [b.inertia for b in bodies])
@@ -267,12 +283,13 @@ def load_robot(
         model=model,
         bodies=bodies,
         frames=frames,
-        postures=postures_of(source, model),
-        mimics=mimics_of(source, model),
-        loops=loops_of(source, model, [pin.SE3(b.rotation, b.offset) for b in bodies], [b.name for b in bodies]),
+        postures=built.postures,
+        mimics=built.mimics,
+        loops=built.loops,
+        drawn=built.start,
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
-        warnings=(*source.warnings, *inertia_warning(source, *weights)),
+        warnings=(*source.warnings, *built.warnings, *inertia_warning(source, *weights)),
     )
 
 

@@ -32,7 +32,7 @@ _NOT_ROBOTS = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RobotSource:
     """What was read of a robot: its text, where it came from, and what may be read along with it.
 
@@ -40,8 +40,8 @@ class RobotSource:
         path: the robot file, absolute.
         name: its catalogue name, if it was asked for by name.
         kind: "urdf" (xacro included) or "mjcf".
-        xml: what to hand to Pinocchio. URDF: after xacro, mesh paths as found. MJCF: includes, defaults and orientations
-            written out, so it differs from the file.
+        xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
+            the file.
         robot_name: as the file says, else the file's stem.
         srdf: the file of reference postures, given or found beside the robot.
         packages: package folders given by name.
@@ -97,7 +97,7 @@ def read_source(
     kind: Literal["urdf", "mjcf"] = "urdf"
     postures: Path | None = None
     if root.tag == "mujoco":
-        from shockpc.robot.mjcf import plain_mjcf
+        from shockpc.robot.mjcf_text import insert_includes
 
         if srdf is not None:
             raise RobotError(
@@ -105,8 +105,7 @@ def read_source(
                 "leave it out, or write its postures as <key> elements of a <keyframe>"
             )
         kind = "mjcf"
-        text, told = plain_mjcf(root, reach)
-        warnings += told
+        text = insert_includes(root, reach)
         robot_name = root.get("model") or stem
     elif root.tag == "robot":
         _refuse_srdf(root, path)

@@ -1,6 +1,6 @@
-"""Reference postures of a robot: the group states of an SRDF, the keyframes of an MJCF.
+"""Postures and rotors that an SRDF gives to the robot of a URDF.
 
-An SRDF is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one
+It is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one
 name apart.
 """
 
@@ -13,19 +13,11 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.robot.markup import read_markup
-from shockpc.robot.source import RobotSource
 
-__all__ = ["postures_of", "rotor_armature", "srdf_postures"]
-
-
-def postures_of(source: RobotSource, model: pin.Model) -> dict[str, Array]:
-    """Reference configurations by name: an MJCF's keyframes, or the group states of the SRDF beside a URDF."""
-    if source.kind == "mjcf":
-        return {entry.key(): read_only(entry.data()) for entry in model.referenceConfigurations if entry.key() != "qpos0"}
-    return {} if source.srdf is None else srdf_postures(source.srdf, model)
+__all__ = ["rotor_armature", "srdf_postures"]
 
 
-def rotor_armature(source: RobotSource, model: pin.Model) -> Array:
+def rotor_armature(path: Path, model: pin.Model) -> Array:
     """Reflected inertia (nv,) that an SRDF's <rotor_params> give, gear_ratio² times the rotor's inertia, over the model's own.
 
     The attribute that holds the rotor's inertia is called mass there [kg m²].
@@ -34,9 +26,7 @@ def rotor_armature(source: RobotSource, model: pin.Model) -> Array:
         RobotError: a number is missing, or is none that a rotor can have.
     """
     armature = np.array(model.armature)
-    if source.kind == "mjcf" or source.srdf is None:
-        return armature
-    for entry in read_markup(source.srdf).root.iterfind("rotor_params/joint"):
+    for entry in read_markup(path).root.iterfind("rotor_params/joint"):
         name = entry.get("name", "")
         if not model.existJointName(name):
             continue
@@ -44,7 +34,7 @@ def rotor_armature(source: RobotSource, model: pin.Model) -> Array:
         inertia, ratio = _numbers(mass), _numbers(gear)
         if len(inertia) != 1 or len(ratio) != 1 or inertia[0] < 0.0:
             raise RobotError(
-                f'{source.srdf.name}: the rotor of joint "{name}" has mass "{mass}" and gear_ratio "{gear}"; '
+                f'{path.name}: the rotor of joint "{name}" has mass "{mass}" and gear_ratio "{gear}"; '
                 "it takes one number each, the inertia of the rotor [kg m²] not below zero"
             )
         joint = model.joints[model.getJointId(name)]

@@ -70,11 +70,12 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         "health": {
             "rank": profile.health.rank,
             "rows": profile.health.rows,
-            "residual": profile.health.residual,
-            "error_estimate": _number(profile.health.error_estimate),
-            "method": profile.health.method,
-            "warnings": list(profile.health.warnings),
-            "body_errors": [_number(error) for error in profile.health.body_errors],
+            "error_bound": profile.health.error_bound,
+            "body_error_bounds": list(profile.health.body_error_bounds),
+            "double_error": _number(profile.health.double_error),
+            "data_sensitivity": _number(profile.health.data_sensitivity),
+            "bits": profile.health.bits,
+            "warnings": [str(warning) for warning in profile.health.warnings],
         },
         "stance": [
             {

@@ -1,0 +1,197 @@
+"""The proof of a landing: enclosures of its results, and how far double precision was off.
+
+The precision is raised until every enclosure is narrow enough to be rounded to the nearest double. Proven means: for the robot as
+loaded, the posture, and the rows that were found independent.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from flint import arb, ctx
+
+from shockpc.core.spatial import Array, largest_norm
+from shockpc.exact.balls import PrecisionError, nearest
+from shockpc.exact.equation import SingularError
+from shockpc.exact.kinematics import data_of, loaded_tree, tree_of
+from shockpc.exact.solution import ExactImpact, Inputs
+from shockpc.model.motion import Motion
+
+__all__ = ["Enclosure", "Proof", "motion", "prove", "sensitivity"]
+
+T = TypeVar("T")
+
+LEAST_BITS, MOST_BITS = 128, 8192
+"""Precision to begin with, and at which a pivot that still may be zero is zero."""
+
+AT_REST = 1e-300
+"""A body that moves by less than this share of the fastest one is proven to do that, and no more."""
+
+
+class Enclosure:
+    """An impact that can be evaluated at any precision. Args: inputs, what it depends on."""
+
+    def __init__(self, inputs: Inputs) -> None:
+        self.inputs = inputs
+        self.bits = LEAST_BITS
+        self._impact: ExactImpact | None = None
+
+    def read(self, compute: Callable[[ExactImpact], T], bits: int = LEAST_BITS) -> T:
+        """What `compute` makes of the impact, at the least precision at which it raises no `PrecisionError` or `SingularError`.
+
+        Args:
+            compute: what to read.
+            bits: precision to use at least.
+
+        Raises:
+            SingularError: a pivot may be zero at the highest precision: no inertia resists a motion, or rows are dependent.
+        """
+        if bits > self.bits:
+            self.bits, self._impact = bits, None
+        while True:
+            with ctx.workprec(self.bits):
+                try:
+                    if self._impact is None:
+                        self._impact = ExactImpact(self.inputs, loaded_tree(self.inputs.robot, self.bits))
+                    return compute(self._impact)
+                except (PrecisionError, SingularError):
+                    if self.bits >= MOST_BITS:
+                        raise
+            self.bits *= 2
+            self._impact = None
+
+
+class Proof(NamedTuple):
+    """What was proven of a landing.
+
+    Attributes:
+        enclosure: from which everything else can be read.
+        jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for strikes of 1 m/s along world x,
+            y
+            and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
+        delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
+        impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
+        bounds: (nb,) proven error of the scene's own jumps relative to each body's motion [1].
+    """
+
+    enclosure: Enclosure
+    jumps: Array
+    delta_qd: Array
+    impulse: Array
+    bounds: Array
+
+    @property
+    def bits(self) -> int:
+        """Precision of the arithmetic."""
+        return self.enclosure.bits
+
+
+def prove(inputs: Inputs, length: Array) -> Proof:
+    """Enclose the impact.
+
+    Args:
+        inputs: what it depends on.
+        length: (nb,) by which the rotation of a body counts as a speed [m].
+
+    Raises:
+        SingularError: no inertia resists a motion, or the rows depend on one another.
+    """
+    enclosure = Enclosure(inputs)
+    jumps, bounds = enclosure.read(lambda impact: _jumps(impact, length))
+    delta_qd = enclosure.read(lambda impact: _rounded(impact.delta_qd, 1))
+    impulse = enclosure.read(lambda impact: _rounded(impact.impulse.table(), 0))
+    return Proof(enclosure, jumps, delta_qd, impulse, bounds)
+
+
+def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
+    """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
+    found = [jump.entries() for jump in impact.jumps]
+    values = np.array([[float(x) for x in jump] for jump in found]).reshape(-1, 6, 4)
+    radii = np.array([[float(x.rad()) for x in jump] for jump in found]).reshape(-1, 6, 4)
+    size, width = motion(values, length), motion(radii, length)
+    own = np.maximum(size[:, 3], AT_REST * size[:, 3].max())
+    if np.any(width[:, 3] > 2.0**-70 * own) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
+        raise PrecisionError
+    # What may be zero is zero; the rest is off by its rounding to a double at most.
+    values[np.abs(values) <= radii] = 0.0
+    lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radii[..., 3]
+    return values, motion(lost[..., None], length)[:, 0] / np.where(size[:, 3] > 0.0, size[:, 3], 1.0)
+
+
+def motion(jumps: Array, length: Array) -> Array:
+    """Size (nb, k) of jumps (nb, 6, k) as speeds: velocity of the frame's origin, and rotation times a length (nb,)."""
+    return largest_norm(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1))
+
+
+def _rounded(table: "list[list[arb]]", axis: int) -> Array:
+    """Numbers as doubles, each row (axis 1) or all of them (axis 0) of one size."""
+    values = np.array([[float(x) for x in row] for row in table])
+    largest = np.abs(values).max(initial=0.0)
+    size = np.maximum(np.abs(values).max(axis=1, keepdims=True), 1e-30 * largest) if axis else largest
+    return nearest(np.array(table, dtype=object), size)
+
+
+CHANGES = 2
+"""Random changes of the data from which the sensitivity to them is estimated."""
+
+
+def sensitivity(proof: Proof, length: Array) -> tuple[Array, dict[str, float]]:
+    """What a change of every datum in its last digit does to the jump of each body, relative to its motion.
+
+    The largest effect of a few random changes; data that are zero stay zero.
+
+    Args:
+        proof: of the landing.
+        length: as for `prove`.
+
+    Returns: (nb,) over all data [1]; and for each kind of datum the largest effect on a body that moves, if any is above 1e-9.
+    """
+    inputs, bits = proof.enclosure.inputs, proof.bits
+    own = proof.jumps[..., 3:]
+    size = motion(own, length)[:, 0]
+
+    def effect(kinds: tuple[str, ...], seed: int) -> Array:
+        rng = np.random.default_rng(seed)
+        changed, data = inputs, data_of(inputs.robot)
+        if "masses and inertias" in kinds:
+            inertia = _last_digit(rng, data.inertia)
+            inertia = np.triu(inertia) + np.swapaxes(np.triu(inertia, 1), 1, 2)
+            data = data._replace(mass=_last_digit(rng, data.mass), lever=_last_digit(rng, data.lever), inertia=inertia)
+            changed = replace(changed, armature=_last_digit(rng, changed.armature))
+        if "placements and axes of the joints" in kinds:
+            fields = ("rotation", "offset", "axis", "body_rotation", "body_offset")
+            data = data._replace(**{name: _last_digit(rng, getattr(data, name)) for name in fields})
+        if "joint values of the posture" in kinds:
+            changed = replace(changed, q=_last_digit(rng, changed.q))
+        if "contact points and motion before the impact" in kinds:
+            blocks = tuple(block._replace(point=_last_digit(rng, block.point)) for block in changed.blocks)
+            changed = replace(changed, blocks=blocks, before=Motion(*(_last_digit(rng, part) for part in changed.before)))
+        with ctx.workprec(bits):
+            try:
+                found = ExactImpact(changed, tree_of(inputs.robot, data)).jumps
+            except SingularError:
+                return np.full(len(size), np.inf)
+            moved = np.array([[float(row[3]) for row in jump.table()] for jump in found])[..., None]
+        return motion(moved - own, length)[:, 0] / np.where(size > 0.0, size, 1.0)
+
+    every = np.max([effect(KINDS, seed) for seed in range(CHANGES)], axis=0)
+    moving = size > 1e-13 * size.max(initial=0.0)
+    causes = {}
+    if np.any(every[moving] > 1e-9):
+        causes = {kind: float(effect((kind,), 0)[moving].max()) for kind in KINDS}
+    return every, causes
+
+
+KINDS = (
+    "masses and inertias",
+    "placements and axes of the joints",
+    "joint values of the posture",
+    "contact points and motion before the impact",
+)
+
+
+def _last_digit(rng: np.random.Generator, values: Array) -> Array:
+    """Doubles changed to a neighbour, up or down at random; zeros stay."""
+    towards = np.where(rng.random(np.shape(values)) < 0.5, -np.inf, np.inf)
+    return np.where(values == 0.0, values, np.nextafter(values, towards))
