@@ -149,7 +149,7 @@ def measure(case: Case, methods: tuple[Method, ...], budget: float) -> CaseResul
     except ShockError as refusal:
         return CaseResult(*head, "", (MethodResult(PROVEN, "refused", message=str(refusal)),))
     try:
-        exact = reference(system.scene, robot)[..., 3]
+        exact = reference(system.landing.scene, robot)[..., 3]
     except ShockError:
         exact = None
     results = tuple(_try(system, exact, method, budget) for method in methods)
@@ -173,7 +173,7 @@ def _try(system: System, exact: Array | None, method: Method, budget: float) -> 
         return MethodResult(method.name, "not finite", timing=timing)
     if exact is None:
         return MethodResult(method.name, "unfounded", timing=timing)
-    bound = raw.health.error_bound if method.name == PROVEN else body_errors(system.landing, exact, jumps).max()
+    bound = raw.proof.bounds.max() if method.name == PROVEN else body_errors(system.landing, exact, jumps).max()
     error = float(bound)
     outcome = "accurate" if error <= ACCURATE else "approximate" if method.simulates else "inaccurate"
     return MethodResult(method.name, outcome, error, timing, simulates=method.simulates)

@@ -77,7 +77,7 @@ def _batched(system: System, Q: Array) -> Prepared:
 def _bare_loop(system: System, Q: Array) -> Prepared:
     """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
     model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
-    frame = model.getFrameId(system.scene.contact[0].frame)
+    frame = model.getFrameId(system.landing.scene.contact[0].frame)
     out = np.empty((len(Q), model.nv))
     before = np.zeros((len(Q), model.nv))
     before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
@@ -90,7 +90,7 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
         return out
 
     def read(after: Array) -> Array:
-        jumps = np.empty((len(Q), len(system.robot.bodies), 6))
+        jumps = np.empty((len(Q), len(system.landing.robot.bodies), 6))
         for k, (q, v) in enumerate(zip(Q, after - before, strict=True)):
             pin.forwardKinematics(model, data, q, v)
             jumps[k] = [[*data.v[i].angular, *data.v[i].linear] for i in range(1, model.njoints)]
