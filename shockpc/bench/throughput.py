@@ -14,7 +14,8 @@ from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
 from shockpc.model.contact import Contact
-from shockpc.profile import ShockMaps, shock_maps
+from shockpc.profile import shock_maps
+from shockpc.result import ShockMaps
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
