@@ -21,7 +21,7 @@ LAYERS = (
     {"robot"},
     {"model"},
     {"scene"},
-    {"scene_file", "landing", "result"},
+    {"landing", "result"},
     {"blame"},
     {"health", "results"},
     {"profile"},
@@ -35,14 +35,13 @@ LAYERS = (
 
 OWNERS = {
     "scipy": ("shockpc.core", "shockpc.robot.meshes"),
-    "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),  # in the bench it is a rival
+    "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),
     "trimesh": "shockpc.robot.meshes",
     "collada": "shockpc.robot.meshes",
     "xacro": "shockpc.robot",
-    "xacrodoc": "shockpc.robot",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
-    "pydantic": "shockpc.scene_file",
+    "pydantic": "shockpc.scene",
     "mujoco": ("shockpc.robot.mjcf", "shockpc.bench"),
     "typer": "shockpc.cli",
 }
