@@ -1,21 +1,26 @@
 """The landing in maximal coordinates with a hundred digits: an independent formulation of what the package proves.
 
-Every body has a twist of its own, written at the world's origin; joints and contacts are constraints. The system is eliminated body
-by body from the leaves to the root, so that no joint-space inertia, no contact Jacobian and no composite body is ever formed:
+Every body has a twist V_i of its own, written at the world's origin. The wrench F_i that its joint transmits, the joint's rates q̇_i
+and the impulse λ along each row are unknowns as well, and all equations are solved at once, without using that the robot is a tree:
 
-    F_i = I_i V_i - P_i,   S_iᵀ F_i + a_i q̇_i = τ_i,   V_i = V_parent(i) + S_i q̇_i
+    I_i V_i - F_i + Σ F_child = Σ W_i λ      momentum of every body
+    V_i - V_parent(i) - S_i q̇_i = 0          what its joint allows
+    S_iᵀ F_i + a_i q̇_i = Σ τ λ               nothing but armature and couplings acts along the joint
+    Σ W_iᵀ V_i + τᵀ q̇ = -b                   every row
 
-The response to a unit impulse along each row gives the matrix A of A λ = -b. The doubles of the loaded robot (masses, inertias,
-joint placements, axes, armature), q and the scene's rows are taken as exact; rotation matrices are first made orthogonal. Numbers
-are Arb balls, or those of mpmath, which the package does not use.
+No joint-space inertia, Jacobian, composite or articulated body is ever formed. The doubles of the loaded robot (masses, inertias,
+joint placements, axes, armature), q and the scene's rows are taken as exact. Numbers are Arb balls, or those of mpmath, which the
+package does not use.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import flint
 import mpmath
 import numpy as np
+import pinocchio as pin
 
 from shockpc.model.closure import loop_of
 
@@ -63,13 +68,11 @@ class Rows(NamedTuple):
     b: np.ndarray
 
 
-def maximal_jumps(robot, scene, landing, chosen=None, arithmetic=BALLS) -> Answer:
+def maximal_jumps(landing, chosen=None, arithmetic=BALLS) -> Answer:
     """Solve a landing.
 
     Args:
-        robot: the robot.
-        scene: the complete scene.
-        landing: the scene resolved on the robot; q, the motion before the impact and the contact points are taken from it.
+        landing: q, the motion before the impact, contact points and joint model are taken from it; rows are read from its scene.
         chosen: indices of the independent rows: contacts, then stance, then closures; all rows by default.
         arithmetic: kind of the numbers.
 
@@ -80,7 +83,7 @@ def maximal_jumps(robot, scene, landing, chosen=None, arithmetic=BALLS) -> Answe
     while True:
         with flint.ctx.workdps(digits), mpmath.workdps(digits):
             try:
-                answer = _Landing(robot, scene, landing, arithmetic).solve(chosen)
+                answer = _Mechanism(landing, arithmetic).solve(chosen)
             except ZeroDivisionError:
                 if digits >= MOST_DIGITS:
                     raise
@@ -102,11 +105,11 @@ def cross_matrix(r):
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=object)
 
 
-class _Landing:
+class _Mechanism:
     """Bodies and joints of a robot in its posture; world axes, twists (ω, v) at the world's origin."""
 
-    def __init__(self, robot, scene, landing, arithmetic):
-        self.robot, self.scene, self.landing, self.math = robot, scene, landing, arithmetic
+    def __init__(self, landing, arithmetic):
+        self.robot, self.scene, self.landing, self.math = robot, _, _, _ = landing.robot, landing.scene, landing, arithmetic
         self.parent = robot.parents
         self.inertia, self.S, self.armature, self.rotation, self.position, self.com = [], [], [], [], [], []
         self.place = {}  # joint velocity -> (body, column of S)
@@ -118,7 +121,7 @@ class _Landing:
             S, numbers = self.free_columns(i, joint, columns, p)
             self.place |= {v: (i, k) for k, v in enumerate(numbers) if v >= 0}
             self.S.append(S)
-            self.armature.append(self.exact([0.0 if v < 0 else landing.drives.armature[v] for v in numbers]))
+            self.armature.append(self.exact([0.0 if v < 0 else landing.joint_model.armature[v] for v in numbers]))
             own = robot.model.inertias[body.joint]
             com = p + R @ self.exact(own.lever)
             self.inertia.append(self.about_origin(self.exact([own.mass])[0], com, R @ self.exact(own.inertia) @ R.T))
@@ -137,12 +140,11 @@ class _Landing:
         return vector / self.math.sqrt(vector @ vector)
 
     def orthogonal(self, values):
-        """The rotation nearest to nine doubles, by Newton's iteration R ← R (3 - RᵀR) / 2, which squares what is left each time."""
-        R, one = self.exact(values), self.exact(np.eye(3))
-        if not np.array_equal(values, np.eye(3)):
-            for _ in range(4):
-                R = R @ (3 * one - R.T @ R) / 2
-        return R
+        """The rotation of the quaternion that is read from nine doubles, which are orthogonal to rounding only."""
+        quaternion = pin.Quaternion(np.array(values)).coeffs()
+        quaternion = quaternion / quaternion[np.argmax(np.abs(quaternion))]
+        whole = np.round(quaternion)
+        return self.quaternion(self.exact(np.where(np.abs(quaternion - whole) < 4.0 * np.finfo(float).eps, whole, quaternion)))
 
     def turned(self, axis, cosine, sine):
         """Rotation about a unit axis (Rodrigues)."""
@@ -156,15 +158,17 @@ class _Landing:
 
     def moved(self, R, p, joint, q):
         """A placement carried through a joint, and the columns (6,) of the joint's motion in the world, one for each velocity."""
+        if joint.parts:
+            # The two placements before the first part are one, in doubles.
+            first, columns = pin.SE3(joint.rotation, joint.offset) * pin.SE3(joint.parts[0].rotation, joint.parts[0].offset), []
+            for k, part in enumerate(joint.parts):
+                placed = replace(part, rotation=first.rotation, offset=first.translation) if k == 0 else part
+                R, p, own = self.moved(R, p, placed, q)
+                columns += own
+            return R, p, columns
         p, R = p + R @ self.exact(joint.offset), R @ self.orthogonal(joint.rotation)
         at = q[joint.q]
         match joint.kind:
-            case "composite":
-                columns = []
-                for part in joint.parts:
-                    R, p, own = self.moved(R, p, part, q)
-                    columns += own
-                return R, p, columns
             case "free":
                 p, R = p + R @ at[:3], R @ self.quaternion(at[3:])
                 return R, p, [*slides(R.T), *turns(R.T, p)]
@@ -185,7 +189,7 @@ class _Landing:
     def free_columns(self, i, joint, columns, p):
         """The columns of a body's joint that may move, and which joint velocity each one is; -1 for those of a planar base."""
         numbers = list(range(joint.v.start, joint.v.stop))
-        kept = [k for k, v in enumerate(numbers) if not self.landing.drives.locked[v]]
+        kept = [k for k, v in enumerate(numbers) if not self.landing.joint_model.locked[v]]
         if i == 0 and self.robot.free_base and self.scene.base == "fixed":
             kept = []
         if i == 0 and self.robot.free_base and self.scene.base == "planar":
@@ -222,17 +226,20 @@ class _Landing:
         """The rows of contacts, stance and closures, read from the scene; all, or those chosen; then the rows of mimic joints."""
         before, held = self.before(), []
         still = self.exact(np.zeros(4))
-        for touch in self.landing.touches:
-            at, sticks = self.world(touch.body, touch.point), 1 + self.exact([touch.restitution])[0]
-            wrenches = [*forces(self.exact(touch.directions), at), *moments(self.exact(touch.turns))]
+        for touch in self.landing.contacts:
+            at, sticks = (
+                self.world(touch.body, touch.points(self.landing.state.rotation[:, touch.body], self.landing.up).reshape(3)),
+                1 + self.exact([touch.restitution])[0],
+            )
+            wrenches = [*forces(self.exact(touch.directions), at), *moments(self.exact(touch.moments))]
             held += [({touch.body: wrench}, sticks * (wrench @ before[touch.body])) for wrench in wrenches]
         for frame in map(self.robot.frame, self.scene.stance):
             held += [({frame.body: w}, still) for w in forces(self.exact(np.eye(3)), self.world(frame.body, frame.offset))]
         for loop in (*self.robot.loops, *(loop_of(self.robot, closure) for closure in self.scene.closure)):
             a, b = loop.bodies
-            frame = self.orthogonal(loop.rotations[0]) if a < 0 else self.rotation[a] @ self.orthogonal(loop.rotations[0])
-            wrenches = forces(self.exact(loop.axes) @ frame.T, self.world(b, loop.points[1]))
-            wrenches += moments(frame.T) if loop.turns else []
+            R, frame = self.exact(np.eye(3)) if a < 0 else self.rotation[a], loop.rotations[0]
+            wrenches = forces(self.exact(loop.axes @ frame.T) @ R.T, self.world(b, loop.points[1]))
+            wrenches += moments(self.exact(frame.T) @ R.T) if loop.turns else []
             held += [({body: w * sign for body, sign in ((a, 1), (b, -1)) if body >= 0}, still) for w in wrenches]
         held = held if chosen is None else [held[k] for k in chosen]
         tied = [self.mimic(mimic) for mimic in self.robot.mimics]
@@ -265,47 +272,52 @@ class _Landing:
 
     # The solution
 
-    def responses(self, rows):
-        """Twists (nb, 6, nr) and joint rates of all bodies for a unit impulse of each row: leaf to root, and back."""
-        push, left, own = rows.wrench.copy(), list(self.inertia), list(rows.torque)
-        steps = [None] * len(self.parent)
-        for i in reversed(range(len(self.parent))):
-            S, parent = self.S[i], self.parent[i]
-            if S.shape[1]:
-                U = left[i] @ S
-                inverse = solved(S.T @ U + np.diag(self.armature[i]), self.exact(np.eye(S.shape[1])))
-                own[i] = own[i] + S.T @ push[i]
-                steps[i] = U, inverse
-            if parent >= 0:
-                passed = U @ inverse if S.shape[1] else None
-                push[parent] = push[parent] + (push[i] if passed is None else push[i] - passed @ own[i])
-                left[parent] = left[parent] + (left[i] if passed is None else left[i] - passed @ U.T)
-        V, rates = np.empty_like(push), []
+    def equations(self, rows):
+        """All equations as sparse rows {unknown: factor}, and where the unknowns of V, F and q̇ of each body and of λ begin."""
+        n = 0
+        V, F, rates = [], [], []
+        for S in self.S:
+            V, F, rates, n = [*V, n], [*F, n + 6], [*rates, n + 12], n + 12 + S.shape[1]
+        found = [{} for _ in range(n + len(rows.b))]
+
+        def put(first, column, block):
+            for (r, c), value in np.ndenumerate(block):
+                if not (isinstance(value, int) or value == 0):
+                    found[first + r][column + c] = value
+
+        one = self.exact(np.eye(6))
         for i, parent in enumerate(self.parent):
-            V[i] = V[parent] if parent >= 0 else self.exact(np.zeros(push.shape[1:]))
-            rates.append(own[i])
-            if self.S[i].shape[1]:
-                U, inverse = steps[i]
-                rates[i] = inverse @ (own[i] - U.T @ V[i])
-                V[i] = V[i] + self.S[i] @ rates[i]
-        return V, rates
+            put(V[i], V[i], self.inertia[i])
+            put(V[i], F[i], -one)
+            put(F[i], V[i], one)
+            put(F[i], rates[i], -self.S[i])
+            put(rates[i], F[i], self.S[i].T)
+            put(rates[i], rates[i], np.diag(self.armature[i]))
+            if parent >= 0:
+                put(V[parent], F[i], one)
+                put(F[i], V[parent], -one)
+            put(V[i], n, -rows.wrench[i])
+            put(rates[i], n, -rows.torque[i])
+            put(n, V[i], rows.wrench[i].T)
+            put(n, rates[i], rows.torque[i].T)
+        return found, V, n
 
     def solve(self, chosen):
         rows = self.rows(chosen)
-        V, rates = self.responses(rows)
-        A = sum(w.T @ v for w, v in zip(rows.wrench, V, strict=True))
-        A = A + sum(t.T @ r for t, r in zip(rows.torque, rates, strict=True) if len(t))
-        impulse = solved(A, -rows.b)
-        twists = [v @ impulse for v in V]
+        found, V, n = self.equations(rows)
+        right = self.exact(np.zeros((len(found), 4)))
+        right[n:] = -rows.b
+        solution = solved(found, right)
+        twists = [solution[k : k + 6] for k in V]
         everything = rows if chosen is None else self.rows(None)
         after = sum(w.T @ v for w, v in zip(everything.wrench, twists, strict=True))[:, 3]
-        n = len(everything.b) - sum(bool(self.mimic(mimic)) for mimic in self.robot.mimics)
+        contacts = len(everything.b) - sum(bool(self.mimic(mimic)) for mimic in self.robot.mimics)
         largest = max((abs(float(speed)) for speed in everything.b[:, 3]), default=0.0) or 1.0
-        missed = np.array([abs(float(value)) / largest for value in (after + everything.b[:, 3])[:n]])
+        missed = np.array([abs(float(value)) / largest for value in (after + everything.b[:, 3])[:contacts]])
         at_com = np.stack([written_at(twist, com) for twist, com in zip(twists, self.com, strict=True)])
         at_frame = [written_at(twist, p) for twist, p in zip(twists, self.position, strict=True)]
         jumps = np.stack([np.concatenate([R.T @ t[:3], R.T @ t[3:]]) for R, t in zip(self.rotation, at_frame, strict=True)])
-        return Answer(jumps, at_com, impulse, missed)
+        return Answer(jumps, at_com, solution[n:], missed)
 
 
 def slides(axes):
@@ -333,23 +345,40 @@ def written_at(twist, p):
     return np.concatenate([twist[:3], twist[3:] - cross_matrix(p) @ twist[:3]])
 
 
-def solved(A, b):
-    """A⁻¹ b for a symmetric positive definite A, by elimination without pivoting.
+def solved(rows, right):
+    """Solution (n, k) of sparse equations by elimination: always the shortest equation left, and in it the unknown in the fewest.
+
+    Args:
+        rows: {unknown: factor} of each equation; used up.
+        right: (n, k) right-hand sides; used up.
 
     Raises:
-        ZeroDivisionError: a pivot is not certainly above zero.
+        ZeroDivisionError: a pivot may be zero.
     """
-    n = len(A)
-    work = np.concatenate([A, b], axis=1)
-    for k in range(n):
-        if not work[k, k] > 0:
-            raise ZeroDivisionError(
-                f"pivot {k} of {n} is not above zero: a joint that nothing resists, or a row that repeats others"
-            )
-        work[k, k:] = work[k, k:] / work[k, k]
-        for r in range(k + 1, n):
-            work[r, k:] = work[r, k:] - work[k, k:] * work[r, k]
-    for k in reversed(range(n)):
-        for r in range(k):
-            work[r, n:] = work[r, n:] - work[k, n:] * work[r, k]
-    return work[:, n:]
+    where = [set() for _ in rows]
+    for r, row in enumerate(rows):
+        for c in row:
+            where[c].add(r)
+    left, order = set(range(len(rows))), []
+    while left:
+        r = min(left, key=lambda k: len(rows[k]))
+        size = {c: abs(float(value.mid() if isinstance(value, flint.arb) else value)) for c, value in rows[r].items()}
+        c = min((c for c in size if size[c] >= 0.01 * max(size.values())), key=lambda k: len(where[k]), default=-1)
+        if c < 0 or not abs(rows[r][c]) > 0:
+            raise ZeroDivisionError(f"{len(left)} equations are left: rows repeat one another, or nothing resists a joint")
+        left.remove(r)
+        order.append((r, c))
+        for k in rows[r]:
+            where[k].discard(r)
+        for other in where[c]:
+            factor = rows[other].pop(c) / rows[r][c]
+            for k, value in rows[r].items():
+                if k != c:
+                    where[k].add(other)
+                    rows[other][k] = rows[other][k] - factor * value if k in rows[other] else -factor * value
+            right[other] = right[other] - right[r] * factor
+    solution = np.empty_like(right)
+    for r, c in reversed(order):
+        rest = sum((solution[k] * value for k, value in rows[r].items() if k != c), 0 * right[r])
+        solution[c] = (right[r] - rest) / rows[r][c]
+    return solution

@@ -90,9 +90,9 @@ def test_every_method_agrees_on_regular_cases(method, where):
             solved(method, where)
         return
     system, jumps = solved(method, where)
-    exact = reference(system.scene, system.robot)[..., 3]
+    exact = reference(system.landing.scene, system.landing.robot)[..., 3]
     # Up to 44 unknowns; damping costs about 14 times its size, relative to the effective mass of a foot.
-    assert body_errors(system.robot, exact, jumps).max() < (1e-4 if "µ" in method.name else 1e-10)
+    assert body_errors(system.landing, exact, jumps).max() < (1e-4 if "µ" in method.name else 1e-10)
 
 
 def test_the_error_of_a_simulation_is_proportional_to_its_time_constant():
@@ -100,7 +100,7 @@ def test_the_error_of_a_simulation_is_proportional_to_its_time_constant():
     errors = []
     for method in MUJOCO[1:]:
         system, jumps = solved(method, "one foot")
-        errors.append(body_errors(system.robot, reference(system.scene, system.robot)[..., 3], jumps).max())
+        errors.append(body_errors(system.landing, reference(system.landing.scene, system.landing.robot)[..., 3], jumps).max())
     np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 10.0, rtol=0.15)
     assert errors[-1] < 3e-3
 
@@ -139,7 +139,8 @@ def test_all_peers_do_the_same_work(name):
     system = many_system(name)
     Q = postures(system, 5)
     (_, _, ours), *others = PEERS
-    maps = ours(system, Q).run()
+    prepared = ours(system, Q)
+    maps = prepared.read(prepared.run())
     jump = (maps @ system.landing.before.velocity)[..., None]
     for _, _, peer in others:
         prepared = peer(system, Q)
@@ -172,9 +173,9 @@ def test_rows_of_feet_are_those_of_pinocchio_in_every_posture():
 def test_postures_are_those_of_mujoco(name):
     """The same posture in both layouts puts every body at the same place."""
     system = many_system(name)
-    peer = mujoco_model(system.model, [], system.landing.q, 1.0, 1.0)
+    peer = mujoco_model(system, feet=False)
     data, ours, q = mujoco.MjData(peer), system.model.createData(), elsewhere(system)
-    data.qpos[:] = to_mujoco(system.model, q)
+    data.qpos[:] = to_mujoco(system.landing.robot, q)
     mujoco.mj_kinematics(peer, data)
     pin.forwardKinematics(system.model, ours, q)
     for joint in range(1, system.model.njoints):
@@ -275,10 +276,10 @@ def test_a_contact_needs_a_robot(capfd):
 
 
 def test_errors_are_relative_to_the_motion_of_each_body():
-    robot, scene = REGULAR["one foot"]
-    exact = reference(scene, robot)[..., 3]
-    assert body_errors(robot, exact, exact).max() == 0.0
+    landing = system_of(*REGULAR["one foot"]).landing
+    exact = reference(landing.scene, landing.robot)[..., 3]
+    assert body_errors(landing, exact, exact).max() == 0.0
     changed = exact.copy()
     changed[3] *= 1.0 + 1e-6
-    assert body_errors(robot, exact, changed)[3] == pytest.approx(1e-6, rel=1e-6)
-    assert math.isnan(body_errors(robot, exact, exact + np.nan).max())
+    assert body_errors(landing, exact, changed)[3] == pytest.approx(1e-6, rel=1e-6)
+    assert math.isnan(body_errors(landing, exact, exact + np.nan).max())

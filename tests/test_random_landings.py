@@ -5,7 +5,7 @@ import mpmath
 import numpy as np
 import pytest
 from maximal import BALLS, DIGITS, MPMATH, maximal_jumps
-from proof_check import MET, body_errors, check, excess, resolved
+from proof_check import MET, body_errors, check, excess
 from random_landings import random_landing
 from trees import known_robot
 
@@ -36,8 +36,7 @@ def test_no_error_is_above_the_reported_bound_on_hard_cases(name):
             profile = shock_profile(scene, robot)
         except ShockError:
             continue
-        landing, rows = resolved(profile)
-        exact = maximal_jumps(robot, profile.scene, landing, rows)
+        exact = maximal_jumps(profile.landing, profile.solution.choice.rows)
         assert excess(profile, exact) <= 1.0, case.name
         assert exact.missed.max(initial=0.0) <= MET, case.name
 
@@ -50,8 +49,7 @@ def test_two_libraries_of_long_numbers_agree(number):
         profile = shock_profile(scene, robot)
     except ShockError:
         return
-    landing, rows = resolved(profile)
-    balls, numbers = (maximal_jumps(robot, profile.scene, landing, rows, kind) for kind in (BALLS, MPMATH))
+    balls, numbers = (maximal_jumps(profile.landing, profile.solution.choice.rows, kind) for kind in (BALLS, MPMATH))
     with flint.ctx.workdps(DIGITS), mpmath.workdps(DIGITS):
         size = max(abs(value.mid()) for value in balls.jumps.ravel())
         for ball, value in zip(balls.jumps.ravel(), numbers.jumps.ravel(), strict=True):
@@ -61,8 +59,7 @@ def test_two_libraries_of_long_numbers_agree(number):
 def solved(robot, scene):
     """The independent solution of a scene, and its profile."""
     profile = shock_profile(scene, robot)
-    landing, rows = resolved(profile)
-    return maximal_jumps(robot, profile.scene, landing, rows), profile
+    return maximal_jumps(profile.landing, profile.solution.choice.rows), profile
 
 
 def test_a_single_body_has_its_closed_form():
@@ -115,9 +112,9 @@ def test_an_error_is_seen():
     """The exact answer rounded to doubles has an error of rounding; one digit that is changed shows in its body alone."""
     exact, profile = solved(known_robot("anymal_b"), Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=OBLIQUE))
     rounded = np.vectorize(float)(exact.jumps[..., 3])
-    assert body_errors(profile.robot, exact, rounded).max() < 1e-15
+    assert body_errors(profile.landing, exact, rounded).max() < 1e-15
     rounded[3] *= 1.0 + 1e-6
-    errors = body_errors(profile.robot, exact, rounded)
+    errors = body_errors(profile.landing, exact, rounded)
     assert errors[3] == pytest.approx(1e-6, rel=1e-6)
     assert np.delete(errors, 3).max() < 1e-15
 

@@ -70,8 +70,7 @@ def _urdf(links: list[Link], name: str) -> str:
     """The links as URDF text."""
     lines = [f'<robot name="{name}">']
     for i, link in enumerate(links):
-        I = link.inertia  # noqa: E741 - the field's own symbol
-        moments = " ".join(f'i{"xyz"[r]}{"xyz"[c]}="{float(I[r, c])!r}"' for r in range(3) for c in range(r, 3))
+        moments = " ".join(f'i{"xyz"[r]}{"xyz"[c]}="{float(link.inertia[r, c])!r}"' for r in range(3) for c in range(r, 3))
         lines.append(
             f'<link name="link{i}"><inertial><origin xyz="{_numbers(link.com)}"/><mass value="{float(link.mass)!r}"/>'
             f"<inertia {moments}/></inertial></link>"

@@ -10,17 +10,18 @@ from shockpc.bench.cases.family import Case
 from shockpc.bench.methods import PROVEN, Method
 from shockpc.bench.reference import reference
 from shockpc.bench.system import System, UnsuitedError, system_of
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.spatial import Array
 from shockpc.errors import ShockError
-from shockpc.model.bodies import turning_lengths
-from shockpc.robot.robot import Robot
+from shockpc.exact.proof import motion
+from shockpc.landing import Landing
+from shockpc.results.accuracy import rotation_lengths
 
 __all__ = ["ACCURATE", "OUTCOMES", "CaseResult", "MethodResult", "Timing", "body_errors", "measure", "timed"]
 
 ACCURATE = 1e-9
 """Largest error of a result that counts as accurate, relative to the motion of each body."""
 
-UNMOVED = 1e-13
+AT_REST = 1e-13
 """A body that moves by less than this share of the fastest one is compared with the fastest one."""
 
 LONG = 0.2
@@ -118,24 +119,19 @@ def timed(run: Callable[[], Any], budget: float, most: int = 1000) -> tuple[Any,
     return result, Timing(median, low, high, len(seconds))
 
 
-def body_errors(robot: Robot, exact: Array, jumps: Array) -> Array:
-    """Error (nb,) of the jump of every body, |Δ - Δ*| / |Δ*| with |Δ|² = |v_com|² + (r |ω|)² and r the radius of gyration.
+def body_errors(landing: Landing, exact: Array, jumps: Array) -> Array:
+    """Error (nb,) of the jump of every body, |Δ - Δ*| / |Δ*| with |Δ|² = |v|² + (r |ω|)² and r the radius of gyration.
 
-    A body slower than `UNMOVED` of the fastest one is compared with the fastest one.
+    A body slower than `AT_REST` of the fastest one is compared with the fastest one.
 
     Args:
-        robot: the robot.
+        landing: of which robot.
         exact: (nb, 6) proven jumps, body coordinates at the body frames' origins.
         jumps: (nb, 6) jumps of a method.
     """
-    radius, com = turning_lengths(robot), robot.coms
-
-    def motion(jump: Array) -> Array:
-        v_com = velocity_at(jump[:, :3], jump[:, 3:], com)
-        return np.asarray(np.hypot(np.linalg.norm(v_com, axis=1), radius * np.linalg.norm(jump[:, :3], axis=1)))
-
-    size = motion(exact)
-    return np.asarray(motion(jumps - exact) / np.where(size > UNMOVED * size.max(), size, size.max() or 1.0))
+    length = rotation_lengths(landing)
+    size, off = (motion(jump[..., None], length)[:, 0] for jump in (exact, jumps - exact))
+    return np.asarray(off / np.where(size > AT_REST * size.max(), size, size.max() or 1.0))
 
 
 def measure(case: Case, methods: tuple[Method, ...], budget: float) -> CaseResult:
@@ -153,7 +149,7 @@ def measure(case: Case, methods: tuple[Method, ...], budget: float) -> CaseResul
     except ShockError as refusal:
         return CaseResult(*head, "", (MethodResult(PROVEN, "refused", message=str(refusal)),))
     try:
-        exact = reference(system.scene, robot)[..., 3]
+        exact = reference(system.landing.scene, robot)[..., 3]
     except ShockError:
         exact = None
     results = tuple(_try(system, exact, method, budget) for method in methods)
@@ -177,7 +173,7 @@ def _try(system: System, exact: Array | None, method: Method, budget: float) -> 
         return MethodResult(method.name, "not finite", timing=timing)
     if exact is None:
         return MethodResult(method.name, "unfounded", timing=timing)
-    bound = raw.health.error_bound if method.name == PROVEN else body_errors(system.robot, exact, jumps).max()
+    bound = raw.proof.bounds.max() if method.name == PROVEN else body_errors(system.landing, exact, jumps).max()
     error = float(bound)
     outcome = "accurate" if error <= ACCURATE else "approximate" if method.simulates else "inaccurate"
     return MethodResult(method.name, outcome, error, timing, simulates=method.simulates)

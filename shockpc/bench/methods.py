@@ -103,10 +103,10 @@ def _one_restitution(system: System) -> float:
     Raises:
         UnsuitedError: restitutions differ, or something is held that would have to be at rest before the impact.
     """
-    e = {touch.restitution for touch in system.landing.touches}
+    e = {contact.restitution for contact in system.landing.contacts}
     if len(e) > 1:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
-    if system.G is not None or not system.robot.free_base or system.scene.stance:
+    if system.G is not None or not system.landing.robot.free_base or system.landing.scene.stance:
         raise UnsuitedError("Pinocchio's impulse has no held joints, mimic joints or standing feet")
     return e.pop()
 
@@ -131,17 +131,13 @@ def _pin_constraints(mu: float) -> Callable[[System], Prepared]:
 
     def prepare(system: System) -> Prepared:
         e, v, q = _one_restitution(system), system.v, system.landing.q
-        robot, scene = system.robot, system.scene
-        sticking = all(np.array_equal(t.directions, np.eye(3)) and not len(t.turns) for t in system.landing.touches)
-        if robot.loops or scene.closure or not sticking:
+        sticking = all(np.array_equal(c.directions, np.eye(3)) and not len(c.moments) for c in system.landing.contacts)
+        if system.landing.loops or not sticking:
             raise UnsuitedError("rigid constraint models are used here for sticking points alone")
         models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        for touch in system.landing.touches:
-            body = robot.bodies[touch.body]
-            place = pin.SE3(np.eye(3), body.offset + body.rotation @ touch.point)
-            models.append(
-                pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, system.model, body.joint, place, pin.LOCAL_WORLD_ALIGNED)
-            )
+        for joint, point in system.contact_points():
+            place = pin.SE3(np.eye(3), point)
+            models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, system.model, joint, place, pin.LOCAL_WORLD_ALIGNED))
             datas.append(models[-1].createData())
         data = system.model.createData()
         pin.initConstraintDynamics(system.model, data, models, datas)
@@ -158,16 +154,16 @@ def _pin_constraints(mu: float) -> Callable[[System], Prepared]:
 
 
 def _proven(system: System) -> Prepared:
-    """The package: everything that `shockpc analyze` computes."""
+    """The package: steps 1 and 2, and the proof; what is derived is computed when it is read."""
     return Prepared(
-        lambda: shock_profile(system.scene, system.robot),
+        lambda: shock_profile(system.landing.scene, system.landing.robot),
         lambda profile: np.concatenate([profile.delta_omega, profile.delta_v], axis=1),
     )
 
 
 def _double(system: System) -> Prepared:
     """Steps 1 and 2 of the package in double precision, without the proof."""
-    return Prepared(lambda: double_jumps(system.robot, system.scene, system.landing), lambda jumps: jumps)
+    return Prepared(lambda: double_jumps(system.landing), lambda jumps: jumps)
 
 
 DIRECT = (

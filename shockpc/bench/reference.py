@@ -1,31 +1,15 @@
 """The package's own answers: the proven one, from which every error is measured, and those in double precision."""
 
-import functools
-import importlib.util
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 
-import shockpc
-from shockpc.core.impulse import independent_rows
-from shockpc.core.percussion import percussion
+from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
-from shockpc.landing import Landing, resolve
-from shockpc.model.closure import all_loops, closure_block
-from shockpc.model.columns import freedom
-from shockpc.model.contact import stance_block, touch_block
-from shockpc.model.dynamics import dynamics
-from shockpc.model.equation import solve
-from shockpc.model.rows import stack
-from shockpc.profile import shock_profile
+from shockpc.landing import Landing
+from shockpc.profile import impact_jumps, shock_profile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 
-__all__ = ["double_jumps", "double_percussion", "maps_in_many", "reference"]
-
-CHUNK = 128
-"""Postures that are solved together, so that their matrices stay in the cache."""
+__all__ = ["double_jumps", "double_percussion", "reference"]
 
 
 def reference(scene: Scene, robot: Robot) -> Array:
@@ -36,53 +20,17 @@ def reference(scene: Scene, robot: Robot) -> Array:
     Raises:
         ShockError: the landing has no answer.
     """
-    profile = shock_profile(scene, robot)
-    landing = resolve(profile.scene, robot)
-    found = solve(robot, landing.state, landing.rows, landing.drives.armature, landing.G)
-    equation, impact = found.equation, found.impact
-    rows = independent_rows(equation.H[0], equation.J_c[0], int(impact.rank[0]), impact.dead[0])
-    return np.asarray(np.vectorize(float)(_oracle().maximal_jumps(robot, profile.scene, landing, rows).jumps))
+    return shock_profile(scene, robot).proof.jumps
 
 
-@functools.cache
-def _oracle() -> Any:
-    """The independent solution of the tests."""
-    place = Path(shockpc.__file__).parents[1] / "tests" / "maximal.py"
-    spec = importlib.util.spec_from_file_location("maximal", place)
-    if spec is None or spec.loader is None:
-        raise FileNotFoundError(place)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def double_jumps(robot: Robot, scene: Scene, landing: Landing) -> Array:
+def double_jumps(landing: Landing) -> Array:
     """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates at the body frames' origins."""
-    return _solve(robot, scene, landing, landing.q[None])[0, ..., 3]
+    _, _, jumps = impact_jumps(landing, landing.q[None])
+    return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
 
 
-def double_percussion(robot: Robot, scene: Scene, landing: Landing) -> Array:
-    """Steps 1 to 3 in double precision: centres and radii of percussion (nb, 4) [m]."""
-    jumps = double_jumps(robot, scene, landing)
-    normal = landing.plane.normal @ landing.state.rotation[0]
-    found = percussion(jumps[:, :3], jumps[:, 3:], normal, 1.0, 1.0, 0.0)
-    return np.column_stack([found.copc, found.ropc])
-
-
-def maps_in_many(robot: Robot, scene: Scene, landing: Landing, Q: Array) -> Array:
-    """Steps 1 and 2 in double precision for many postures Q (N, nq): maps (N, nb, 6, 3) from strike velocity to jump."""
-    return np.concatenate([_solve(robot, scene, landing, Q[k : k + CHUNK])[..., :3] for k in range(0, len(Q), CHUNK)])
-
-
-def _solve(robot: Robot, scene: Scene, landing: Landing, Q: Array) -> Array:
-    """Steps 1 and 2 in some postures: jumps (N, nb, 6, 4)."""
-    state = dynamics(robot, Q)
-    rows = stack(
-        [
-            *(touch_block(state, touch, landing.before) for touch in landing.touches),
-            *(stance_block(robot, state, frame) for frame in scene.stance),
-            *(closure_block(state, loop) for loop in all_loops(robot, scene.closure)),
-        ]
-    )
-    G = freedom(robot, scene.base or "free", landing.plane, state.rotation[:, 0], landing.drives.locked)
-    return solve(robot, state, rows, landing.drives.armature, G).jumps
+def double_percussion(landing: Landing) -> Array:
+    """Steps 1 to 3 in double precision: radii of percussion (nb,) [m]."""
+    jumps = double_jumps(landing)
+    omega, v, normal = jumps[:, :3], jumps[:, 3:], landing.plane.normal @ landing.state.rotation[0]
+    return np.asarray(percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc)

@@ -166,7 +166,7 @@ def _markdown(bench: Bench) -> str:
     parts = ["# Error against run time", "", "| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in _header(bench)), ""]
     parts += [
         "The reference is the answer that `shockpc` proves by ball arithmetic. Run times are from q to the velocities of all",
-        "bodies, in one thread, without the first run; those of `shockpc, proven` are of the whole analysis.",
+        "bodies, in one thread, without the first run; those of `shockpc, proven` include the proof.",
         "",
         *(f"- {note}" for note in NOTES),
         "",

@@ -1,6 +1,6 @@
 """What a method is given: a robot in a posture and what is held there. Run times are from q to the velocities of all bodies."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,14 +8,11 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SceneError
-from shockpc.landing import Landing, complete, resolve
-from shockpc.model.closure import loop_of
+from shockpc.landing import Landing, resolve
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 
 __all__ = ["System", "UnsuitedError", "bodies_from", "system_of"]
-
-NONE = np.zeros((0, 3))
 
 
 class UnsuitedError(SceneError):
@@ -26,8 +23,6 @@ class System(NamedTuple):
     """A landing ready for every method.
 
     Attributes:
-        robot: the robot.
-        scene: complete.
         landing: the scene resolved on the robot.
         model: the robot's Pinocchio model with the scene's reflected inertia in it.
         v: (nv,) joint velocities before the impact in Pinocchio's layout; a base without joint is at rest.
@@ -35,8 +30,6 @@ class System(NamedTuple):
         G: (nv, ny) columns of the free velocities, or None where all are free.
     """
 
-    robot: Robot
-    scene: Scene
     landing: Landing
     model: pin.Model
     v: Array
@@ -45,52 +38,41 @@ class System(NamedTuple):
 
     def assembler(self, data: pin.Data) -> Callable[[Array], tuple[Array, Array]]:
         """A function q → H (nv, nv), J_c (nc, nv): contact points stay where they are on their bodies, in any posture."""
-        pieces = list(self.pieces())
+        robot, pieces = self.landing.robot, []
+
+        def in_joint(body: int) -> tuple[int, pin.SE3]:
+            return (
+                (robot.bodies[body].joint, pin.SE3(robot.bodies[body].rotation, robot.bodies[body].offset)) if body >= 0 else WORLD
+            )
+
+        for block in self.landing.rows(self.landing.state):
+            (at, carrier), (along, frame) = in_joint(block.carrier), in_joint(block.axes_body)
+            axes = (block.forces @ frame.rotation.T, block.moments @ frame.rotation.T)
+            ends = [sign * robot.moves[body] for body, sign in ((block.body, 1.0), (block.other, -1.0)) if body >= 0]
+            pieces.append((np.sum(ends, axis=0), at, carrier.act(np.reshape(block.point, 3)), along, *axes))
 
         def assemble(q: Array) -> tuple[Array, Array]:
             H = pin.crba(self.model, data, q, pin.Convention.WORLD)
             J, rows = data.J, []
-            for ends, at, point, along, axes, about in pieces:
+            for moves, at, point, along, forces, moments in pieces:
                 if along:
                     R = data.oMi[along].rotation.T
-                    axes, about = axes @ R, about @ R
-                p = data.oMi[at].act(point)
-                n = len(axes)
-                block = np.zeros((n + len(about), self.model.nv))
-                for moves, sign in ends:
-                    block[:n] += (sign * moves) * (axes @ J[:3] + _cross(p, axes) @ J[3:])
-                    if len(about):
-                        block[n:] += (sign * moves) * (about @ J[3:])
-                rows.append(block)
+                    forces, moments = forces @ R, moments @ R
+                rows.append(moves * (forces @ J[:3] + _cross(data.oMi[at].act(point), forces) @ J[3:]))
+                if len(moments):
+                    rows.append(moves * (moments @ J[3:]))
             return H, np.concatenate(rows)
 
         return assemble
 
-    def pieces(self) -> Iterator[tuple[list[tuple[Array, float]], int, Array, int, Array, Array]]:
-        """What holds, in the order of the rows: contacts, standing feet, loops.
+    def contact_points(self) -> list[tuple[int, Array]]:
+        """Pinocchio's joint, and point in its frame [m], of every contact."""
+        bodies = self.landing.robot.bodies
+        found = [(bodies[block.body], block.point) for block in self.landing.rows(self.landing.state) if block.kind == "contact"]
+        return [(body.joint, body.offset + body.rotation @ np.reshape(point, 3)) for body, point in found]
 
-        Yields: the joint velocities that move each end, with its sign; joint and point in its frame where it acts; joint with which
-        its axes turn, and axes in that frame along which and about which it holds. Joint 0 is the world.
-        """
-        robot = self.robot
 
-        def place(body: int, point: Array) -> tuple[int, Array]:
-            if body < 0:
-                return 0, point
-            found = robot.bodies[body]
-            return found.joint, found.offset + found.rotation @ point
-
-        moves = robot.moves.astype(float)
-        for touch in self.landing.touches:
-            yield [(moves[touch.body], 1.0)], *place(touch.body, touch.point), 0, touch.directions, touch.turns
-        for frame in map(robot.frame, self.scene.stance):
-            yield [(moves[frame.body], 1.0)], *place(frame.body, frame.offset), 0, np.eye(3), NONE
-        for loop in (*robot.loops, *(loop_of(robot, closure) for closure in self.scene.closure)):
-            (a, b), in_body = loop.bodies, loop.rotations[0]
-            along = 0 if a < 0 else robot.bodies[a].joint
-            R = in_body if a < 0 else robot.bodies[a].rotation @ in_body
-            ends = [(moves[body], sign) for body, sign in ((a, 1.0), (b, -1.0)) if body >= 0]
-            yield ends, *place(b, loop.points[1]), along, loop.axes @ R.T, R.T if loop.turns else NONE
+WORLD = 0, pin.SE3.Identity()
 
 
 def system_of(robot: Robot, scene: Scene) -> System:
@@ -99,35 +81,23 @@ def system_of(robot: Robot, scene: Scene) -> System:
     Raises:
         ShockError: the scene cannot be computed.
     """
-    scene = complete(scene, robot)
     landing = resolve(scene, robot)
-    model = pin.Model(robot.model)
-    model.armature = landing.drives.armature
-    before = landing.before
+    state, before, model = landing.state, landing.before, pin.Model(robot.model)
+    model.armature = landing.joint_model.armature
     v = np.array(before.joint_rates)
-    G = None if landing.G is None else landing.G[0]
-    system = System(robot, scene, landing, model, v, NONE[:, 0], G)
-    data = model.createData()
-    pin.forwardKinematics(model, data, landing.q)
     if robot.free_base:
-        to_base = data.oMi[1].rotation.T
+        to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
         v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
-    _, J_c = system.assembler(data)(landing.q)
-    restitution = np.concatenate([np.full(len(t.directions) + len(t.turns), t.restitution) for t in landing.touches])
-    speed = J_c[: len(restitution)] @ v
-    if not robot.free_base:
-        speed += np.concatenate([np.concatenate([t.directions @ before.velocity, 0.0 * t.turns[:, 0]]) for t in landing.touches])
-    b = np.zeros(len(J_c))
-    b[: len(speed)] = (1.0 + restitution) * speed
-    return system._replace(b=b)
+    b, G = landing.approach(state, landing.rows(state)), landing.columns(state)
+    return System(landing, model, v, b[0, :, 3], None if G is None else G[0])
 
 
 def bodies_from(system: System, twists: Any) -> Array:
     """Jumps (nb, 6) of the bodies, body axes at the body frames' origins, from Pinocchio's joint velocities `data.v`."""
-    jumps = np.empty((len(system.robot.bodies), 6))
-    for i, body in enumerate(system.robot.bodies):
-        twist = twists[body.joint]
-        to_body = body.rotation.T
+    bodies = system.landing.robot.bodies
+    jumps = np.empty((len(bodies), 6))
+    for i, body in enumerate(bodies):
+        twist, to_body = twists[body.joint], body.rotation.T
         jumps[i] = [*(to_body @ twist.angular), *(to_body @ velocity_at(twist.angular, twist.linear, body.offset))]
     return jumps
 

@@ -11,10 +11,11 @@ from shockpc.bench.cases.chains import chain
 from shockpc.bench.measure import Timing, timed
 from shockpc.bench.methods import Prepared
 from shockpc.bench.mujoco_peer import batch_in_mujoco
-from shockpc.bench.reference import maps_in_many
 from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
 from shockpc.model.contact import Contact
+from shockpc.profile import shock_maps
+from shockpc.result import ShockMaps
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
@@ -65,14 +66,19 @@ def postures(system: System, n: int) -> Array:
 
 
 def _batched(system: System, Q: Array) -> Prepared:
-    """The batched path of the package."""
-    return Prepared(lambda: maps_in_many(system.robot, system.scene, system.landing, Q), lambda maps: maps)
+    """The batched path of the package; its maps are in world axes."""
+
+    def read(found: ShockMaps) -> Array:
+        maps = found.maps.reshape(len(Q), -1, 2, 3, 3)
+        return (np.swapaxes(found.rotation, -1, -2)[:, :, None] @ maps).reshape(len(Q), -1, 6, 3)
+
+    return Prepared(lambda: shock_maps(system.landing, Q), read)
 
 
 def _bare_loop(system: System, Q: Array) -> Prepared:
     """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
     model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
-    frame = model.getFrameId(system.scene.contact[0].frame)
+    frame = model.getFrameId(system.landing.scene.contact[0].frame)
     out = np.empty((len(Q), model.nv))
     before = np.zeros((len(Q), model.nv))
     before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
@@ -85,7 +91,7 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
         return out
 
     def read(after: Array) -> Array:
-        jumps = np.empty((len(Q), len(system.robot.bodies), 6))
+        jumps = np.empty((len(Q), len(system.landing.robot.bodies), 6))
         for k, (q, v) in enumerate(zip(Q, after - before, strict=True)):
             pin.forwardKinematics(model, data, q, v)
             jumps[k] = [[*data.v[i].angular, *data.v[i].linear] for i in range(1, model.njoints)]
@@ -112,7 +118,8 @@ def compete(name: str, n: int, budget: float) -> list[PeerResult]:
     """
     system = many_system(name)
     Q = postures(system, n)
-    maps = maps_in_many(system.robot, system.scene, system.landing, Q)
+    prepared = _batched(system, Q)
+    maps = prepared.read(prepared.run())
     jump = maps @ system.landing.before.velocity
     found: list[PeerResult] = []
     for peer, work, prepare in PEERS:

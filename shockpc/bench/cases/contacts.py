@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases.chains import OBLIQUE
-from shockpc.bench.cases.family import Family, known_robot
+from shockpc.bench.cases.family import Axis, Family, known_robot
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.robot.robot import Robot
@@ -27,8 +27,8 @@ def _brick() -> Robot:
 
 def _corners(variant: str, n: float) -> tuple[Robot, Scene]:
     corners = [(x, y, z) for z in (-0.1, 0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)]
-    kept: tuple[str, ...] = ("x", "y", "z") if variant == "sticking" else ("z",)
-    contact = tuple(Contact(frame="link0", offset=corner, directions=kept) for corner in corners[: int(n)])  # type: ignore[arg-type]
+    kept: tuple[Axis, ...] = ("x", "y", "z") if variant == "sticking" else ("z",)
+    contact = tuple(Contact(frame="link0", offset=corner, directions=kept) for corner in corners[: int(n)])
     return _brick(), Scene(robot="brick", strike=OBLIQUE, contact=contact)
 
 

@@ -3,12 +3,16 @@
 import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene
 
-__all__ = ["Case", "Family", "known_robot"]
+__all__ = ["Axis", "Case", "Family", "known_robot"]
+
+
+Axis: TypeAlias = Literal["x", "y", "z"]
+"""A direction in which a contact or a closure holds."""
 
 
 class Case(NamedTuple):

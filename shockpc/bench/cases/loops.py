@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases.chains import OBLIQUE
-from shockpc.bench.cases.family import Family
+from shockpc.bench.cases.family import Axis, Family
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
@@ -38,11 +38,11 @@ def _loops(variant: str, height: float) -> tuple[Robot, Scene]:
     robot = _four_bar(height)
     coupler = np.array([COUPLER[0] - CRANK[0], 0.0, (COUPLER[1] - CRANK[1]) * height])
     rocker = np.array([COUPLER[0] - ROCKER[0], 0.0, (COUPLER[1] - ROCKER[1]) * height])
-    kept: tuple[str, ...] = ("x", "y", "z") if variant == "closed in space" else ("x", "z")
+    kept: tuple[Axis, ...] = ("x", "y", "z") if variant == "closed in space" else ("x", "z")
     closure = Closure(
         a=Place(frame="link2", offset=tuple(coupler.tolist())),
         b=Place(frame="link3", offset=tuple(rocker.tolist())),
-        directions=kept,  # type: ignore[arg-type]
+        directions=kept,
     )
     struck = (
         Contact(frame="link1", offset=(0.2, 0.0, -0.1))
