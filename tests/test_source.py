@@ -1,5 +1,6 @@
 """Reading a robot file: what is accepted, and the whole text of every refusal."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -109,13 +110,61 @@ def test_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     path = tmp_path / "dog.urdf"
     path.write_text(arm())
 
-    def refuse(_: Path) -> bytes:
+    def refuse(*_: object) -> int:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(os, "open", refuse)
     with pytest.raises(RobotError) as caught:
         read_source(str(path))
     assert str(caught.value) == f'"{path}" cannot be read: Permission denied; check its permissions'
+
+
+def test_only_regular_files_of_some_size_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A pipe would be waited for, a device has no end."""
+    os.mkfifo(tmp_path / "pipe.urdf")
+    for path in (tmp_path / "pipe.urdf", Path("/dev/zero")):
+        with pytest.raises(RobotError, match=r"is a pipe or a device; save what it gives in a file$"):
+            read_source(str(path))
+    with open(tmp_path / "large.urdf", "wb") as file:
+        file.truncate(65 * 2**20)
+    with pytest.raises(RobotError, match=r"has 65 MB; files of up to 64 MB are read$"):
+        read_source(str(tmp_path / "large.urdf"))
+
+
+BEFORE = (b"\xef\xbb\xbf", b"\xef\xbb\xbf\xef\xbb\xbf", b"\n", b"\r\n \xef\xbb\xbf\n")
+
+
+@pytest.mark.parametrize("before", BEFORE)
+def test_what_may_stand_before_a_document(before: bytes, tmp_path: Path):
+    """Byte-order marks and blank lines; a DOCTYPE behind them is found all the same."""
+    path = tmp_path / "dog.urdf"
+    path.write_bytes(before + b'<?xml version="1.0" encoding="utf-8"?>' + arm().encode())
+    assert read_source(str(path)).robot_name == "r"
+    assert build_model(read_source(str(path))).nv == 7
+    assert "a DOCTYPE can define entities" in refusal(tmp_path, before + b"<!DOCTYPE robot><robot/>")
+
+
+def test_declared_encodings(tmp_path: Path):
+    """A Latin-1 file keeps its names; an encoding that is not known is refused."""
+    text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
+    path = tmp_path / "dog.urdf"
+    path.write_bytes(text.encode("iso-8859-1"))
+    assert build_model(read_source(str(path))).existFrame("Fuß")
+    (tmp_path / "dog.xacro").write_bytes(text.encode("iso-8859-1"))
+    assert 'link name="Fuß"' in read_source(str(tmp_path / "dog.xacro")).xml
+    assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC")) == (
+        "dog.urdf is in the encoding EBCDIC, which is not read; save the file as UTF-8 text"
+    )
+
+
+def test_srdf_beside_the_robot_has_to_be_inside(tmp_path: Path):
+    """One that a symbolic link leads to elsewhere is not read."""
+    (tmp_path / "away.srdf").write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
+    (tmp_path / "dog").mkdir()
+    path = tmp_path / "dog" / "dog.urdf"
+    path.write_text(arm())
+    (tmp_path / "dog" / "dog.srdf").symlink_to(tmp_path / "away.srdf")
+    assert read_source(str(path)).srdf is None
 
 
 def test_names_and_paths_that_are_not_there(tmp_path: Path):

@@ -5,7 +5,7 @@ import pinocchio as pin
 
 from shockpc.errors import RobotError
 from shockpc.robot.couplings import Built, Mimic, leaders_first
-from shockpc.robot.markup import parse_markup
+from shockpc.robot.files import parse_xml
 from shockpc.robot.source import RobotSource
 from shockpc.robot.srdf import rotor_armature, srdf_postures
 
@@ -54,7 +54,7 @@ def _build_urdf(source: RobotSource) -> Built:
 def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
     """The joints of a URDF that mimic others. A fixed joint follows nothing; one that follows a fixed joint keeps its offset."""
     found: list[Mimic] = []
-    for joint in parse_markup(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ():
+    for joint in parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ():
         for mimic in joint.findall("mimic"):
             if model.existJointName(joint.get("name", "")):
                 multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))

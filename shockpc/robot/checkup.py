@@ -11,8 +11,8 @@ import pinocchio as pin
 
 from shockpc.errors import RobotError
 from shockpc.robot.build import build_model
+from shockpc.robot.files import parse_xml
 from shockpc.robot.inertias import inertia_fault, written_inertias
-from shockpc.robot.markup import parse_markup
 from shockpc.robot.source import RobotSource, resolve_asset
 from shockpc.robot.urdf_numbers import vector
 
@@ -48,7 +48,7 @@ def check_robot(source: RobotSource) -> tuple[Finding, ...]:
     Raises:
         RobotError: Pinocchio cannot build the robot.
     """
-    root, model = parse_markup(source.xml, source.path.name), build_model(source)
+    root, model = parse_xml(source.xml, source.path.name), build_model(source)
     found = [
         *_bodies_without_mass(model),
         *_inertias(root),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.robot.markup import parse_markup
+from shockpc.robot.files import parse_xml
 
 __all__ = ["Triangles", "read_collada", "read_wavefront"]
 
@@ -32,7 +32,7 @@ def read_collada(path: Path) -> Triangles:
         ValueError: it is not COLLADA, or broken; one line.
     """
     try:
-        root = parse_markup(path.read_text(encoding="utf-8-sig"), path.name)
+        root = parse_xml(path.read_text(encoding="utf-8-sig"), path.name)
     except (RobotError, UnicodeDecodeError) as refusal:
         raise ValueError(str(refusal)) from None
     for element in root.iter():

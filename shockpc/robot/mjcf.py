@@ -13,7 +13,6 @@ import re
 import warnings
 from collections.abc import Iterator
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -21,8 +20,8 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.robot.couplings import Built, Loop, Mimic, leaders_first
+from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.mjcf_text import without_files
-from shockpc.robot.reach import Reach
 from shockpc.robot.source import RobotSource, resolve_asset
 
 __all__ = ["Compiled", "build_mjcf", "compiled"]
@@ -86,7 +85,7 @@ def _mujoco(file: str) -> Any:
 def _compile(mujoco: Any, source: RobotSource, meshes: bool) -> Compiled:
     """Compile with or without the meshes that give no mass."""
     parts: dict[str, bytes] = {}
-    text = without_files(ElementTree.fromstring(source.xml), Reach(source.path, source.packages, source.folders), parts)
+    text = without_files(parse_xml(source.xml, source.path.name), source.open_folders, parts)
     try:
         spec = mujoco.MjSpec.from_string(text, include=parts)
         spec.compiler.fusestatic = False  # it would drop links
@@ -150,7 +149,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) 
             try:
                 path = resolve_asset(source, mesh.file)
                 mesh.file = f"mesh_{number}{path.suffix}"
-                assets[mesh.file] = path.read_bytes()
+                assets[mesh.file] = read_bytes(path)
                 if everything:
                     _try(mujoco, mesh, assets[mesh.file])
             except (RobotError, ValueError) as refusal:

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
-from shockpc.robot.markup import read_markup
+from shockpc.robot.files import read_xml
 
 __all__ = ["rotor_armature", "srdf_postures"]
 
@@ -26,7 +26,7 @@ def rotor_armature(path: Path, model: pin.Model) -> Array:
         RobotError: a number is missing, or is none that a rotor can have.
     """
     armature = np.array(model.armature)
-    for entry in read_markup(path).root.iterfind("rotor_params/joint"):
+    for entry in read_xml(path).root.iterfind("rotor_params/joint"):
         name = entry.get("name", "")
         if not model.existJointName(name):
             continue
@@ -50,7 +50,7 @@ def srdf_postures(path: Path, model: pin.Model) -> dict[str, Array]:
     Raises:
         RobotError: the file cannot be read, or gives a joint a number of values that it cannot take.
     """
-    root = read_markup(path).root
+    root = read_xml(path).root
     if root.tag != "robot":
         raise RobotError(f"{path.name} begins with <{root.tag}>, so it is no SRDF; give a file with <robot> and <group_state>")
     postures: dict[str, Array] = {}

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 from shockpc.errors import RobotError
 from shockpc.robot.urdf_numbers import SHAPES, check_numbers, vector
 
-__all__ = ["check_urdf", "tidy_urdf"]
+__all__ = ["check_urdf", "normalise_urdf"]
 
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
@@ -39,11 +39,11 @@ def check_urdf(robot: Element, file: str) -> None:
         raise RobotError(f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
 
 
-def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
-    """Put right, in place, what carries no meaning but would make the parser fail or print.
+def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
+    """Correct, in place, what carries no meaning but would make the parser fail or print.
 
-    Blanks around attribute values go; a robot without a name gets one. With a warning go a visual or collision without a
-    valid shape, and a <mimic> that follows no joint of the file.
+    Blanks around attribute values are removed; a robot without a name gets one. With a warning are removed: xacro elements that
+    are left over, a visual or collision without a valid shape, and a <mimic> that follows no joint of the file.
 
     Args:
         robot: the root element, changed in place.
@@ -66,6 +66,13 @@ def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ..
             if value != value.strip():
                 element.set(key, value.strip())
                 changed = True
+    left = [element for element in robot if element.tag.startswith("xacro:")]
+    for element in left:
+        robot.remove(element)
+        changed = True
+    if left:
+        tags = ", ".join(dict.fromkeys(f"<{element.tag}>" for element in left))
+        warnings.append(f"{file}: {tags} ignored, because the links are complete without xacro; if not, name the file .xacro")
     for link in robot.findall("link"):
         for part in (*link.findall("visual"), *link.findall("collision")):
             if not _has_shape(part):
