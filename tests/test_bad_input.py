@@ -579,23 +579,23 @@ def test_interrupt_while_a_file_is_written(capfd, here, monkeypatch):
 
 
 def test_interrupt_from_the_keyboard(here):
-    """A real signal to a real process, which waits for a robot file that never comes."""
-    pipe = here / "robot.urdf"
-    os.mkfifo(pipe)
-    words = [*SHOCKPC, "analyze", str(pipe), "--contact", "foot"]
+    """A real signal to a real process, which waits for a xacro file that does not come to an end; its child ends too."""
+    robot = here / "robot.urdf.xacro"
+    robot.write_text('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${9**9**9}"/></robot>')
+    words = [*SHOCKPC, "analyze", str(robot), "--contact", "foot"]
     with subprocess.Popen(
         words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_the_keyboard
     ) as process:
         try:
-            writing = opened_by_reader(pipe, process)
+            child = child_of(process)
             process.send_signal(signal.SIGINT)
-            # A signal that comes just before the read begins waits until the read ends (no EINTR): let it end.
-            os.close(writing)
             out, err = process.communicate(timeout=PATIENCE)
         finally:
             # Whatever went wrong, nothing is left that waits for ever.
             process.kill()
     assert Outcome(process.returncode, out, err) == Outcome(130, "", STOPPED)
+    with pytest.raises(ProcessLookupError):
+        os.kill(child, 0)
 
 
 PATIENCE = 60.0
@@ -607,16 +607,17 @@ def hear_the_keyboard():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def opened_by_reader(pipe, process):
-    """The writing end of a named pipe once the process reads from it: from then on it is inside the command."""
+def child_of(process):
+    """The process that a process has started, once it has."""
     end = time.monotonic() + PATIENCE
     while process.poll() is None and time.monotonic() < end:
-        try:
-            return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
-        except OSError as error:
-            assert error.errno == errno.ENXIO  # noqa: PT017 - no reader yet
-            time.sleep(0.01)
-    pytest.fail(f"the process did not come to read its robot; it ended with {process.poll()}")
+        listed = subprocess.run(["ps", "-A", "-o", "pid=,ppid="], capture_output=True, text=True, check=True).stdout
+        for line in listed.splitlines():
+            pid, parent = map(int, line.split())
+            if parent == process.pid:
+                return pid
+        time.sleep(0.05)
+    pytest.fail(f"the process did not come to expand its robot; it ended with {process.poll()}")
 
 
 def test_reader_that_goes_away(here):
@@ -664,6 +665,7 @@ def test_file_that_cannot_be_read(capfd, here, monkeypatch):
     (here / "landing").write_text('robot = "stick.urdf"\n')
     for method in ("open", "read_bytes", "read_text"):
         monkeypatch.setattr(Path, method, refuse)
+    monkeypatch.setattr(os, "open", refuse)
     refused(capfd, here, '"landing.toml" cannot be read: Permission denied; check its permissions', "analyze", "landing.toml")
     text = '"HERE/stick.urdf" cannot be read: Permission denied; check its permissions'
     refused(capfd, here, text, *LANDING)

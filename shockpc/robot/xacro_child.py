@@ -13,6 +13,8 @@ import sys
 import types
 from typing import Any, cast
 
+__all__ = ["main"]
+
 # What an expression may do, of all that Python reports to an audit hook: compute.
 _COMPUTING = {"builtins.id", "code.__new__", "compile", "exec", "object.__getattr__", "sys._getframe"}
 
@@ -68,12 +70,12 @@ def main() -> None:
             raise xacro.XacroException(f"it has {count} links, more than {links}")
         urdf = document.documentElement.toxml()
     except Exception as error:
-        answer(error=explained(error, xacro))
+        answer(error=_explained(error, xacro))
     else:
         answer(urdf=urdf, said=said.getvalue())
 
 
-def explained(error: BaseException, xacro: Any) -> str:
+def _explained(error: BaseException, xacro: Any) -> str:
     """Turn whatever xacro raised into one line: the innermost cause, and the file it happened in."""
     cause = error
     while isinstance(inner := getattr(cause, "exc", None), BaseException):
