@@ -34,12 +34,12 @@ LAYERS = (
 """From the ground up; a module imports from its own layer and those before it."""
 
 OWNERS = {
-    "scipy": "shockpc.core",
+    "scipy": ("shockpc.core", "shockpc.robot.meshes"),
     "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),  # in the bench it is a rival
-    "coal": "shockpc.robot",
+    "trimesh": "shockpc.robot.meshes",
+    "collada": "shockpc.robot.meshes",
     "xacro": "shockpc.robot",
     "xacrodoc": "shockpc.robot",
-    "yourdfpy": "shockpc.robot",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
     "pydantic": "shockpc.scene_file",
@@ -189,9 +189,9 @@ def test_importing_the_package_imports_nothing_else():
 
 
 def test_public_names_need_no_drawing():
-    """Computing a profile in Python imports neither matplotlib nor yourdfpy."""
+    """Computing a profile in Python imports neither matplotlib nor a reader of meshes."""
     code = f"import shockpc\nfor name in shockpc.__all__: getattr(shockpc, name)\n{LOADED}"
-    assert loaded(code) & set(OWNERS) == {"pinocchio", "coal"}
+    assert loaded(code) & set(OWNERS) == {"pinocchio"}
 
 
 def test_help_imports_no_numbers():
@@ -201,6 +201,6 @@ def test_help_imports_no_numbers():
 
 def test_analyze_imports_only_what_it_needs():
     """A JSON document needs no figure, no scene file and no xacro, and neither does a table."""
-    needed = {"pinocchio", "coal", "typer"}
+    needed = {"pinocchio", "typer"}
     for words in (("--format", "json"), ("--format", "table")):
         assert loaded(COMMAND, "analyze", "anymal_b", "--contact", "LF_FOOT", *words) & {*OWNERS, "rich"} == needed

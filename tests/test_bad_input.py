@@ -665,7 +665,10 @@ def test_file_that_cannot_be_read(capfd, here, monkeypatch):
     (here / "landing").write_text('robot = "stick.urdf"\n')
     for method in ("open", "read_bytes", "read_text"):
         monkeypatch.setattr(Path, method, refuse)
-    monkeypatch.setattr(os, "open", refuse)
+    opened = os.open
+    monkeypatch.setattr(
+        os, "open", lambda path, *more: refuse(path) if str(path).endswith(("stick.urdf", "landing")) else opened(path, *more)
+    )
     refused(capfd, here, '"landing.toml" cannot be read: Permission denied; check its permissions', "analyze", "landing.toml")
     text = '"HERE/stick.urdf" cannot be read: Permission denied; check its permissions'
     refused(capfd, here, text, *LANDING)

@@ -1,4 +1,4 @@
-"""Least and greatest shock over rounded convex hulls, held against dense sampling and a general-purpose minimiser."""
+"""Least and greatest shock over rounded convex hulls, compared with dense sampling and a general-purpose minimiser."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def one_piece(omega, v, points, radius, v_in):
-    """Extremes over a body that is one piece."""
+    """Extremes over a body of one piece."""
     least, greatest = shock_extremes(omega[None], v[None], Pieces.of([[(points, radius)]]), v_in)
     return float(least[0]), float(greatest[0])
 
@@ -52,7 +52,7 @@ def test_extremes_of_a_hull_match_a_minimiser(seed, k):
 
 @given(SEEDS, st.integers(2, 8), st.floats(0.0, 1.0))
 def test_no_point_of_a_rounded_hull_is_outside_the_extremes(seed, k, radius):
-    """Every point of the piece feels no less than the least and no more than the greatest; both are reached to sampling."""
+    """The shock at every point of the piece lies between the least and the greatest."""
     rng, omega, v, points = draw(seed, k)
     least, greatest = one_piece(omega, v, points, radius, 1.0)
     weights = np.concatenate([rng.dirichlet(np.full(k, 0.3), 400), np.eye(k)])
@@ -90,8 +90,8 @@ def test_extremes_of_a_capsule_match_dense_sampling(seed, radius):
 
 
 @given(SEEDS, st.integers(3, 10))
-def test_a_hull_that_holds_the_axis_has_only_the_pitch_for_least_shock(seed, k):
-    """Where the screw axis passes through the body, the least shock is |ω·v| / |ω|; in the plane nothing at all."""
+def test_least_shock_of_a_hull_around_the_screw_axis_is_that_of_the_axis(seed, k):
+    """Where the screw axis passes through the body, the least shock is |ω·v| / |ω|; without pitch it is zero."""
     rng, omega, v, points = draw(seed, k, centre=0.0)
     axis = np.cross(omega, v) / (omega @ omega)
     points = np.concatenate([axis + points, 2.0 * axis - (axis + points)])
@@ -104,7 +104,7 @@ def test_a_hull_that_holds_the_axis_has_only_the_pitch_for_least_shock(seed, k):
 
 @given(SEEDS, st.integers(1, 6))
 def test_repeated_and_inner_points_change_nothing(seed, k):
-    """Extremes belong to the hull, not to the list of points that spans it."""
+    """Extremes depend on the hull alone, not on the list of points that spans it."""
     rng, omega, v, points = draw(seed, k)
     more = np.concatenate([points, points[::-1], rng.dirichlet(np.ones(k), 5) @ points])
     np.testing.assert_allclose(one_piece(omega, v, more, 0.1, 1.0), one_piece(omega, v, points, 0.1, 1.0), rtol=1e-9, atol=1e-12)
@@ -123,8 +123,8 @@ def test_repeated_and_inner_points_change_nothing(seed, k):
         ([[1.0, 1e-17, 0.0], [-1.0, 1e-17, 0.0], [0.0, 1.0, 0.0]], 0.0),
     ],
 )
-def test_degenerate_pieces_are_measured_too(points, least):
-    """A point, a segment through the axis or seen end on, a triangle with a corner on the axis; spin 1 about z."""
+def test_degenerate_pieces(points, least):
+    """A point, a segment through the axis or parallel to it, a triangle with a corner on the axis; Δω is 1 rad/s about z."""
     found = one_piece(np.array([0.0, 0.0, 1.0]), np.zeros(3), np.array(points), 0.0, 1.0)
     assert found[0] == pytest.approx(least, abs=1e-15)
     assert found[1] == pytest.approx(np.linalg.norm(np.array(points)[:, :2], axis=1).max(), rel=1e-15)
@@ -132,14 +132,14 @@ def test_degenerate_pieces_are_measured_too(points, least):
 
 @pytest.mark.parametrize("spin", [0.0, 1e-300, 1e-17])
 def test_a_translation_is_uniform(spin):
-    """Without rotation, or with one too small to matter, the whole body feels |Δv|."""
+    """Without rotation, or with a negligible one, shock is |Δv| / v_in everywhere."""
     found = one_piece(np.array([0.0, spin, 0.0]), np.array([3.0, 0.0, 4.0]), np.eye(3), 0.5, 2.0)
     np.testing.assert_allclose(found, (2.5, 2.5), rtol=1e-15)
 
 
 @given(SEEDS, st.floats(1e-6, 1e6))
 def test_extremes_scale_with_the_jump_and_not_with_the_speed(seed, speed):
-    """Jump and strike scaled together leave the normalised shock where it was."""
+    """Scaling jump and strike by the same factor leaves the normalised shock unchanged."""
     _, omega, v, points = draw(seed, 6)
     np.testing.assert_allclose(
         one_piece(speed * omega, speed * v, points, 0.2, speed),
@@ -150,16 +150,16 @@ def test_extremes_scale_with_the_jump_and_not_with_the_speed(seed, speed):
 
 
 @pytest.mark.parametrize("flaw", ["omega", "v", "points"])
-def test_a_number_that_is_none_comes_back_as_none(flaw):
-    """NaN in, NaN out, and an end: never a search that does not stop."""
+def test_nan_in_gives_nan_out(flaw):
+    """NaN in any input gives NaN, and the search ends."""
     given_ = {"omega": np.ones(3), "v": np.ones(3), "points": np.eye(3) + 5.0}
     given_[flaw] = given_[flaw] * np.nan
     assert np.isnan(one_piece(given_["omega"], given_["v"], given_["points"], 0.0, 1.0)).any()
 
 
 @given(SEEDS)
-def test_all_bodies_at_once_are_the_bodies_one_by_one(seed):
-    """A body feels the least and the most of its pieces, whatever the others are; NaN for one without pieces."""
+def test_all_bodies_at_once_equal_the_bodies_one_by_one(seed):
+    """The extremes of a body are those over its pieces, whatever the other bodies are; NaN for one without pieces."""
     rng = np.random.default_rng(seed)
     counts = [2, 0, 1, 4]
     bodies = [

@@ -18,8 +18,8 @@ from shockpc.errors import OutputError
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
 from shockpc.profile import shock_profile
+from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
-from shockpc.robot.outline import Shape
 from shockpc.scene import Scene, Strike
 from shockpc.show.figure.bodies import layers
 from shockpc.show.figure.field import Field, below, field_of

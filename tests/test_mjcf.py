@@ -422,8 +422,11 @@ def test_meshes_that_give_no_mass_are_read_on_request_only(tmp_path: Path):
     assert compiled(robot.source).model.nmesh == 0
     found = compiled(robot.source, meshes=True)
     assert found.model.nmesh == 1
-    assert [link for link, _ in found.unread] == ["b", "b"]
-    assert '"lost.obj" is missing' in found.unread[0][1]
+    assert [(lost.link, lost.mesh, lost.kinds) for lost in found.unread] == [
+        ("b", "n", ("collision", "visual")),
+        ("b", "o", ("collision", "visual")),
+    ]
+    assert '"lost.obj" is missing' in found.unread[0].reason
 
 
 def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

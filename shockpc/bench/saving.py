@@ -86,7 +86,7 @@ def run_alone(parts: str, scene: str) -> dict[str, float]:
     robot = load_robot(robot_name)
     if parts == "everything":
         import shockpc.show.figure.landing  # noqa: F401 - importing it is what is timed
-        from shockpc.robot.outline import outline
+        from shockpc.robot.geometry import outline
 
         outline(robot, "visual")
     landing = Scene(robot=robot_name, contact=(Contact(frame=foot),), strike=Strike(speed=1.0, strike_angle_deg=20.0))

@@ -1,8 +1,8 @@
 """The least and the greatest shock over the bodies' geometry.
 
 Geometry is a union of convex pieces, each the convex hull of some points, rounded by a radius (a sphere is one point with a
-radius, a capsule two). |Δv(r)| is convex, so its greatest value lies on the hull; its least is the distance of a projected
-convex set from the screw axis. All pieces of all bodies are measured at once.
+radius, a capsule two). |Δv(r)| is a convex function, so its greatest value is that of one of the points; its least value follows
+from the distance between the screw axis and the projected hull. All pieces of all bodies are evaluated at once.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Pieces(NamedTuple):
     """Convex pieces of bodies, one after the other.
 
     Attributes:
-        points: (k, 3) points whose hulls the pieces are, each in its body's frame [m].
+        points: (k, 3) points that span the pieces, each in its body's frame [m].
         start: (n,) where each piece's points begin; every piece has at least one.
         radius: (n,) rounding of each hull [m].
         body: (n,) index of the body each piece belongs to, ascending.
@@ -33,7 +33,7 @@ class Pieces(NamedTuple):
 
     @staticmethod
     def of(bodies: list[list[tuple[Array, float]]]) -> "Pieces":
-        """From every body's hulls. Args: bodies, for each of them a list of (points (k, 3), radius) [m]."""
+        """Join the pieces of all bodies. Args: bodies, for each of them a list of (points (k, 3), radius) [m]."""
         hulls = [(i, points, radius) for i, own in enumerate(bodies) for points, radius in own]
         counts = np.array([len(points) for _, points, _ in hulls], dtype=int)
         return Pieces(
@@ -46,22 +46,22 @@ class Pieces(NamedTuple):
 
 
 def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: float) -> tuple[Array, Array]:
-    """Least and greatest |Δv + Δω × r| / v_in over every body, exact for rounded hulls.
+    """Compute the least and greatest |Δv + Δω × r| / v_in over every body, exact for rounded hulls.
 
-    The velocity splits into a part along ω, the same everywhere, and a part across it, which is the distance from the screw axis
-    times |ω|. Velocities across the axis form a flat convex polygon: its farthest point is a corner, its nearest lies on an edge,
-    or is the axis itself if the polygon holds it.
+    The velocity is the sum of a part along ω, which is the same everywhere, and a part perpendicular to it, whose magnitude is |ω|
+    times the distance from the screw axis. The perpendicular parts over a hull fill a convex polygon: its farthest point from the
+    origin is a corner, its nearest lies on an edge, or is the origin itself if the polygon contains it.
 
     Args:
         delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s].
         delta_v: (nb, 3) jump of velocity of the body frame's origin, body axes [m/s].
-        pieces: what the bodies consist of.
+        pieces: the pieces of the bodies.
         v_in: speed of the strike [m/s].
 
-    Returns: least (nb,), greatest (nb,) [1]; NaN for a body without pieces, and where a number is none.
+    Returns: least (nb,), greatest (nb,) [1]; NaN for a body without pieces, and where an input is NaN.
     """
     spin = np.linalg.norm(delta_omega, axis=-1)
-    # A body that does not turn has one velocity everywhere, along and across any axis.
+    # A body that does not rotate has the same velocity everywhere, so any axis will do.
     axis = np.where(spin[:, None] == 0.0, [0.0, 0.0, 1.0], delta_omega / np.where(spin == 0.0, 1.0, spin)[:, None])
     e1 = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=-1)])
     e1 /= np.linalg.norm(e1, axis=-1, keepdims=True)
@@ -69,11 +69,11 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
     # e · (Δv + Δω × r) = e · Δv + (e × Δω) · r, point by point in columns.
     offset, turning = (e @ delta_v[..., None])[..., 0], np.cross(e, delta_omega[:, None, :])
     body, points = pieces.body[pieces.piece], pieces.points
-    across = np.array([offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3)) for k in range(2)])
+    perpendicular = np.array([offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3)) for k in range(2)])
     along = np.sum(axis * delta_v, axis=-1)[pieces.body]
     reach = spin[pieces.body] * pieces.radius
-    nearest = np.maximum(0.0, _distances(across, pieces) - reach)
-    farthest = np.sqrt(np.maximum.reduceat(_dot(across, across), pieces.start)) + reach
+    nearest = np.maximum(0.0, _distances(perpendicular, pieces) - reach)
+    farthest = np.sqrt(np.maximum.reduceat(_dot(perpendicular, perpendicular), pieces.start)) + reach
     least, greatest = np.full(len(spin), np.nan), np.full(len(spin), np.nan)
     whose, first = np.unique(pieces.body, return_index=True)
     least[whose] = np.minimum.reduceat(np.hypot(nearest, along), first) / v_in
@@ -84,13 +84,13 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
 def _distances(p: Array, pieces: Pieces) -> Array:
     """Distance (n,) of the origin from the convex hull of every piece's points p (2, k); 0 inside, NaN where one is not finite.
 
-    The origin is inside unless all points, seen from it, lie within less than half a turn. Outside, Wolfe's step in the plane: from
-    the nearest point found so far, fetch the corner that lies furthest towards the origin and keep the better of the two edges to
-    it; every round comes strictly nearer, and there are finitely many edges.
+    The origin is inside unless all points, seen from it, lie within less than half a turn. Outside, the algorithm is Wolfe's (1976)
+    in the plane: take the corner with the least component along the nearest point so far, and continue with the nearer of the two
+    segments from the ends of the present edge to it. Every step reduces the distance, and the number of segments is finite.
     """
     start, piece = pieces.start, pieces.piece
-    lost = ~np.isfinite(np.add.reduceat(_dot(p, p), start))
-    p = np.where(lost[piece], 0.0, p)
+    undefined = ~np.isfinite(np.add.reduceat(_dot(p, p), start))
+    p = np.where(undefined[piece], 0.0, p)
     corner = p[:, _lowest(_dot(p, p), pieces)]
     x, y = corner[0][piece], corner[1][piece]
     angle = np.arctan2(x * p[1] - y * p[0], x * p[0] + y * p[1])
@@ -103,7 +103,7 @@ def _distances(p: Array, pieces: Pieces) -> Array:
         following = np.where(from_a, near_a, near_b)
         closer = _dot(following, following) < _dot(nearest, nearest)
         if not closer.any():
-            return np.where(lost, np.nan, np.sqrt(_dot(nearest, nearest)))
+            return np.where(undefined, np.nan, np.sqrt(_dot(nearest, nearest)))
         a = np.where(closer & ~from_a, b, a)
         b, nearest = np.where(closer, corner, b), np.where(closer, following, nearest)
 

@@ -12,7 +12,7 @@ from shockpc.model import CHECKED
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.motion import Motion, spin_before, terms_before, velocity_before
 from shockpc.model.rows import Block, moment_block, point_block
-from shockpc.robot.outline import outline
+from shockpc.robot.geometry import outline
 from shockpc.robot.robot import Robot
 
 __all__ = ["Contact", "Touch", "match_frames", "stance_block", "touch", "touch_block", "unit_directions"]

@@ -2,7 +2,7 @@
 
 from shockpc.core.extremes import shock_extremes
 from shockpc.core.spatial import Array
-from shockpc.robot.outline import outline
+from shockpc.robot.geometry import outline
 from shockpc.robot.robot import Robot
 
 __all__ = ["shock_ranges"]

@@ -1,169 +1,297 @@
-"""What a robot file says its links look like, read piece by piece: a piece that cannot be read costs only itself.
+"""The geometry of a robot's bodies: convex pieces for the extremes of shock, triangles for silhouettes, boxes of equal inertia.
 
-URDF geometry is taken from its text, so that nothing but the wanted pieces is read; MJCF geometry, with its classes and
-defaults, by Pinocchio from a copy whose meshes are known to be readable.
+Nothing is read before it is asked for, and no mesh unless that kind of geometry has one. A shape that cannot be read is left out
+and reported; the others remain. The shapes of a URDF are taken from its XML directly: yourdfpy reads them too, but importing it
+takes longer than an analysis of a robot without meshes.
 """
 
+import functools
+import itertools
 import math
-import tempfile
-from pathlib import Path
-from typing import Literal, NamedTuple, TypeAlias
-from xml.etree import ElementTree
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple, TypeAlias
+from xml.etree.ElementTree import Element
 
-import coal
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array
-from shockpc.robot.meshes import Mesh, Meshes, last_words, mesh_of
-from shockpc.robot.robot import Robot
+from shockpc.core.extremes import Pieces
+from shockpc.core.spatial import Array, read_only
+from shockpc.errors import RobotError
+from shockpc.robot.files import parse_xml, read_bytes
+from shockpc.robot.meshes import Mesh, hull_corners, read_mesh
+from shockpc.robot.robot import Body, Robot
 from shockpc.robot.source import RobotSource, resolve_asset
 
-__all__ = ["Geometries", "Kind", "Piece", "Unread", "read_geometries"]
+__all__ = ["Kind", "Outline", "Shape", "inertia_box", "outline"]
 
 Kind: TypeAlias = Literal["collision", "visual"]
 
+RIM = 64
+"""Corners of the polygon that stands for a circle: it lies inside, by at most 1 − cos(π/64) = 0.12 % of the radius."""
 
-class Piece(NamedTuple):
-    """One geometry of a link.
+_SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
+_MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
+_MJCF_MESH = 7
+
+LARGEST = 1e6
+"""Largest coordinate or radius of a shape [m]; more is an error in the file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """One convex piece of a body: the hull of some points, rounded by a radius (a sphere is one point, a capsule two).
 
     Attributes:
-        link: the link's name.
-        geometry: a coal shape or a mesh.
-        rotation: (3, 3) in the link's frame.
-        offset: (3,) origin in the link's frame [m].
+        link: the link it belongs to.
+        points: (k, 3) in the body's frame [m]. For a mesh, the corners of its convex hull.
+        radius: of the rounding [m].
+        mesh: the surface itself, where the piece is the hull of something that need not be convex.
+        discs: (centre, axis, radius) of the round faces that some of the points only approximate.
     """
 
     link: str
-    geometry: coal.CollisionGeometry | Mesh
-    rotation: Array
-    offset: Array
+    points: Array = field(repr=False)
+    radius: float = 0.0
+    mesh: Mesh | None = field(default=None, repr=False)
+    discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
+
+    def lowest(self, up: Array) -> Array:
+        """Return points (k, 3) among which the lowest are, exact for round faces. Args: up (3,), a unit vector, body frame."""
+        below = [self.points - self.radius * up]
+        for centre, axis, radius in self.discs:
+            level = up - axis * float(axis @ up)
+            length = float(np.linalg.norm(level))
+            # All points of a horizontal disc are equally low; its centre represents them.
+            below.append((centre - radius * level / length if length > 1e-9 else centre)[None])
+        return np.concatenate(below)
+
+    def placed(self, rotation: Array, offset: Array) -> "Shape":
+        """Return the shape in another frame.
+
+        Args:
+            rotation: (3, 3) from the present frame to the new one.
+            offset: (3,) of the present origin in the new frame [m].
+        """
+        points = read_only(self.points @ rotation.T + offset)
+        mesh = self.mesh and Mesh(read_only(self.mesh.vertices @ rotation.T + offset), self.mesh.triangles)
+        discs = tuple((rotation @ centre + offset, rotation @ axis, radius) for centre, axis, radius in self.discs)
+        return Shape(self.link, points, self.radius, mesh, discs)
 
 
-class Unread(NamedTuple):
-    """A geometry that could not be had: its link, and one line that says what was wrong."""
+class Outline(NamedTuple):
+    """The shapes of a robot.
+
+    Attributes:
+        shapes: one tuple for each body, in the order of `robot.bodies`; empty for a body that has no such geometry.
+        pieces: the same as points in one array.
+        warnings: at most one line, about the shapes that could not be read.
+    """
+
+    shapes: tuple[tuple[Shape, ...], ...]
+    pieces: Pieces
+    warnings: tuple[str, ...]
+
+
+class _Unread(NamedTuple):
+    """A shape that could not be read."""
 
     link: str
+    mesh: str
     reason: str
 
 
-class Geometries(NamedTuple):
-    """All that could be read, and all that could not."""
+@functools.lru_cache(maxsize=8)
+def outline(robot: Robot, kind: Kind) -> Outline:
+    """Read the shapes of every body, as the robot's file gives them.
 
-    pieces: tuple[Piece, ...]
-    unread: tuple[Unread, ...]
-
-
-def read_geometries(robot: Robot, kind: Kind) -> Geometries:
-    """Every geometry of that kind, in the order of the file. No mesh is touched if the kind has none.
+    Boxes are exact, and so are spheres and capsules (by their radius); circles become polygons of 64 corners inside
+    them, ellipsoids points on their surface (short by at most 0.25 %); meshes keep their triangles beside the
+    corners of their hull. A shape that cannot be read is left out and named in the warning. The results for the last
+    few robots are kept.
 
     Args:
         robot: the robot.
-        kind: what collides, or what is seen.
+        kind: "collision" or "visual" geometry.
     """
-    return _from_urdf(robot.source, kind) if robot.source.kind == "urdf" else _from_mjcf(robot, kind)
+    shapes: list[list[Shape]] = [[] for _ in robot.bodies]
+    unread: list[_Unread] = []
+    for piece in _urdf_shapes(robot.source, kind) if robot.source.kind == "urdf" else _mjcf_shapes(robot.source, kind):
+        frame = robot.frames.get(piece.link)
+        if isinstance(piece, _Unread):
+            unread.append(piece)
+        elif frame is not None and frame.body >= 0:
+            shapes[frame.body].append(piece.placed(frame.rotation, frame.offset))
+    pieces = Pieces.of([[(shape.points, shape.radius) for shape in own] for own in shapes])
+    return Outline(tuple(map(tuple, shapes)), pieces, _warnings(robot, kind, unread, shapes))
 
 
-def _from_urdf(source: RobotSource, kind: Kind) -> Geometries:
-    meshes = Meshes(source)
-    pieces: list[Piece] = []
-    unread: list[Unread] = []
-    for link in ElementTree.fromstring(source.xml).iter("link"):
+def inertia_box(body: Body) -> Shape | None:
+    """Return the box of uniform density with the body's mass and inertia: a_x = sqrt(6 (I_y + I_z − I_x) / m) and so on.
+
+    Args:
+        body: the body.
+
+    Returns: its eight corners; None if the body has no mass, or an inertia that no body can have.
+    """
+    if not body.mass > 0.0:
+        return None
+    moments, axes = np.linalg.eigh(body.inertia)
+    squared = 6.0 * (moments.sum() - 2.0 * moments) / body.mass
+    # A plate or a rod has sides of zero, which rounding may make negative.
+    if squared.max() <= 0.0 or squared.min() < -1e-9 * squared.max():
+        return None
+    half = 0.5 * np.sqrt(np.maximum(squared, 0.0))
+    return Shape(body.name, read_only(body.com + _primitive(body.name, "box", half).points @ axes.T))
+
+
+def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
+    """Read the shapes of a URDF, each in the frame of its link."""
+    load = _mesh_loader(source)
+    for link in parse_xml(source.xml, source.path.name).iter("link"):
         name = link.get("name", "")
         for element in link.findall(kind):
+            shape = element.find("geometry/*")
+            if shape is None:
+                continue
             try:
                 origin = element.find("origin")
-                xyz, rpy = ("", "") if origin is None else (origin.get("xyz", ""), origin.get("rpy", ""))
-                rotation = pin.rpy.rpyToMatrix(np.array(_numbers(rpy or "0 0 0", 3)))
-                offset = np.array(_numbers(xyz or "0 0 0", 3))
-                pieces.append(Piece(name, _urdf_shape(element.find("geometry"), meshes), rotation, offset))
+                xyz, rpy = (np.zeros(3) if origin is None else _numbers(origin, key, "0 0 0") for key in ("xyz", "rpy"))
+                yield _checked(_urdf_shape(name, shape, load).placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except ValueError as refusal:
-                unread.append(Unread(name, str(refusal)))
-    return Geometries(tuple(pieces), tuple(unread))
+                yield _Unread(name, shape.get("filename", ""), str(refusal))
 
 
-def _urdf_shape(geometry: ElementTree.Element | None, meshes: Meshes) -> coal.CollisionGeometry | Mesh:
-    """The shape of a <geometry> element. Raises ValueError (one line) for what no URDF may hold."""
-    shape = geometry[0] if geometry is not None and len(geometry) else None
-    if shape is None:
-        raise ValueError("an empty <geometry>")
-    match shape.tag:
-        case "box":
-            return coal.Box(*_numbers(shape.get("size", ""), 3))
-        case "sphere":
-            return coal.Sphere(*_numbers(shape.get("radius", ""), 1))
-        case "cylinder":
-            return coal.Cylinder(*_numbers(shape.get("radius", ""), 1), *_numbers(shape.get("length", ""), 1))
-        case "capsule":
-            return coal.Capsule(*_numbers(shape.get("radius", ""), 1), *_numbers(shape.get("length", ""), 1))
-        case "mesh":
-            return meshes.load(shape.get("filename", ""), tuple(_numbers(shape.get("scale", "1 1 1"), 3)))
-    raise ValueError(f"<{shape.tag}> is no shape of a URDF")
+def _urdf_shape(link: str, shape: Element, load: Callable[[str], tuple[Mesh, Array]]) -> Shape:
+    """Read one shape of a <geometry>. Raises ValueError (one line) for what no URDF may hold."""
+    if shape.tag == "mesh":
+        mesh, corners = load(shape.get("filename", ""))
+        scale = _numbers(shape, "scale", "1 1 1")
+        return Shape(link, corners * scale, mesh=Mesh(mesh.vertices * scale, mesh.triangles))
+    size, radius, length = (_numbers(shape, key) for key in ("size", "radius", "length"))
+    return _primitive(link, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
 
 
-def _numbers(text: str, count: int) -> list[float]:
-    values = [float(word) for word in text.split()]
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise ValueError(f'{count} finite numbers are needed, not "{text}"')
-    return values
+def _numbers(element: Element, key: str, default: str = "") -> Array:
+    return np.array(element.get(key, default).split(), dtype=float)
 
 
-def _from_mjcf(robot: Robot, kind: Kind) -> Geometries:
-    meshes = Meshes(robot.source)
-    tree, unread = _readable_mjcf(robot.source, meshes)
-    wanted = pin.GeometryType.COLLISION if kind == "collision" else pin.GeometryType.VISUAL
-    with tempfile.TemporaryDirectory() as folder:
-        # Pinocchio reads MJCF from files that end in .xml only.
-        copy = Path(folder) / "robot.xml"
-        tree.write(copy, encoding="unicode")
+def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
+    """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
+    from shockpc.robot.mjcf import compiled, geom_kinds
+
+    try:
+        found = compiled(source, meshes=True)
+    except RobotError as refusal:
+        yield _Unread("", "", str(refusal))
+        return
+    yield from (_Unread(lost.link, lost.mesh, lost.reason) for lost in found.unread if kind in lost.kinds)
+    m = found.model
+    for number in range(m.ngeom):
+        geom, primitive = m.geom(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
+        if kind not in geom_kinds(geom) or not (primitive or m.geom_type[number] == _MJCF_MESH):
+            continue
+        link = m.body(geom.bodyid[0]).name
+        w, x, y, z = (float(value) for value in geom.quat)
         try:
-            found = pin.buildGeomFromMJCF(robot.model, str(copy), wanted)
-        except (ValueError, RuntimeError, IndexError) as refusal:
-            return Geometries((), (*unread, Unread("", f"Pinocchio cannot read the geometry: {last_words(refusal)}")))
-    pieces = []
-    for item in found.geometryObjects:
-        frame = robot.model.frames[item.parentFrame]
-        place = frame.placement.inverse() * item.placement
-        shape = _mjcf_shape(item, meshes)
-        pieces.append(Piece(frame.name, shape, place.rotation.copy(), place.translation.copy()))
-    return Geometries(tuple(pieces), tuple(unread))
+            shape = _primitive(link, primitive, np.array(geom.size)) if primitive else _mjcf_mesh(link, m, int(geom.dataid[0]))
+            yield _checked(shape.placed(pin.Quaternion(w, x, y, z).matrix(), np.array(geom.pos)))
+        except ValueError as refusal:
+            yield _Unread(link, "", str(refusal))
 
 
-def _mjcf_shape(item: pin.GeometryObject, meshes: Meshes) -> coal.CollisionGeometry | Mesh:
-    """The shape of a geom; what it takes from a file is read here, because coal mixes up a file's parts."""
-    if not isinstance(item.geometry, coal.BVHModelBase):
-        return item.geometry
-    if Path(item.meshPath).is_absolute():
-        return meshes.load(item.meshPath, tuple(float(s) for s in item.meshScale))
-    return mesh_of(item.geometry)
+def _mjcf_mesh(link: str, m: Any, number: int) -> Shape:
+    """Take a mesh from a compiled model."""
+    first, face = int(m.mesh_vertadr[number]), int(m.mesh_faceadr[number])
+    vertices = np.array(m.mesh_vert[first : first + int(m.mesh_vertnum[number])], dtype=float)
+    triangles = np.array(m.mesh_face[face : face + int(m.mesh_facenum[number])], dtype=np.int64)
+    return Shape(link, hull_corners(vertices), mesh=Mesh(vertices, triangles))
 
 
-def _readable_mjcf(source: RobotSource, meshes: Meshes) -> tuple["ElementTree.ElementTree[ElementTree.Element]", list[Unread]]:
-    """The MJCF with absolute mesh paths, and without the geoms whose mesh cannot be had."""
-    root = ElementTree.fromstring(source.xml)
-    unread: list[Unread] = []
-    compiler = root.find("compiler")
-    if compiler is None:
-        compiler = ElementTree.Element("compiler")
-        # Pinocchio takes settings for what comes after them.
-        root.insert(0, compiler)
-    folder = compiler.get("meshdir", compiler.get("assetdir", ""))
-    compiler.set("meshdir", "/")
-    lost: dict[str, str] = {}
-    for assets in root.findall("asset"):
-        for mesh in [m for m in assets.findall("mesh") if m.get("file")]:
-            uri = str(Path(folder) / mesh.get("file", ""))
-            name = mesh.get("name", Path(uri).stem)
-            try:
-                meshes.load(uri)
-                mesh.set("file", str(resolve_asset(source, uri)).lstrip("/"))
-                mesh.set("name", name)
-            except ValueError as refusal:
-                lost[name] = str(refusal)
-                assets.remove(mesh)
-    for body in root.iter("body"):
-        for geom in body.findall("geom"):
-            if geom.get("mesh", "") in lost:
-                unread.append(Unread(body.get("name", ""), lost[geom.get("mesh", "")]))
-                body.remove(geom)
-    return ElementTree.ElementTree(root), unread
+def _checked(shape: Shape) -> Shape:
+    """Return a shape whose numbers can be used. Raises ValueError if a coordinate is not finite or exceeds `LARGEST`."""
+    if not max(np.abs(shape.points).max(), shape.radius) <= LARGEST:
+        raise ValueError(f"it extends beyond {LARGEST:.0e} m, or has coordinates that are not finite")
+    return shape
+
+
+def _mesh_loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
+    """Return a function that reads a mesh by the name in the robot file and returns it with the corners of its hull.
+
+    Each file is read once, because four legs often share one. The function raises ValueError (one line) if it cannot be read.
+    """
+
+    @functools.cache
+    def load(uri: str) -> tuple[Mesh, Array]:
+        try:
+            path = resolve_asset(source, uri)
+        except RobotError as refusal:
+            raise ValueError(str(refusal)) from None
+        try:
+            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
+        except (RobotError, ValueError) as refusal:
+            raise ValueError(f'"{uri}": {refusal}') from None
+        return mesh, hull_corners(mesh.vertices)
+
+    return load
+
+
+def _primitive(link: str, kind: str, size: Array) -> Shape:
+    """Build a primitive around the origin, with its axis along z.
+
+    Args:
+        link: the link it belongs to.
+        kind: "box", "sphere", "cylinder", "capsule" or "ellipsoid".
+        size: as MuJoCo has it: half the sides; radius; radius and half the length; half the axes [m].
+
+    Raises:
+        ValueError: it is none of them, or a size is missing or negative.
+    """
+    if len(size) < _SIZES.get(kind, math.inf) or min(size) < 0.0:
+        raise ValueError(f"a <{kind}> with these dimensions is not a valid shape")
+    radius, ends = float(size[0]), np.outer([-1.0, 1.0], [0.0, 0.0, size[1] if len(size) > 1 else 0.0])
+    match kind:
+        case "sphere":
+            return Shape(link, np.zeros((1, 3)), radius)
+        case "capsule":
+            return Shape(link, ends, radius)
+        case "cylinder":
+            rims = np.concatenate([_circle() * radius + end for end in ends])
+            return Shape(link, rims, discs=tuple((end, np.array([0.0, 0.0, 1.0]), radius) for end in ends))
+        case "ellipsoid":
+            return Shape(link, _ball() * size[:3])
+    return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
+
+
+@functools.cache
+def _circle() -> Array:
+    """Points (64, 3) on the unit circle about z."""
+    angle = 2.0 * math.pi * np.arange(RIM) / RIM
+    return np.stack([np.cos(angle), np.sin(angle), np.zeros(RIM)], axis=1)
+
+
+@functools.cache
+def _ball() -> Array:
+    """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
+    latitude = math.pi * (np.arange(1, 32) / 32 - 0.5)
+    rings = [_circle() * math.cos(a) + np.array([0.0, 0.0, math.sin(a)]) for a in latitude]
+    return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
+
+
+def _warnings(robot: Robot, kind: Kind, unread: Sequence[_Unread], shapes: Sequence[Sequence[Shape]]) -> tuple[str, ...]:
+    """Summarise the shapes that could not be read in one line that ends with the consequence."""
+    if not unread:
+        return ()
+    frames = [robot.frames[lost.link] for lost in unread if lost.link in robot.frames]
+    bare = [robot.bodies[i].name for i in sorted({frame.body for frame in frames if frame.body >= 0}) if not shapes[i]]
+    consequence = f"no {kind} geometry is left for {_listed(bare)}" if bare else "each of their bodies has other shapes"
+    others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
+    also = f"; also {_listed(others)}" if others else ""
+    first = f'link "{unread[0].link}": {unread[0].reason}' if unread[0].link else unread[0].reason
+    count = f"a {kind} shape" if len(unread) == 1 else f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
+    return (f"{count} could not be read ({first}{also}); {consequence}",)
+
+
+def _listed(names: Sequence[str], most: int = 4) -> str:
+    return ", ".join(f'"{name}"' for name in names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

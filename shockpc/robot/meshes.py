@@ -1,19 +1,34 @@
-"""Meshes of a robot, from files of any kind that robots come with, inside the folders that the robot may read."""
+"""The bytes of a mesh file become triangles: STL, OBJ, COLLADA and PLY, read by trimesh and pycollada.
 
-from pathlib import Path
+The libraries are given bytes in memory and nothing by which to find another file, so materials and textures are never opened.
+"""
+
+import io
+import re
+import warnings
 from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
-import coal
 import numpy as np
 from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.robot.source import RobotSource, resolve_asset
+from shockpc.robot.files import parse_xml
 
-__all__ = ["Mesh", "Meshes", "last_words", "mesh_of", "read_mesh"]
+__all__ = ["FORMATS", "Mesh", "hull_corners", "read_mesh"]
 
-_NOISE = ("From file", "in function", "at line", "message:", "Hint")
+FORMATS = ("stl", "obj", "dae", "ply")
+"""Suffixes of the files that are read."""
+
+_NO_SHAPE = {
+    *(f"library_{kind}" for kind in ("animations", "cameras", "controllers", "effects", "images", "lights", "materials")),
+    *("bind_material", "instance_camera", "instance_controller", "instance_light", "extra"),
+}
+"""Elements of COLLADA on which no triangle depends; many files have broken references among them."""
+
+_RELATIVE_FACE = re.compile(rb"^f[^\n]*[ \t]-\d", re.MULTILINE)
+"""An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from the face."""
 
 
 class Mesh(NamedTuple):
@@ -21,92 +36,108 @@ class Mesh(NamedTuple):
 
     Attributes:
         vertices: (n, 3) [m].
-        triangles: (m, 3) indices into the vertices; none where only the hull of the vertices is known.
+        triangles: (m, 3) indices into the vertices.
     """
 
     vertices: Array
     triangles: NDArray[np.int64]
 
 
-class Meshes:
-    """The meshes of one robot; each file is read once.
+def read_mesh(data: bytes, suffix: str) -> Mesh:
+    """Read the triangles of a mesh file; polygons are divided into triangles, vertices at the same place become one.
+
+    The unit of a COLLADA document is applied. Its up axis is not: a link's mesh is modelled in the axes of the link, as Pinocchio
+    and RViz read it. COLLADA coordinates are held in single precision, as in STL files.
 
     Args:
-        source: the robot.
-    """
-
-    def __init__(self, source: RobotSource):
-        self._source = source
-        self._read: dict[str, Mesh] = {}
-        self._scaled: dict[tuple[str, tuple[float, ...]], Mesh] = {}
-
-    def load(self, uri: str, scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> Mesh:
-        """A mesh; the same object for the same file and scale.
-
-        Args:
-            uri: as the robot file names it.
-            scale: along its axes [1].
-
-        Raises:
-            ValueError: it cannot be had; one line.
-        """
-        if uri not in self._read:
-            try:
-                path = resolve_asset(self._source, uri)
-            except RobotError as refusal:
-                raise ValueError(str(refusal)) from None
-            try:
-                self._read[uri] = read_mesh(path)
-            except ValueError as refusal:
-                raise ValueError(f'"{uri}": {refusal}') from None
-        if (uri, scale) not in self._scaled:
-            mesh = self._read[uri]
-            self._scaled[uri, scale] = Mesh(mesh.vertices * np.array(scale), mesh.triangles)
-        return self._scaled[uri, scale]
-
-
-def read_mesh(path: Path) -> Mesh:
-    """Read a mesh file: COLLADA, Wavefront, or what coal can read (STL and many more).
-
-    Args:
-        path: an existing file.
+        data: the content of the file.
+        suffix: one of `FORMATS`, in lower case.
 
     Raises:
-        ValueError: it is no mesh, or a broken one; one line.
+        ValueError: the format is not read, or the file is broken; one line.
     """
-    from shockpc.robot.collada import read_collada, read_wavefront
+    if suffix not in FORMATS:
+        raise ValueError(f"meshes are read from {', '.join(known.upper() for known in FORMATS)} files only")
+    # Imported here, because they take longer to import than an analysis without meshes takes to run.
+    from collada.common import DaeError
+    from trimesh.exchange.load import mesh_loaders
 
-    readers = {".dae": read_collada, ".obj": read_wavefront}
+    unit = 1.0
     try:
-        if path.suffix.lower() in readers:
-            mesh = Mesh(*readers[path.suffix.lower()](path))
-        else:
-            # The cheapest tree of boxes that coal can build: nobody here asks for collisions.
-            mesh = mesh_of(coal.MeshLoader(coal.NODE_TYPE.BV_AABB).load(str(path), np.ones(3)))
-    except OSError as refusal:
-        raise ValueError(f"it cannot be read: {refusal.strerror}") from None
-    except (ValueError, RuntimeError) as refusal:
-        raise ValueError(last_words(refusal)) from None
-    if not len(mesh.vertices) or not np.isfinite(mesh.vertices).all():
-        raise ValueError("it has no vertices, or some that are not numbers")
-    return mesh
+        if suffix == "dae":
+            data, unit = _collada_shape(data)
+        if suffix == "obj" and _RELATIVE_FACE.search(data, 0, max(data.rfind(b"\nv "), 0)):
+            raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            # NumPy's report of a word among numbers, a warning in its older versions.
+            warnings.filterwarnings("error", "string or file could not be read to its end")
+            # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
+            found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
+            vertices, triangles = _joined(found)
+    except (RobotError, DaeError, DeprecationWarning, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as refusal:
+        why = " ".join(str(refusal).split()) or type(refusal).__name__
+        raise ValueError(f"it is not a valid {suffix.upper()} file ({why})") from None
+    if not len(triangles):
+        raise ValueError("it holds no triangles")
+    if not np.isfinite(vertices).all():
+        raise ValueError("it has vertices that are not finite numbers")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise ValueError("a triangle refers to a vertex that does not exist")
+    return _merged(vertices * unit, triangles)
 
 
-def mesh_of(model: Any) -> Mesh:
-    """Copy a coal mesh.
+def hull_corners(vertices: Array) -> Array:
+    """Return the corners of the convex hull; all vertices if they lie in a plane, where there is no hull with a volume.
 
-    coal 3.0 counts the vertices of a file's second part from the first part's beginning again. Then some vertices belong to no
-    triangle, which its reader never leaves of a sound file, and only the hull can be trusted.
+    The hull takes a few milliseconds and leaves a small part of the vertices, over which every analysis evaluates the extremes.
+
+    Args:
+        vertices: (n, 3) finite [m].
     """
-    vertices = np.array(model.vertices(), dtype=float)
-    corners = [model.tri_indices(i) for i in range(model.num_tris)]
-    triangles = np.array([(c[0], c[1], c[2]) for c in corners], dtype=np.int64).reshape(-1, 3)
-    sound = len(np.unique(triangles)) == len(vertices)
-    return Mesh(vertices, triangles if sound else triangles[:0])
+    from scipy.spatial import ConvexHull, QhullError
+
+    if len(vertices) < 5:
+        return vertices
+    try:
+        return np.asarray(vertices[ConvexHull(vertices).vertices])
+    except QhullError:
+        return vertices
 
 
-def last_words(refusal: Exception) -> str:
-    """What a reader of meshes meant in one line, without the place in its source that it was raised from."""
-    lines = [line.strip() for line in str(refusal).splitlines()]
-    wanted = [line for line in lines if line and not line.startswith(_NOISE)]
-    return wanted[-1].rstrip(".") if wanted else "the mesh reader refuses it"
+def _collada_shape(data: bytes) -> tuple[bytes, float]:
+    """Reduce a COLLADA document to what its triangles depend on, and return its unit [m]."""
+    root = parse_xml(data.decode("utf-8-sig"), "the file")
+    if root.tag != "COLLADA":
+        raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
+    for element in root.iter():
+        element[:] = [child for child in element if child.tag not in _NO_SHAPE]
+    positions = {item.get("source", "")[1:] for item in root.iterfind(".//vertices/input[@semantic='POSITION']")}
+    for source in root.iter("source"):
+        # pycollada would make zeros of them.
+        if source.get("id") in positions and "nan" in source.findtext("float_array", "").lower():
+            raise ValueError("it has vertices that are not finite numbers")
+    unit = root.find("asset/unit")
+    return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0
+
+
+def _joined(found: dict[str, Any]) -> tuple[Array, NDArray[np.int64]]:
+    """Join the parts of a file, each placed in its scene, as trimesh's loaders return them."""
+    from trimesh.geometry import triangulate_quads
+
+    parts = found.get("geometry", {"": found} if "faces" in found else {})
+    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
+    for node in found.get("graph", [{"geometry": name} for name in parts]):
+        part, place = parts[node["geometry"]], node.get("matrix", np.eye(4))
+        vertices.append(part["vertices"] @ place[:3, :3].T + place[:3, 3])
+        triangles.append(triangulate_quads(part["faces"]) + count)
+        count += len(part["vertices"])
+    return np.concatenate(vertices), np.concatenate(triangles)
+
+
+def _merged(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
+    """Make one vertex of those with equal coordinates: STL files repeat a vertex for every triangle."""
+    # Adding zero turns −0 into 0, so that equal numbers are equal bytes.
+    rows = np.ascontiguousarray(vertices + 0.0).view(np.dtype((np.void, 24))).ravel()
+    _, first, which = np.unique(rows, return_index=True, return_inverse=True)
+    return Mesh(vertices[first], which[triangles])

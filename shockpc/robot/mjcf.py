@@ -24,12 +24,21 @@ from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.mjcf_text import without_files
 from shockpc.robot.source import RobotSource, resolve_asset
 
-__all__ = ["Compiled", "build_mjcf", "compiled"]
+__all__ = ["Compiled", "UnreadGeom", "build_mjcf", "compiled", "geom_kinds"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT = range(3)  # mjtEq
 _SPHERE = 2  # mjtGeom
 _SITE = 6  # mjtObj
+
+
+class UnreadGeom(NamedTuple):
+    """A mesh geom that was removed: its link, its mesh, what it is for (as `geom_kinds` says), and why it cannot be read."""
+
+    link: str
+    mesh: str
+    kinds: tuple[str, ...]
+    reason: str
 
 
 class Compiled(NamedTuple):
@@ -38,14 +47,25 @@ class Compiled(NamedTuple):
     Attributes:
         model: the `mujoco.MjModel`; every body and joint has a name.
         keys: keyframes of the file: name and qpos in MuJoCo's order.
-        unread: (link, reason) for every mesh geom that was removed because its file cannot be read.
+        unread: every mesh geom that was removed because its file cannot be read.
         warnings: of MuJoCo.
     """
 
     model: Any
     keys: tuple[tuple[str, tuple[float, ...]], ...]
-    unread: tuple[tuple[str, str], ...]
+    unread: tuple[UnreadGeom, ...]
     warnings: tuple[str, ...]
+
+
+def geom_kinds(geom: Any) -> tuple[str, ...]:
+    """Say what a geom is for: "collision", "visual" or both. MuJoCo shows groups 0 to 2 unless it is asked for others.
+
+    Args:
+        geom: of a specification or of a compiled model.
+    """
+    collides = bool(geom.contype or geom.conaffinity)
+    shown = not collides or geom.group <= 2
+    return ("collision",) * collides + ("visual",) * bool(shown)
 
 
 @functools.lru_cache(maxsize=16)
@@ -121,11 +141,11 @@ def _name(spec: Any) -> None:
             joint.name = joint.name or free(f"{body.name}_{'free' if joint.type == _FREE else 'joint'}")
 
 
-def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) -> tuple[tuple[str, str], ...]:
+def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) -> tuple[UnreadGeom, ...]:
     """Pass the files of the meshes that are needed on as bytes, and remove the other mesh geoms and all height fields.
 
     Returns:
-        Link and reason of every geom that was to be kept and cannot be.
+        Every geom that was to be kept and cannot be.
     """
     users: dict[str, list[Any]] = {}
     weighing: dict[str, str] = {}
@@ -160,7 +180,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) 
                         f"read: {reason}. Give the mesh, or give the body an <inertial>"
                     ) from None
         if reason:
-            unread += [(geom.parent.name, reason) for geom in geoms]
+            unread += [UnreadGeom(geom.parent.name, mesh.name, geom_kinds(geom), reason) for geom in geoms]
             for geom in geoms:
                 spec.delete(geom)
         if reason or not geoms:

@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.robot.outline import Shape
+from shockpc.robot.geometry import Shape
 
 __all__ = ["Region", "silhouette", "to_plane"]
 

@@ -7,7 +7,7 @@ import shapely
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.result import ShockProfile
-from shockpc.robot.outline import Shape, inertia_box, outline
+from shockpc.robot.geometry import Shape, inertia_box, outline
 from shockpc.show.figure.field import Field, field_of
 from shockpc.show.figure.silhouette import Region, silhouette, to_plane
 

@@ -1,7 +1,8 @@
-"""What bodies look like, held against Pinocchio's own reading, closed forms, and shapes whose answer is known."""
+"""The geometry of bodies, compared with Pinocchio's own reading, closed forms, and shapes whose answer is known."""
 
 import math
 import struct
+import sys
 import time
 
 import numpy as np
@@ -9,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.meshes import read_mesh
-from shockpc.robot.outline import inertia_box, outline
+from shockpc.robot.geometry import inertia_box, outline
+from shockpc.robot.meshes import hull_corners, read_mesh
 from shockpc.robot.robot import Body, load_robot
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
@@ -134,15 +135,16 @@ def stl(path, triangles):
 
 def collada(*parts, unit="1", steps=""):
     """A COLLADA text; every part is (vertices, faces) in one geometry, all in one node."""
-    geometry = ""
+    geometry, params = "", "".join(f'<param name="{axis}" type="float"/>' for axis in "XYZ")
     for k, (vertices, faces) in enumerate(parts):
         numbers, length = " ".join(map(str, np.ravel(vertices))), np.size(vertices)
         index = " ".join(f"{i} 0" for i in np.ravel(faces))
         geometry += (
             f'<geometry id="g{k}"><mesh><source id="s{k}"><float_array id="a{k}" count="{length}">{numbers}</float_array>'
-            f'<technique_common><accessor source="#a{k}" count="{len(vertices)}" stride="3"/></technique_common></source>'
+            f'<technique_common><accessor source="#a{k}" count="{len(vertices)}" stride="3">{params}</accessor></technique_common>'
+            "</source>"
             f'<vertices id="v{k}"><input semantic="POSITION" source="#s{k}"/></vertices><triangles count="{len(faces)}">'
-            f'<input semantic="VERTEX" source="#v{k}" offset="0"/><input semantic="NORMAL" source="#n" offset="1"/>'
+            f'<input semantic="VERTEX" source="#v{k}" offset="0"/><input semantic="NORMAL" source="#s{k}" offset="1"/>'
             f"<p>{index}</p></triangles></mesh></geometry>"
         )
     instances = "".join(f'<instance_geometry url="#g{k}"/>' for k in range(len(parts)))
@@ -160,39 +162,75 @@ def volume(mesh):
     return float(np.sum(a * np.cross(b, c))) / 6.0
 
 
+def read(path):
+    """Read a mesh file."""
+    return read_mesh(path.read_bytes(), path.suffix[1:])
+
+
+def ply(path):
+    """Write the tetrahedron as a PLY that names a texture."""
+    path.write_text(
+        "ply\nformat ascii 1.0\ncomment TextureFile skin.png\nelement vertex 4\n"
+        "property float x\nproperty float y\nproperty float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+        + "\n".join([f"{x} {y} {z}" for x, y, z in TETRAHEDRON] + [f"3 {a} {b} {c}" for a, b, c in FACES])
+    )
+
+
 WRITERS = {
     "t.stl": lambda path: stl(path, [TETRAHEDRON[list(face)] for face in FACES]),
     "t.obj": lambda path: path.write_text(
-        "\n".join([f"v {x} {y} {z}" for x, y, z in TETRAHEDRON] + [f"f {a + 1}/1 {b - 4}//2 {c + 1}" for a, b, c in FACES])
+        "\n".join(
+            ["mtllib skin.mtl", *(f"v {x} {y} {z}" for x, y, z in TETRAHEDRON), "usemtl red"]
+            + [f"f {a + 1} {b - 4} {c + 1}" for a, b, c in FACES]
+        )
     ),
     "t.dae": lambda path: path.write_text(collada((TETRAHEDRON, FACES))),
+    "t.ply": ply,
 }
 
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_mesh_keeps_its_volume(tmp_path, name):
-    """A tetrahedron of edges 1, 2, 3 holds 1 m³ in every format, mirrored and stretched by 2 it holds 2 m³."""
+    """A tetrahedron of edges 1, 2, 3 holds 1 m³ in every format; mirrored and stretched by 2 it holds 2 m³."""
     WRITERS[name](tmp_path / name)
-    assert volume(read_mesh(tmp_path / name)) == pytest.approx(1.0, rel=1e-6)
+    assert volume(read(tmp_path / name)) == pytest.approx(1.0, rel=1e-6)
     (shapes,) = outline(robot(tmp_path, f'<mesh filename="{name}" scale="2 -1 1"/>'), "collision").shapes
     assert abs(volume(shapes[0].mesh)) == pytest.approx(2.0, rel=1e-6)
     assert len(shapes[0].points) == 4
 
 
+@pytest.mark.parametrize("name", WRITERS)
+def test_reading_a_mesh_opens_no_file(tmp_path, name):
+    """Materials and textures beside a mesh are named in it and never opened."""
+    WRITERS[name](tmp_path / name)
+    data = (tmp_path / name).read_bytes()
+    read_mesh(data, name[2:])  # imports the libraries
+    opened = []
+    OPENED.append(opened)
+    read_mesh(data, name[2:])
+    OPENED.clear()
+    assert opened == []
+
+
+OPENED = []
+"""Lists that are given the name of every file that this process opens; an audit hook cannot be removed again."""
+sys.addaudithook(lambda event, details: [names.append(details[0]) for names in OPENED] if event == "open" else None)
+
+
 def test_parts_of_a_file_keep_their_own_vertices(tmp_path):
-    """Two tetrahedra in one node hold 2 m³; coal 3.0 gives the second the vertices of the first."""
+    """Two tetrahedra in one node hold 2 m³."""
     (tmp_path / "two.dae").write_text(collada((TETRAHEDRON, FACES), (TETRAHEDRON + 5.0, FACES)))
-    mesh = read_mesh(tmp_path / "two.dae")
+    mesh = read(tmp_path / "two.dae")
     assert volume(mesh) == pytest.approx(2.0)
     assert mesh.vertices.max() == 8.0
 
 
 def test_a_collada_scene_is_placed_and_scaled(tmp_path):
-    """Steps apply from the last to the first, and millimetres become metres."""
+    """Transformations apply from the last to the first, millimetres become metres, and the up axis changes nothing."""
     steps = "<translate>0 0 1000</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale>"
     (tmp_path / "mm.dae").write_text(collada((1000.0 * TETRAHEDRON, FACES), unit="0.001", steps=steps))
     expected = [[0, 0, 1], [0, 2, 1], [-2, 0, 1], [0, 0, 4]]
-    np.testing.assert_allclose(read_mesh(tmp_path / "mm.dae").vertices, expected, atol=1e-12)
+    np.testing.assert_allclose(np.sort(read(tmp_path / "mm.dae").vertices, axis=0), np.sort(expected, axis=0), atol=1e-6)
 
 
 def test_polygons_are_cut_into_triangles(tmp_path):
@@ -203,30 +241,44 @@ def test_polygons_are_cut_into_triangles(tmp_path):
     (tmp_path / "cube.obj").write_text("\n".join(lines))
     text = collada((cube, faces)).replace('<triangles count="6">', '<polylist count="6">').replace("</triangles>", "</polylist>")
     (tmp_path / "cube.dae").write_text(text.replace("<p>", "<vcount>4 4 4 4 4 4</vcount><p>"))
-    assert abs(volume(read_mesh(tmp_path / "cube.obj"))) == pytest.approx(1.0)
-    assert abs(volume(read_mesh(tmp_path / "cube.dae"))) == pytest.approx(1.0)
+    assert abs(volume(read(tmp_path / "cube.obj"))) == pytest.approx(1.0)
+    assert abs(volume(read(tmp_path / "cube.dae"))) == pytest.approx(1.0)
+
+
+def test_a_broken_material_does_not_matter(tmp_path):
+    """A COLLADA instance that binds a material that does not exist, as ANYmal's foot does, keeps its triangles."""
+    bound = "<bind_material><technique_common><instance_material symbol='a' target='#gone'/></technique_common></bind_material>"
+    text = collada((TETRAHEDRON, FACES)).replace(
+        '<instance_geometry url="#g0"/>', f'<instance_geometry url="#g0">{bound}</instance_geometry>'
+    )
+    (tmp_path / "t.dae").write_text(text)
+    assert bound in text
+    assert volume(read(tmp_path / "t.dae")) == pytest.approx(1.0)
+
+
+def test_a_vertex_outside_all_triangles_is_no_part_of_the_surface(tmp_path):
+    """A modelling program may leave vertices behind; nothing of the body is there."""
+    (tmp_path / "t.dae").write_text(collada((np.concatenate([TETRAHEDRON, [[9.0, 9.0, 9.0]]]), FACES)))
+    assert read(tmp_path / "t.dae").vertices.max() == 3.0
 
 
 def test_a_flat_mesh_keeps_its_vertices(tmp_path):
-    """A hull without volume ends the process inside coal, so a plate is never given to it."""
-    (tmp_path / "plate.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv .5 .5 0\nf 1 2 3\nf 2 4 3\n")
+    """A plate has no hull with a volume; its vertices reach as far without one."""
+    (tmp_path / "plate.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv .5 .5 0\nf 1 2 5\nf 2 4 5\nf 4 3 5\nf 3 1 5\n")
     (shapes,) = outline(robot(tmp_path, '<mesh filename="plate.obj"/>'), "collision").shapes
     assert len(shapes[0].points) == 5
 
 
 @pytest.mark.parametrize("rim", [30, 300, 3000])
-def test_a_cone_reaches_as_far_as_its_rim_and_tip(tmp_path, rim):
-    """A tip with hundreds of neighbours is more than coal's hull can hold; its vertices reach as far without one."""
+def test_a_hull_reaches_as_far_as_all_vertices(rim):
+    """A cone whose tip has thousands of neighbours, with points inside it."""
+    rng = np.random.default_rng(rim)
     angle = 2.0 * np.pi * np.arange(rim) / rim
     cone = np.vstack([[0.0, 0.0, 0.5], np.column_stack([0.2 * np.cos(angle), 0.2 * np.sin(angle), np.zeros(rim)])])
-    sides = [(0, k + 1, (k + 1) % rim + 1) for k in range(rim)]
-    lines = [*(f"v {x:.17g} {y:.17g} {z:.17g}" for x, y, z in cone), *("f " + " ".join(str(i + 1) for i in f) for f in sides)]
-    (tmp_path / "cone.obj").write_text("\n".join(lines))
-    found = outline(robot(tmp_path, '<mesh filename="cone.obj"/>'), "collision")
-    (shapes,) = found.shapes
-    assert found.warnings == ()
-    reach = support(shapes, DIRECTIONS) - DIRECTIONS @ OFFSET
-    np.testing.assert_allclose(reach, (LOCAL @ cone.T).max(axis=1), atol=1e-12)
+    inside = rng.dirichlet(np.ones(rim + 1), 50) @ cone
+    corners = hull_corners(np.concatenate([inside, cone]))
+    assert len(corners) == rim + 1
+    np.testing.assert_allclose((DIRECTIONS @ corners.T).max(axis=1), (DIRECTIONS @ cone.T).max(axis=1), atol=1e-15)
 
 
 BROKEN = {
@@ -235,6 +287,10 @@ BROKEN = {
     "words.obj": b"v one two three\nf 1 2 3",
     "beyond.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9",
     "nan.obj": b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3",
+    "huge.obj": b"v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3",
+    "backwards.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf -3 -2 -1",
+    "points.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0",
+    "cut.ply": b"ply\nformat ascii 1.0\nelement vertex 3\n",
     "empty.dae": b"",
     "cut.dae": b"<COLLADA><asset>",
     "other.dae": b"<svg/>",
@@ -242,6 +298,10 @@ BROKEN = {
     "nothing.dae": b"<COLLADA/>",
     "words.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "here be dragons").encode(),
     "beyond.dae": collada((TETRAHEDRON, (*FACES, (0, 1, 7)))).encode(),
+    "cycle.dae": collada((TETRAHEDRON, FACES), steps='<node id="n"><instance_node url="#n"/></node>').encode(),
+    "nan.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "0.0 NaN 0.0").encode(),
+    "inf.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "0.0 1e60 0.0").encode(),
+    "later.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 nan\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 4",
     "gap.dae": collada((TETRAHEDRON, FACES)).replace("#s0", "#nowhere").encode(),
     "what.xyz": b"0 0 0",
 }
@@ -249,47 +309,101 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
-    """The other shapes are there, one line tells, and no library speaks for itself."""
+    """The other shapes are there, one line names the mesh, and no library writes a message of its own."""
     (tmp_path / name).write_bytes(BROKEN[name])
     found = outline(robot(tmp_path, f'<mesh filename="{name}"/>', '<sphere radius="0.1"/>'), "collision")
     assert [shape.radius for shape in found.shapes[0]] == [0.1]
     (warning,) = found.warnings
-    assert warning.startswith(f'a collision shape could not be read ("{name}": ')
-    assert warning.endswith("); every body keeps others")
+    assert warning.startswith('a collision shape could not be read (link "base": ')
+    assert name in warning or name == "huge.obj"
+    assert warning.endswith("); each of their bodies has other shapes")
     assert "\n" not in warning
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_could_not_be_read_is_folded_into_one_line(tmp_path):
-    """A missing file and one outside the robot's folders: one line that names the first and what is lost."""
-    shapes = ['<mesh filename="gone.stl"/>', '<mesh filename="../../../../etc/passwd"/>']
+def test_missing_meshes_are_named_in_one_line(tmp_path):
+    """Missing files and one outside the robot's folders: one line with the first reason, the other names and the consequence."""
+    shapes = ['<mesh filename="gone.stl"/>', '<mesh filename="../../../../etc/passwd"/>', '<mesh filename="b.stl"/>']
     found = outline(robot(tmp_path, *shapes, link="torso"), "collision")
     assert found.shapes == ((),)
     (warning,) = found.warnings
-    assert warning.startswith("2 of 2 collision shapes could not be read (first: ")
-    assert '"gone.stl"' in warning
-    assert warning.endswith('); no collision geometry is left for "torso"')
-
-
-def test_mjcf_geometry_is_read_with_its_meshes(tmp_path):
-    """Geoms of an MJCF are found on their bodies; one whose mesh is missing is told."""
-    stl(tmp_path / "t.stl", [TETRAHEDRON[list(face)] for face in FACES])
-    weight = '<inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>'
-    (tmp_path / "r.xml").write_text(
-        '<mujoco model="r"><asset><mesh name="t" file="t.stl" scale="2 1 1"/><mesh name="gone" file="gone.stl"/></asset>'
-        f'<worldbody><geom type="plane" size="1 1 1"/><body name="a"><freejoint/>{weight}<geom type="mesh" mesh="t"/>'
-        f'<geom type="mesh" mesh="gone"/><body name="b"><joint name="j"/>{weight}'
-        '<geom type="capsule" size="0.1" fromto="0 0 0 1 0 0"/><geom type="ellipsoid" size="0.1 0.2 0.3"/>'
-        "</body></body></worldbody></mujoco>"
+    assert warning == (
+        '3 of 3 collision shapes could not be read (link "torso": one.urdf: "gone.stl" is missing: '
+        f'no file "{tmp_path / "gone.stl"}"; also "../../../../etc/passwd", "b.stl"); no collision geometry is left for "torso"'
     )
-    mjcf = load_robot(str(tmp_path / "r.xml"))
-    found = outline(mjcf, "collision")
-    a, b = found.shapes
-    assert abs(volume(a[0].mesh)) == pytest.approx(2.0, rel=1e-6)
-    np.testing.assert_allclose(np.sort(b[0].points[:, 0]), [0.0, 1.0], atol=1e-12)
-    np.testing.assert_allclose(np.ptp(b[1].points, axis=0), [0.2, 0.4, 0.6], rtol=2.5e-3)
-    assert found.warnings[0].startswith("a collision shape could not be read (")
-    assert "gone.stl" in found.warnings[0]
+
+
+WEIGHT = '<inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>'
+
+
+def mjcf(folder, assets, *geoms):
+    """A robot of two bodies, a and b, with these geoms on b."""
+    (folder / "r.xml").write_text(
+        f'<mujoco model="r"><asset>{assets}</asset><worldbody><geom type="plane" size="1 1 1"/>'
+        f'<body name="a"><freejoint/>{WEIGHT}<geom type="sphere" size="0.3" quat="1 1 0 0"/>'
+        f'<body name="b"><joint name="j"/>{WEIGHT}{"".join(geoms)}</body></body></worldbody></mujoco>'
+    )
+    return load_robot(str(folder / "r.xml"))
+
+
+PRIMITIVES = [
+    '<geom type="box" size="0.1 0.2 0.3" {}/>',
+    '<geom type="sphere" size="0.2" {}/>',
+    '<geom type="capsule" size="0.1 0.2" {}/>',
+    '<geom type="cylinder" size="0.1 0.2" {}/>',
+]
+
+
+@pytest.mark.parametrize(("geom", "shape"), list(zip(PRIMITIVES, SUPPORTS, strict=True)))
+def test_mjcf_primitives_are_those_of_a_urdf(tmp_path, geom, shape):
+    """The same primitive at the same place reaches as far, whichever format describes it."""
+    w = pin.Quaternion(ROTATION)
+    place = f'pos="0.1 -0.2 0.3" quat="{w.w:.17g} {w.x:.17g} {w.y:.17g} {w.z:.17g}"'
+    _, shapes = outline(mjcf(tmp_path, "", geom.format(place)), "collision").shapes
+    (expected,) = outline(robot(tmp_path, shape), "collision").shapes
+    np.testing.assert_allclose(support(shapes, DIRECTIONS), support(expected, DIRECTIONS), atol=1e-12)
+
+
+def test_mjcf_ellipsoid_reaches_as_far_as_its_support_function(tmp_path):
+    """h(d) = |(a dx, b dy, c dz)|; its points lie on the surface."""
+    _, shapes = outline(mjcf(tmp_path, "", '<geom type="ellipsoid" size="0.1 0.2 0.3"/>'), "collision").shapes
+    exact = np.linalg.norm(DIRECTIONS * [0.1, 0.2, 0.3], axis=1)
+    reach = support(shapes, DIRECTIONS)
+    assert np.all(reach <= exact + 1e-15)
+    np.testing.assert_allclose(reach, exact, rtol=2.5e-3)
+
+
+def test_mjcf_meshes_are_read_where_they_are_needed(tmp_path):
+    """A mesh keeps its volume and place; a missing one is named for the kind of geometry that it belongs to."""
+    stl(tmp_path / "t.stl", [TETRAHEDRON[list(face)] for face in FACES])
+    assets = '<mesh name="t" file="t.stl" scale="2 1 1"/><mesh name="gone" file="gone.stl"/>'
+    geoms = '<geom type="mesh" mesh="t" pos="0 0 1"/>', '<geom type="mesh" mesh="gone" contype="0" conaffinity="0"/>'
+    found = mjcf(tmp_path, assets, *geoms)
+    solid, seen = outline(found, "collision"), outline(found, "visual")
+    for _, (tetrahedron,) in (solid.shapes, seen.shapes):
+        assert abs(volume(tetrahedron.mesh)) == pytest.approx(2.0, rel=1e-6)
+        np.testing.assert_allclose(
+            np.sort(tetrahedron.points, axis=0), np.sort(TETRAHEDRON * [2, 1, 1] + [0, 0, 1], axis=0), atol=1e-6
+        )
+    assert solid.warnings == ()
+    (warning,) = seen.warnings
+    assert warning.startswith('a visual shape could not be read (link "b": ')
+    assert '"gone.stl" is missing' in warning
+
+
+@pytest.mark.parametrize(
+    ("attributes", "kinds"),
+    [
+        ("", {"collision", "visual"}),
+        ('group="3"', {"collision"}),
+        ('contype="0" conaffinity="0"', {"visual"}),
+        ('contype="0" conaffinity="0" group="4"', {"visual"}),
+    ],
+)
+def test_mjcf_geoms_are_for_collision_or_for_show(tmp_path, attributes, kinds):
+    """What collides is collision geometry; what does not, or is in a group that MuJoCo shows, is visual geometry."""
+    found = mjcf(tmp_path, "", f'<geom type="sphere" size="0.1" {attributes}/>')
+    assert {kind for kind in ("collision", "visual") if outline(found, kind).shapes[1]} == kinds
 
 
 def body(mass, inertia, com=(0.0, 0.0, 0.0)):
@@ -309,7 +423,7 @@ def test_the_inertia_box_has_the_inertia_of_the_body():
 
 
 def test_a_rod_is_a_box_without_width():
-    """Rounding below zero is no reason to refuse a slender body."""
+    """A side that rounding makes slightly negative is zero."""
     assert np.ptp(inertia_box(body(3.0, np.diag([0.25, 0.25, 0.0]))).points, axis=0) == pytest.approx([0.0, 0.0, 1.0])
 
 
@@ -318,6 +432,6 @@ def test_a_rod_is_a_box_without_width():
     [(0.0, np.zeros((3, 3))), (1.0, np.zeros((3, 3))), (1.0, np.full((3, 3), 1e-6)), (1.0, np.diag([1.0, 1.0, 3.0]))],
     ids=["massless", "a point", "all entries alike", "against the triangle inequality"],
 )
-def test_no_box_for_what_no_body_can_be(mass, inertia):
-    """Inertias that no body has give no box."""
+def test_an_impossible_inertia_has_no_box(mass, inertia):
+    """Inertias that no body can have give no box."""
     assert inertia_box(body(mass, inertia)) is None
