@@ -39,7 +39,6 @@ OWNERS = {
     "trimesh": "shockpc.robot.meshes",
     "collada": "shockpc.robot.meshes",
     "xacro": "shockpc.robot",
-    "xacrodoc": "shockpc.robot",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
     "pydantic": "shockpc.scene_file",

@@ -20,7 +20,7 @@ FREE = Finding(
 def findings(folder: Path, text: str, name: str = "dog.urdf") -> tuple[Finding, ...]:
     """What the check-up says of a file with this text, but for the armature that no URDF has."""
     (folder / name).write_text(text)
-    return tuple(finding for finding in check_robot(read_source(str(folder / name))) if finding != FREE)
+    return tuple(finding for finding in check_robot(load_robot(str(folder / name))) if finding != FREE)
 
 
 def inertia(xx: str, yy: str, zz: str, xy: str = "0", xz: str = "0", yz: str = "0") -> str:
@@ -31,7 +31,7 @@ def inertia(xx: str, yy: str, zz: str, xy: str = "0", xz: str = "0", yz: str = "
 @pytest.mark.parametrize("name", ["beam", "leg", "quadruped", "solo12", "bolt", "g1"])
 def test_sound_robots_have_nothing_but_the_note(name: str):
     """The project's own models and some real ones: nothing but the zero armature of every URDF."""
-    assert check_robot(read_source(name)) == (FREE,)
+    assert check_robot(load_robot(name)) == (FREE,)
 
 
 INERTIAS = {
@@ -93,7 +93,7 @@ def test_what_is_fixed_to_a_body_counts_with_it(tmp_path: Path):
     path = tmp_path / "dog.urdf"
     sensor = link("sensor", "0.01", inertia("0.001", "0.001", "0.003")) + joint("screws", "tip", "sensor", "fixed")
     path.write_text(arm().replace("</robot>", f"{sensor}</robot>"))
-    assert [finding.where for finding in check_robot(read_source(str(path))) if finding.level == "warning"] == ['link "sensor"']
+    assert [finding.where for finding in check_robot(load_robot(str(path))) if finding.level == "warning"] == ['link "sensor"']
     assert load_robot(str(path)).warnings == ()
 
 
@@ -266,7 +266,7 @@ def test_mjcf(tmp_path: Path):
 
 def test_real_faults_of_real_robots():
     """ANYmal B's base, HyQ's feet and romeo's fingers are found by name."""
-    found = {name: check_robot(read_source(name)) for name in ("anymal_b", "hyq", "romeo")}
+    found = {name: check_robot(load_robot(name)) for name in ("anymal_b", "hyq", "romeo")}
     stand_in = (
         "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a stand-in; "
         "shock is computed from it all the same"

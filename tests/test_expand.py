@@ -69,7 +69,7 @@ def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
 
 
 def test_mesh_paths_stay_as_found(folder: Path):
-    """The URDF names meshes as its author did, though xacrodoc would make the paths absolute."""
+    """The URDF names meshes as its author did, which a figure resolves later."""
     mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
     text = PAYLOAD.replace("</robot>", link("a", more=mesh.format("package://dog/a.stl") + mesh.format("b.stl")) + "</robot>")
     text = text.replace("</robot>", joint("j", "base", "a") + "</robot>")

@@ -213,7 +213,7 @@ def test_srdf_for_an_mjcf(tmp_path: Path):
     )
 
 
-SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "trimesh", "xacro", "xacrodoc", "importlib.metadata")
+SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "trimesh", "xacro", "importlib.metadata")
 
 
 @pytest.mark.parametrize("module", ["catalogue", "source"])

@@ -121,7 +121,7 @@ def _work(robot: Robot, landing: Scene, everything: bool) -> None:
     from shockpc.robot.checkup import check_robot
     from shockpc.show.figure.landing import save_figure
 
-    check_robot(robot.source)
+    check_robot(robot)
     system = system_of(robot, landing)
     state, rows, nv = system.landing.state, system.landing.rows, robot.model.nv
     nothing_held = np.eye(nv)[None]

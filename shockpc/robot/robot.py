@@ -259,8 +259,8 @@ def load_robot(
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
     free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
-    weights = ([b.name for b in bodies], [b.mass for b in bodies], [b.inertia for b in bodies])
-    refuse_extremes(source, *weights)
+    weighed = [(body.name, body.mass, body.inertia) for body in bodies]
+    refuse_extremes(source.path.name, weighed)
     frames = _frames(model, bodies)
     return Robot(
         name=source.robot_name,
@@ -274,7 +274,7 @@ def load_robot(
         drawn=built.start,
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
-        warnings=(*source.warnings, *built.warnings, *inertia_warning(source, *weights)),
+        warnings=(*source.warnings, *built.warnings, *inertia_warning(source, weighed)),
     )
 
 
