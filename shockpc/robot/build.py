@@ -21,7 +21,7 @@ def build(source: RobotSource) -> Built:
         RobotError: the format's own reader refuses the text.
     """
     if source.kind == "mjcf":
-        from shockpc.robot.mjcf import build_mjcf
+        from shockpc.robot.mjcf_model import build_mjcf
 
         built = build_mjcf(source)
     else:
