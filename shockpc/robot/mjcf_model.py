@@ -34,12 +34,10 @@ def build_mjcf(source: RobotSource) -> Built:
     """
     found = compiled(source)
     m, file = found.model, source.path.name
-    roots, notes = _robot_of(m, file)
+    left_out, notes = _left_out(m, file)
     build = _Build(m, file, source.robot_name)
-    for root in (0, *roots):
-        for body in range(m.nbody):
-            if m.body_rootid[body] == root or (root == 0 and not _moves(m, m.body_rootid[body])):
-                build.add(body)
+    for body in np.flatnonzero(~np.isin(m.body_rootid, left_out)):
+        build.add(int(body))
     model = build.model
     order = np.array(build.coordinates, dtype=int)
     limited = np.flatnonzero(m.jnt_limited & (m.jnt_type >= _SLIDE))
@@ -65,11 +63,6 @@ def build_mjcf(source: RobotSource) -> Built:
         start=read_only(m.qpos0[order]),
         warnings=(*found.warnings, *notes, *more),
     )
-
-
-def _moves(m: Any, root: int) -> bool:
-    """Whether any body below a top-level body has a joint."""
-    return bool(m.body_jntnum[m.body_rootid == root].any())
 
 
 class _Build:
@@ -211,14 +204,12 @@ def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
         yield int(number), ends, bodies
 
 
-def _robot_of(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
-    """The top-level bodies that make up the robot, and a warning if there are others."""
-    mass = {int(root): 0.0 for root in m.body_rootid if _moves(m, root)}
+def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
+    """The top-level bodies that move and do not belong to the robot, and a warning if there are any."""
+    roots = np.unique(m.body_rootid[m.body_jntnum > 0])
+    mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
         raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
-    for body in range(m.nbody):
-        if m.body_rootid[body] in mass:
-            mass[int(m.body_rootid[body])] += float(m.body_mass[body])
     kept = {max(mass, key=lambda root: mass[root])}
     ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
     while any(tie & kept and not tie <= kept for tie in ties):
@@ -229,12 +220,13 @@ def _robot_of(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
             f"{file}: equalities tie {listed} together, and a floating base can be computed only as the one top-level body that "
             'moves. Set active="false" on these equalities to compute the heaviest alone'
         )
-    left = [f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in mass if root not in kept]
-    notes = (
-        f"{file} holds {len(mass)} robots that move on their own: the heaviest, "
-        f'"{m.body(max(kept, key=lambda root: mass[root])).name}", is computed, and {", ".join(left)} left out',
-    )
-    return sorted(kept), notes if left else ()
+    left = [root for root in mass if root not in kept]
+    if not left:
+        return [], ()
+    listed = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
+    heaviest = m.body(max(mass, key=lambda root: mass[root])).name
+    said = f'{file} holds {len(mass)} robots that move on their own: the heaviest, "{heaviest}", is computed, and {listed} left out'
+    return left, (said,)
 
 
 def _loops(m: Any, build: _Build) -> Iterator[Loop]:
