@@ -3,11 +3,12 @@
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.couplings import Built, Mimic, leaders_first
 from shockpc.robot.files import parse_xml
 from shockpc.robot.source import RobotSource
-from shockpc.robot.srdf import rotor_armature, srdf_postures
+from shockpc.robot.srdf import read_srdf
 
 __all__ = ["FREE_FLYER", "build", "build_model"]
 
@@ -44,10 +45,9 @@ def _build_urdf(source: RobotSource) -> Built:
         model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
     except (ValueError, RuntimeError, IndexError) as refusal:
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {' '.join(str(refusal).split())}") from None
-    postures = {}
+    postures: dict[str, Array] = {}
     if source.srdf is not None:
-        postures = srdf_postures(source.srdf, model)
-        model.armature = rotor_armature(source.srdf, model)
+        postures, model.armature = read_srdf(source.srdf, model)
     return Built(model, postures, _mimics(source, model), (), None, ())
 
 
