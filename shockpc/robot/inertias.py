@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.source import RobotSource
 
-__all__ = ["Weighed", "inertia_fault", "inertia_warning", "refuse_extremes"]
+__all__ = ["LARGEST", "Weighed", "inertia_fault", "inertia_warning", "refuse_extremes"]
 
 Weighed: TypeAlias = tuple[str, float, Array]
 """A body's name, its mass [kg] and its inertia (3, 3) about its centre of mass [kg m²]."""
@@ -18,7 +18,7 @@ _FLAT = 0.99  # two principal moments against the third: what is left for number
 _NOTHING = 1e-9  # relative to the largest principal moment
 _POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
 _LIGHTEST = float(np.finfo(float).eps)  # kg; below it Pinocchio loses where the centre of mass is
-_LARGEST = 1e24  # kg, kg m², in whatever unit: a robot in grams and micrometres stays below; squares have numbers
+LARGEST = 1e24  # kg, kg m², in whatever unit: a robot in grams and micrometres stays below; squares have numbers
 
 
 def inertia_fault(mass: float, inertia: Array) -> str | None:
@@ -80,8 +80,8 @@ def refuse_extremes(file: str, bodies: Iterable[Weighed]) -> None:
                 f'{file}: body "{name}" weighs {mass:.3g} kg, and below {_LIGHTEST:.2g} kg its centre of mass is lost '
                 "in reading; give it the mass that it has, or 0"
             )
-        if max(mass, float(np.abs(inertia).max())) > _LARGEST:
+        if not max(mass, float(np.abs(inertia).max())) <= LARGEST:
             raise RobotError(
                 f'{file}: body "{name}" weighs {mass:.3g} kg and has moments of inertia up to '
-                f"{float(np.abs(inertia).max()):.3g} kg m², which cannot be computed with; give numbers up to {_LARGEST:g}"
+                f"{float(np.abs(inertia).max()):.3g} kg m², which cannot be computed with; give numbers up to {LARGEST:g}"
             )

@@ -9,6 +9,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.robot.couplings import Built, Loop, Mimic, leaders_first
+from shockpc.robot.inertias import LARGEST
 from shockpc.robot.mjcf import compiled
 from shockpc.robot.source import RobotSource
 
@@ -34,6 +35,7 @@ def build_mjcf(source: RobotSource) -> Built:
     """
     found = compiled(source)
     m, file = found.model, source.path.name
+    _refuse_extremes(m, file)
     left_out, notes = _left_out(m, file)
     build = _Build(m, file, source.robot_name)
     for body in np.flatnonzero(~np.isin(m.body_rootid, left_out)):
@@ -128,7 +130,8 @@ class _Build:
         self._frame[body] = model.addFrame(pin.Frame(name, joint, self._frame[parent], place, pin.FrameType.BODY))
         if joint:
             R = _rotation(m.body_iquat[body])
-            inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), R @ np.diag(m.body_inertia[body]) @ R.T)
+            moments = R @ np.diag(m.body_inertia[body]) @ R.T
+            inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
             model.appendBodyToJoint(joint, inertia, place)
 
     def _joint(self, number: int) -> tuple[Any, pin.SE3, pin.SE3]:
@@ -166,6 +169,17 @@ def _rotation(quaternion: Array) -> Array:
 def _place(position: Array, quaternion: Array) -> pin.SE3:
     """A frame from its origin and its quaternion."""
     return pin.SE3(_rotation(quaternion), np.array(position))
+
+
+def _refuse_extremes(m: Any, file: str) -> None:
+    """Refuse numbers that overflow on the way, before Pinocchio asserts that inertias are symmetric."""
+    for what in ("mass", "inertia", "pos", "ipos"):
+        values = np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1)
+        for body in np.flatnonzero(~(values <= LARGEST))[:1]:
+            raise RobotError(
+                f'{file}: body "{m.body(body).name}": its {what} reaches {values[body]:.3g}, which cannot be computed with; give '
+                f"numbers up to {LARGEST:g}"
+            )
 
 
 def _armature(m: Any, file: str) -> Array:
