@@ -195,7 +195,7 @@ def test_robot_files(capfd, here, command, name, text):
         ),
         (
             ("--contact", "foot", "--xacro", "payload:=2"),
-            "stick.urdf is not a xacro file, so --xacro payload=… means nothing to it; leave it out",
+            "stick.urdf is not a xacro file, so --xacro payload=… has no effect; leave it out",
         ),
         (
             ("--contact", "foot", "--srdf", "no.srdf"),
@@ -422,7 +422,7 @@ def test_srdf_of_an_mjcf(capfd, here, scene):
     (here / "dog.xml").write_text(mjcf(floating()))
     (here / "landing.toml").write_text('robot = "dog.xml"\nsrdf = "dog/dog.srdf"\n[[contact]]\nframe = "base"\n')
     text = (
-        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf means nothing to it; leave it out, or write "
+        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf has no effect; leave it out, or write "
         "its postures as <key> elements of a <keyframe>"
     )
     words = ("landing.toml",) if scene else ("dog.xml", "--contact", "base", "--srdf", "dog/dog.srdf")

@@ -107,7 +107,7 @@ def test_optional_include_may_be_missing(folder: Path):
 
 
 def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
-    """Talk of xacro goes into the warnings, each once, and not to the terminal."""
+    """Messages of xacro become warnings, each once, and nothing is printed."""
     text = PAYLOAD.replace("<link", '<xacro:property name="pi" value="3"/>${xacro.message(\'built for dogs\')}<link', 1)
     assert read(folder, text).warnings == (
         "dog.urdf.xacro: xacro: redefining global symbol: pi",
@@ -132,7 +132,7 @@ def test_argument_for_a_file_without_any(folder: Path):
     """A xacro file may have no arguments at all."""
     text = xacro('<xacro:property name="m" value="1"/>', link("base", mass="${m}"))
     assert refusal(folder, text, xacro={"m": "2"}) == (
-        "dog.urdf.xacro has no xacro arguments, so --xacro m=… means nothing to it; leave it out"
+        "dog.urdf.xacro has no xacro arguments, so --xacro m=… has no effect; leave it out"
     )
 
 
@@ -147,7 +147,7 @@ TEXTS = {
 
 @pytest.mark.parametrize("expression", TEXTS)
 def test_texts_where_arithmetic_needs_numbers(expression: str, folder: Path):
-    """An argument that is no number is told as such, wherever it is used."""
+    """An argument that is no number is named as the cause, wherever it is used."""
     mass = '<xacro:property name="m" value="$(arg payload)"/>'
     text = xacro('<xacro:arg name="payload" default="1.5"/>', mass, link("base", mass=f"${{{expression}}}"))
     assert refusal(folder, text, xacro={"payload": "abc"}) == f"dog.urdf.xacro: {TEXTS[expression]}"
@@ -225,7 +225,7 @@ def test_broken_included_file(folder: Path):
     ],
 )
 def test_nothing_outside_the_folders(text: str, called: str, leads: str, folder: Path, tmp_path: Path):
-    """No include, YAML, glob or symbolic link leads out of the open folders, and whether a file is there is not told."""
+    """No include, YAML, glob or symbolic link leads out of the open folders, whether the file exists or not."""
     (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
     called = called.format(dog=folder, top=tmp_path)
     assert refusal(folder, text.replace("{top}", str(tmp_path))) == (
@@ -300,7 +300,7 @@ ATTACKS = {
 
 
 @pytest.mark.parametrize("expression", ATTACKS)
-def test_expressions_reach_nothing(expression: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_expressions_open_nothing(expression: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """No file is opened, made or removed, no process is started, no environment is read."""
     monkeypatch.setenv("SECRET", "classified")
     secret, made = tmp_path / "secret.yaml", tmp_path / "made"
@@ -321,7 +321,7 @@ ENDLESS = {
 
 
 @pytest.mark.parametrize("name", ENDLESS)
-def test_what_never_ends_is_stopped(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
+def test_time_and_memory_are_limited(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
     """After some seconds, or when it takes more memory than it may have, with one message."""
     monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0)
     begin = time.monotonic()
@@ -341,7 +341,7 @@ def test_links_are_limited(folder: Path):
     assert refusal(folder, text) == "dog.urdf.xacro: xacro cannot expand it: it has 2048 links, more than 2000"
 
 
-def test_a_child_that_dies_is_an_error(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_child_that_crashes_is_an_error(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Whatever ends it: there is no result, and one message says so."""
     child = tmp_path / "child.py"
     child.write_text("import os\nos.abort()\n")
@@ -349,7 +349,7 @@ def test_a_child_that_dies_is_an_error(folder: Path, tmp_path: Path, monkeypatch
     assert refusal(folder, PAYLOAD).startswith("dog.urdf.xacro: xacro ended without a result")
 
 
-def test_other_inputs_are_files_too(folder: Path):
+def test_included_pipes_are_refused(folder: Path):
     """A pipe as include, YAML file or package.xml is refused and not waited for."""
     os.mkfifo(folder / "pipe")
     for text in (xacro('<xacro:include filename="pipe"/>'), xacro(link("base", mass="${xacro.load_yaml('pipe')}"))):

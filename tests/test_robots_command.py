@@ -75,8 +75,8 @@ rh_hip      revolute   -85.9437  85.9437  deg             0
 
 check-up
 note: links "lf_foot", "rf_foot", "lh_foot" and 1 more: have shapes and no <inertial>; they count as without mass
-note: every joint: zero armature (URDF has no place for it): joints count as free of their motors, and with geared or locked \
-joints the shock is another
+note: every joint: zero armature (URDF has no place for it): joints are computed without the inertia of their motors; \
+with geared or locked joints the shock is different
 """
     )
 

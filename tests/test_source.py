@@ -27,7 +27,7 @@ def refusal(tmp_path: Path, text: str | bytes, name: str = "dog.urdf") -> str:
 
 @pytest.mark.parametrize("name", [entry.name for entry in catalogue() if entry.name not in NOT_ROBOTS])
 def test_every_known_robot_reads_and_builds(name: str, capfd: pytest.CaptureFixture[str]):
-    """Every robot known by name is read, builds, has mass, and nothing of the C++ parser's talk reaches the terminal."""
+    """Every robot known by name is read, builds and has mass, and the C++ parser prints nothing."""
     source = read_source(name)
     model = build_model(source)
     assert source.name == name
@@ -45,7 +45,7 @@ def test_what_is_read(tmp_path: Path):
     assert (source.srdf, source.packages, source.folders, source.warnings) == (tmp_path / "dog.srdf", {}, (tmp_path,), ())
 
 
-def test_content_decides_not_the_suffix(tmp_path: Path):
+def test_format_is_found_by_content(tmp_path: Path):
     """A URDF is a URDF whatever its file is called."""
     path = tmp_path / "dog.xml"
     path.write_text(arm())
@@ -135,7 +135,7 @@ BEFORE = (b"\xef\xbb\xbf", b"\xef\xbb\xbf\xef\xbb\xbf", b"\n", b"\r\n \xef\xbb\x
 
 
 @pytest.mark.parametrize("before", BEFORE)
-def test_what_may_stand_before_a_document(before: bytes, tmp_path: Path):
+def test_marks_and_blanks_before_a_document(before: bytes, tmp_path: Path):
     """Byte-order marks and blank lines; a DOCTYPE behind them is found all the same."""
     path = tmp_path / "dog.urdf"
     path.write_bytes(before + b'<?xml version="1.0" encoding="utf-8"?>' + arm().encode())
@@ -176,12 +176,12 @@ def test_names_and_paths_that_are_not_there(tmp_path: Path):
 
 
 def test_xacro_arguments_for_a_plain_urdf(tmp_path: Path):
-    """Arguments that nothing reads are not swallowed."""
+    """Arguments that have no effect are refused."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm())
     with pytest.raises(RobotError) as caught:
         read_source(str(path), xacro={"payload": "1"})
-    assert str(caught.value) == "dog.urdf is not a xacro file, so --xacro payload=… means nothing to it; leave it out"
+    assert str(caught.value) == "dog.urdf is not a xacro file, so --xacro payload=… has no effect; leave it out"
 
 
 def test_given_srdf(tmp_path: Path):
@@ -199,7 +199,7 @@ def test_given_srdf(tmp_path: Path):
 
 
 def test_srdf_for_an_mjcf(tmp_path: Path):
-    """Nothing would read it, so it is not swallowed; one that lies beside the file is none of its own."""
+    """It would have no effect, so it is refused; one that lies beside the file is ignored."""
     path = tmp_path / "dog.xml"
     path.write_text(mjcf(floating(body("b"))))
     postures = tmp_path / "dog.srdf"
@@ -208,7 +208,7 @@ def test_srdf_for_an_mjcf(tmp_path: Path):
     with pytest.raises(RobotError) as caught:
         read_source(str(path), srdf=postures)
     assert str(caught.value) == (
-        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf means nothing to it; leave it out, or write "
+        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf has no effect; leave it out, or write "
         "its postures as <key> elements of a <keyframe>"
     )
 

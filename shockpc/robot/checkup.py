@@ -78,8 +78,8 @@ def _masses(robot: Robot) -> Iterator[Finding]:
             yield Finding("warning", _named("body", [name]), text)
         elif 0 < mass < _LIGHT * robot.mass:
             text = (
-                f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg; if it stands for nothing real, "
-                "neither does its shock"
+                f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg; if it is a placeholder, "
+                "its shock has no meaning"
             )
             yield Finding("warning", _named("body", [name]), text)
 
@@ -114,7 +114,8 @@ def _joints(robot: Robot, root: Element) -> Iterator[Finding]:
         yield Finding(
             "note",
             "every joint",
-            f"zero armature ({why}): joints count as free of their motors, and with geared or locked joints the shock is another",
+            f"zero armature ({why}): joints are computed without the inertia of their motors; "
+            "with geared or locked joints the shock is different",
         )
     for mimic in robot.mimics:
         rule = f"multiplier {mimic.multiplier:g} and offset {mimic.offset:g}"

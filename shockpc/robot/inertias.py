@@ -32,7 +32,7 @@ def inertia_fault(mass: float, inertia: Array) -> str | None:
     if max(abs(least), abs(most)) < _POINT * mass:
         return "the inertia is zero, that of a point"
     if (inertia == inertia[0, 0]).all():
-        return f"all six entries of the inertia are {inertia[0, 0]:g} kg m², which no body has; they look like a stand-in"
+        return f"all six entries of the inertia are {inertia[0, 0]:g} kg m², which no body has; they look like a placeholder"
     shown = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
     if least < -_NOTHING * abs(most):
         return f"{shown}, and no body has a negative one"

@@ -112,7 +112,7 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot ready to be struck.
+    """A robot as loaded.
 
     Attributes:
         name: as the file says.
@@ -126,7 +126,7 @@ class Robot:
         drawn: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
         free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
         mass: of all bodies [kg].
-        warnings: what the file's reader met, and inertias that no body has.
+        warnings: of the file's reader, and of inertias that no body has.
     """
 
     name: str
@@ -240,7 +240,7 @@ def load_robot(
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
 ) -> Robot:
-    """Load a robot from a file (URDF, xacro or MJCF, told by content) or by name.
+    """Load a robot from a file (URDF, xacro or MJCF, recognised by its content) or by name.
 
     Args:
         robot: a path, or a name that `shockpc robots` lists.

@@ -90,7 +90,7 @@ def read_source(
         text, warnings = expand_xacro(markup, folders, xacro)
         markup = Markup(text, parse_xml(text, path.name))
     elif xacro:
-        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out")
+        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
     text, root = markup
     stem = path.name.split(".")[0]
     robot_name = root.get("name" if root.tag == "robot" else "model") or stem
@@ -101,7 +101,7 @@ def read_source(
 
         if srdf is not None:
             raise RobotError(
-                f"{path.name} is an MJCF, whose postures are its keyframes, so the SRDF {Path(srdf).name} means nothing to it; "
+                f"{path.name} is an MJCF, whose postures are its keyframes, so the SRDF {Path(srdf).name} has no effect; "
                 "leave it out, or write its postures as <key> elements of a <keyframe>"
             )
         kind = "mjcf"

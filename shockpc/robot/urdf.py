@@ -11,9 +11,9 @@ from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
 
-__all__ = ["INERTIA", "check_urdf", "normalise_urdf", "vector"]
+__all__ = ["LINKS", "check_urdf", "normalise_urdf", "vector"]
 
-INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 LINKS = 2000  # the parser recurses over links, and far beyond this it overruns its stack
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -30,7 +30,7 @@ _SHAPES: dict[str, tuple[tuple[str, int], ...]] = {
 _LINK_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
     ("inertial/origin", ("xyz", "rpy"), 3, ()),
     ("inertial/mass", ("value",), 1, ("value",)),
-    ("inertial/inertia", INERTIA, 1, INERTIA),
+    ("inertial/inertia", _INERTIA, 1, _INERTIA),
 )
 _JOINT_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
     ("origin", ("xyz", "rpy"), 3, ()),
@@ -98,7 +98,7 @@ def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[st
                 link.remove(part)
                 warnings.append(
                     f'{file}: link "{link.get("name")}": a <{part.tag}> without a valid shape is left out; '
-                    "figures and extremes do without it, the numbers are the same"
+                    "it is missing in figures and extremes; no other number changes"
                 )
     names = {joint.get("name") for joint in robot.findall("joint")}
     for joint in robot.findall("joint"):
@@ -163,9 +163,9 @@ def _check_names(elements: list[Element], kind: str, file: str) -> None:
         if not name:
             raise RobotError(f"{file}: <{kind}> number {number} has no name; give it one")
         if name in seen:
-            raise RobotError(f'{file}: two {kind}s are called "{name}"; names are how bodies are told apart, so rename one')
+            raise RobotError(f'{file}: two {kind}s are called "{name}"; names have to be unique, so rename one')
         if name in reserved and element.get("type") != "fixed":
-            raise RobotError(f'{file}: {kind} "{name}" has the name that {reserved[name]} goes by; rename it')
+            raise RobotError(f'{file}: {kind} "{name}" has the name that Pinocchio gives to {reserved[name]}; rename it')
         seen.add(name)
 
 
@@ -205,7 +205,7 @@ def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
             trail.append(parent)
         circle = sorted(above[link][1] for link in trail[trail.index(parent) :])
         said = f"joints {_listed(circle)} form" if len(circle) > 1 else f"joint {_listed(circle)} forms"
-        raise RobotError(f"{file}: {said} a circle that hangs on no root link; a URDF is a tree, so cut it open")
+        raise RobotError(f"{file}: {said} a circle that no root link carries; a URDF is a tree, so remove one of its joints")
     if len(roots) > 1:
         raise RobotError(
             f"{file}: {len(roots)} links have no parent: {_listed(roots[:5])}{', …' * (len(roots) > 5)}; "
@@ -235,7 +235,7 @@ def _check_joint(joint: Element, whose: str) -> None:
     kind, axis = joint.get("type"), joint.find("axis")
     direction = (vector(axis.get("xyz"), 3) if axis is not None else None) or (1.0, 0.0, 0.0)
     if kind in ("revolute", "continuous", "prismatic", "planar") and not any(direction):
-        raise RobotError(f"{whose}: its axis is 0 0 0, so it has no direction to move in; give it one")
+        raise RobotError(f"{whose}: its axis is 0 0 0, so it has no direction; give it one")
     if kind == "planar" and (direction[:2] != (0.0, 0.0) or direction[2] < 0):
         shown = " ".join(f"{value:g}" for value in direction)
         raise RobotError(

@@ -1,9 +1,10 @@
 """xacro to URDF, without ROS: in a child process that reads no file itself and ends within 10 s and 1 GB.
 
 The child asks for every file and package that a document names, and gets what lies in the open folders. Python expressions in the
-document run in the child, with no environment, where an audit hook refuses whatever reaches beyond computing (`xacro_child.py`).
+document run in the child, with no environment, where an audit hook refuses everything but computing (`xacro_child.py`).
 """
 
+import contextlib
 import difflib
 import glob
 import importlib.util
@@ -20,12 +21,12 @@ from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
 from shockpc.robot.files import Markup, OpenFolders, parse_xml, read_text
+from shockpc.robot.urdf import LINKS
 
 __all__ = ["expand_xacro"]
 
 SECONDS = 10.0
 MEMORY = 2**30
-LINKS = 2000
 _CHILD = Path(__file__).with_name("xacro_child.py")
 # xacro's lines about where something happened mean nothing without the file at hand.
 _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
@@ -58,24 +59,9 @@ def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, s
         "libraries": sorted(libraries),
         "limits": [SECONDS, MEMORY, LINKS],
     }
-    with subprocess.Popen(
-        [sys.executable, "-I", "-S", "-B", "-X", "utf8", str(_CHILD)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        encoding="utf-8",
-        env={},
-    ) as child:
-        clock = threading.Timer(SECONDS, child.kill)
-        clock.start()
-        try:
-            answer = _converse(child, request, folders, declared)
-        finally:
-            in_time = clock.is_alive()
-            clock.cancel()
-            child.kill()
+    answer, in_time = _run(request, folders, declared)
     if answer is None:
-        what = "did not end" if in_time is False else "ended without a result"
+        what = "ended without a result" if in_time else "did not end"
         raise RobotError(
             f"{name}: xacro {what} within {SECONDS:g} s and {MEMORY / 2**30:g} GB; look for a macro, an expression or a number "
             "that grows without end"
@@ -85,8 +71,33 @@ def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, s
     for argument in arguments:
         if argument not in declared:
             raise _unknown_argument(argument, declared, name)
-    warnings = dict.fromkeys(line for line in answer["said"].splitlines() if line.strip() and not line.startswith(_PLACES))
+    warnings = dict.fromkeys(line for line in answer["printed"].splitlines() if line.strip() and not line.startswith(_PLACES))
     return answer["urdf"], tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
+
+
+def _run(request: dict[str, Any], folders: OpenFolders, declared: set[str]) -> tuple[dict[str, Any] | None, bool]:
+    """The child's result, None without one; and whether it ended in time."""
+    answer, in_time = None, True
+    with (
+        contextlib.suppress(BrokenPipeError),  # what a dead child has not read
+        subprocess.Popen(
+            [sys.executable, "-I", "-S", "-B", "-X", "utf8", str(_CHILD)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            encoding="utf-8",
+            env={},
+        ) as child,
+    ):
+        clock = threading.Timer(SECONDS, child.kill)
+        clock.start()
+        try:
+            answer = _converse(child, request, folders, declared)
+        finally:
+            in_time = clock.is_alive()
+            clock.cancel()
+            child.kill()
+    return answer, in_time
 
 
 def _converse(
@@ -147,7 +158,7 @@ def _arguments(text: str, root: Element) -> Iterator[str]:
 def _unknown_argument(argument: str, declared: set[str], name: str) -> RobotError:
     """The error for an argument that the file does not have."""
     if not declared:
-        return RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… means nothing to it; leave it out")
+        return RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… has no effect; leave it out")
     near = difflib.get_close_matches(argument, declared, n=1)
     nearest = f'; nearest: "{near[0]}"' if near else ""
     listed = ", ".join(f'"{known}"' for known in sorted(declared))

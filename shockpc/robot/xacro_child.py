@@ -21,16 +21,16 @@ _COMPUTING = {"builtins.id", "code.__new__", "compile", "exec", "object.__getatt
 
 def main() -> None:
     """Serve one request."""
-    asked, told = sys.stdin, sys.stdout
-    request = json.loads(asked.readline())
+    requests, answers = sys.stdin, sys.stdout
+    request = json.loads(requests.readline())
 
     def answer(**message: object) -> None:
-        told.write(json.dumps(message) + "\n")
-        told.flush()
+        answers.write(json.dumps(message) + "\n")
+        answers.flush()
 
     def ask(**question: str) -> Any:
         answer(**question)
-        return json.loads(asked.readline())
+        return json.loads(requests.readline())
 
     sys.path += request["libraries"]
     # The last two are otherwise imported later, when nothing can be imported any more.
@@ -51,7 +51,7 @@ def main() -> None:
     xacro.filestack, xacro.macrostack = [request["file"]], []
     substitution_args._eval_find = substitution_args._eval_dict["find"] = find
     substitution_args._eval_dirname = lambda _: os.path.dirname(xacro.filestack[-1])
-    sys.stdout = sys.stderr = said = io.StringIO()
+    sys.stdout = sys.stderr = printed = io.StringIO()
     seconds, memory, links = request["limits"]
     for limit, most in ((resource.RLIMIT_CPU, int(seconds) + 1), (resource.RLIMIT_AS, memory), (resource.RLIMIT_FSIZE, 0)):
         resource.setrlimit(limit, (most, most))
@@ -72,7 +72,7 @@ def main() -> None:
     except Exception as error:
         answer(error=_explained(error, xacro))
     else:
-        answer(urdf=urdf, said=said.getvalue())
+        answer(urdf=urdf, printed=printed.getvalue())
 
 
 def _explained(error: BaseException, xacro: Any) -> str:
