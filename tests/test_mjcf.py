@@ -280,7 +280,7 @@ def test_limits_are_in_radians_and_metres(tmp_path: Path):
     robot = from_text(tmp_path, READ["three joints of one body"])
     assert [part.kind for part in robot.joints[1].parts] == ["prismatic", "revolute", "ball"]
     assert robot.joints[1].parts[1].limits == pytest.approx((-np.pi / 18, np.pi / 9))
-    assert robot.joint_names == ("b_joint+mid+b_joint_",)
+    assert robot.joint_names == ("b_joint_1+mid+b_joint_3",)
 
 
 def test_mass_does_not_depend_on_collision(tmp_path: Path):

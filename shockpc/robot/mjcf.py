@@ -104,20 +104,20 @@ def _compile(mujoco: Any, source: RobotSource, meshes: bool) -> Compiled:
         keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
         for key in list(spec.keys):
             spec.delete(key)
-        _name(spec)
+        _name(mujoco, spec)
         unread = _load_meshes(mujoco, spec, source, meshes)
         return Compiled(spec.compile(), keys, unread, ())
-    except ValueError as refusal:
+    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
         raise RobotError(f"{source.path.name}: MuJoCo cannot compile it: {_reason(refusal)}") from None
 
 
-def _reason(refusal: ValueError) -> str:
+def _reason(refusal: Exception) -> str:
     """MuJoCo's message in one line, without the line numbers, which are not those of the user's file."""
     text = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
     return re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", text)
 
 
-def _name(spec: Any) -> None:
+def _name(mujoco: Any, spec: Any) -> None:
     """Name bodies after their number and joints after their body where the file gives no name."""
     taken = {item.name for item in (*spec.bodies, *spec.joints)}
 
@@ -129,8 +129,9 @@ def _name(spec: Any) -> None:
 
     for number, body in enumerate(spec.bodies):
         body.name = body.name or free(f"body_{number}")
-        for joint in body.joints:
-            joint.name = joint.name or free(f"{body.name}_{'free' if joint.type == 0 else 'joint'}")
+        for index, joint in enumerate(body.joints, start=1):
+            kind = "free" if joint.type == mujoco.mjtJoint.mjJNT_FREE else "joint" if len(body.joints) == 1 else f"joint_{index}"
+            joint.name = joint.name or free(f"{body.name}_{kind}")
 
 
 def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) -> tuple[UnreadGeom, ...]:

@@ -193,12 +193,10 @@ class Robot:
     def moves(self) -> np.ndarray:
         """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of all that it hangs on."""
         moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
-        for i, body in enumerate(self.bodies):
-            parent = self.model.parents[body.joint]
-            if parent > 0:
-                moves[i] = moves[parent - 1]
-            joint = self.model.joints[body.joint]
-            moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
+        for i, joint in enumerate(self.joints):
+            if joint.parent >= 0:
+                moves[i] = moves[joint.parent]
+            moves[i, joint.v] = True
         moves.flags.writeable = False
         return moves
 
