@@ -58,7 +58,7 @@ def _one(name: str, options: RobotOptions) -> str:
 
     robot = load_robot(name, xacro=dict(options.xacro), packages=dict(options.package))
     lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]
-    findings = [f"{finding.level}: {finding.where}: {finding.text}" for finding in check_robot(robot.source)]
+    findings = [f"{finding.level}: {finding.where}: {finding.text}" for finding in check_robot(robot)]
     blocks = ["\n".join(lines) + "\n", as_text(links_sheet(robot)), as_text(joints_sheet(robot))]
     checkup = "\n".join(findings) if findings else "nothing found"
     return "\n".join([*blocks, f"check-up\n{checkup}\n"])
