@@ -1,4 +1,4 @@
-# The one vocabulary of chores, for people and for CI. Every target installs what it needs.
+# Commands for people and for CI. Every target installs what it needs.
 PYTHON ?= python3.11
 BIN := .venv/bin
 

@@ -1,24 +1,26 @@
-"""The errors of the package, a tree with one root.
+"""Everything that can go wrong, as one tree with one root.
 
-ShockError                 the root; its text is the whole message for a user
-├── UnknownName            no such robot, frame, joint, body or posture; the text lists the nearest names
+ShockError                 catch this to catch them all; its text is the whole message for a user
+├── UnknownName            no such robot, frame, joint, body or posture; the nearest names are in the text
 ├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
-├── SceneError             the scene cannot be computed as asked: posture, strike, contact, plane or scene file
-├── SolveError             the model has no unique solution (a moving body without mass, contradicting contacts)
-├── StudyError             a study cannot be computed as asked: its ranges, budgets or landings
-└── OutputError            a result cannot be written to the given place
+├── SceneError             the scene cannot be computed as asked: posture, strike, contact, scene file
+├── SolveError             the model has no unique answer (a moving body without mass, contradicting contacts)
+├── StudyError             a study of several landings cannot be computed as asked
+└── OutputError            a result cannot be written where it was asked to be
 
-Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved. Codes
-0 (done) and 1 (a budget is exceeded) belong to no error.
+Every error carries the exit code that a command ends with: 2 for bad arguments or files, 3 for a model that cannot be
+solved. Codes 0 (done) and 1 (a gate is exceeded) are never an error's.
 """
 
 from collections.abc import Iterable
+
+from shockpc.printed import printable
 
 __all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName"]
 
 
 class ShockError(Exception):
-    """Root of the tree. The text says what was found, what it means and what to change."""
+    """Root of the tree: the text says what was found, what it means and what to change."""
 
     exit_code = 2
 
@@ -27,10 +29,10 @@ class UnknownName(ShockError):
     """No such robot, frame, joint, body or posture.
 
     Args:
-        kind: kind of the name, such as "frame".
-        name: the unknown name.
-        known: all valid names.
-        where: where the name was searched, such as 'robot "hyq"'; may be empty.
+        kind: what was looked for, such as "frame".
+        name: what was asked.
+        known: every valid name.
+        where: the place that was searched, such as 'robot "hyq"'; may be empty.
         listing: the command that lists all valid names.
     """
 
@@ -40,22 +42,22 @@ class UnknownName(ShockError):
         self.kind, self.name, self.known, self.where, self.listing = kind, name, tuple(known), where, listing
         folded = {k.casefold(): k for k in reversed(self.known)}
         close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
-        nearest = ", ".join(f'"{folded[k]}"' for k in close)
+        nearest = ", ".join(_quoted(folded[k]) for k in close)
         place = f" in {where}" if where else ""
         if nearest:
             hint = f"; nearest: {nearest}"
         elif self.known and len(self.known) <= 12:
-            hint = "; there are: " + ", ".join(f'"{k}"' for k in self.known)
+            hint = "; there are: " + ", ".join(map(_quoted, self.known))
         else:
             hint = "; no name is similar" if self.known else "; there are none"
-        super().__init__(f'no {kind} "{name}"{place}{hint}. To list them: {listing}')
+        super().__init__(f"no {kind} {_quoted(name)}{printable(place)}{hint}. To list them: {printable(listing)}")
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         return type(self), (self.kind, self.name, self.known, self.where, self.listing)
 
 
 class RobotError(ShockError):
-    """A robot file is missing, unreadable, not a robot, or has values that no body can have."""
+    """A robot file is missing, unreadable, not a robot, or holds what no body can have."""
 
 
 class SceneError(ShockError):
@@ -63,7 +65,7 @@ class SceneError(ShockError):
 
 
 class SolveError(ShockError):
-    """The impulsive equation of motion has no unique solution for this model and scene."""
+    """The impulsive equation of motion has no unique answer for this model and scene."""
 
     exit_code = 3
 
@@ -74,3 +76,8 @@ class StudyError(ShockError):
 
 class OutputError(ShockError):
     """A result cannot be written to the given place."""
+
+
+def _quoted(name: str) -> str:
+    """A name as a message shows it: in quotation marks, at most 80 characters, without control characters."""
+    return f'"{printable(name, 80)}"'

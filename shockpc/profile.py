@@ -24,7 +24,7 @@ from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene
 from shockpc.trace import Trace
 
-__all__ = ["shock_maps", "shock_profile"]
+__all__ = ["impact_jumps", "shock_maps", "shock_profile"]
 
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
@@ -51,7 +51,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
         with trace.stage("landing: posture, contacts, joint model"):
             landing = resolve(scene, robot)
         with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
-            equation, impact, jumps = _impact(landing, landing.q[None])
+            equation, impact, jumps = impact_jumps(landing, landing.q[None])
         with trace.stage("proof: the same in ball arithmetic"):
             choice, proof = proven(landing, equation, impact)
     landing.note_omissions(trace)
@@ -70,7 +70,7 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
     parts = []
     with one_thread(landing.robot.model.nv):
         for k in range(0, max(len(Q), 1), CHUNK):
-            equation, impact, jumps = _impact(landing, Q[k : k + CHUNK])
+            equation, impact, jumps = impact_jumps(landing, Q[k : k + CHUNK])
             prove = ~(impact.condition < ILL_CONDITIONED)
             prove[list(impact.choices)] = True
             condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
@@ -79,7 +79,7 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
     return parts[0] if len(parts) == 1 else ShockMaps(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def _impact(landing: Landing, Q: Array) -> tuple[Equation, Impact, Array]:
+def impact_jumps(landing: Landing, Q: Array) -> tuple[Equation, Impact, Array]:
     """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, 4) of the bodies in world axes."""
     robot, state = landing.robot, dynamics(landing.robot, Q)
     equation = landing.equation(state)

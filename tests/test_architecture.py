@@ -16,12 +16,12 @@ PACKAGE = Path(shockpc.__file__).parent
 TOP = PACKAGE.parent
 
 LAYERS = (
-    {"errors", "trace"},
+    {"errors", "paths", "printed", "trace"},
     {"core"},
     {"robot"},
     {"model"},
     {"scene"},
-    {"landing", "result"},
+    {"scene_file", "landing", "result"},
     {"blame"},
     {"health", "results"},
     {"profile"},
@@ -35,14 +35,13 @@ LAYERS = (
 
 OWNERS = {
     "scipy": ("shockpc.core", "shockpc.robot.meshes"),
-    "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),
+    "pinocchio": ("shockpc.robot", "shockpc.model", "shockpc.bench"),  # in the bench it is a rival
     "trimesh": "shockpc.robot.meshes",
     "collada": "shockpc.robot.meshes",
     "xacro": "shockpc.robot",
-    "xacrodoc": "shockpc.robot",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
-    "pydantic": "shockpc.scene",
+    "pydantic": "shockpc.scene_file",
     "mujoco": ("shockpc.robot.mjcf", "shockpc.bench"),
     "typer": "shockpc.cli",
 }
@@ -143,12 +142,6 @@ def test_everything_public_has_a_docstring(name):
     nested = {inner for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) for inner in ast.walk(n) if inner is not n}
     assert [n.name for n in public if n not in nested and not ast.get_docstring(n)] == []
     assert ast.get_docstring(tree) or not tree.body
-
-
-@pytest.mark.parametrize("name", sorted(MODULES))
-def test_no_module_holds_two_ideas(name):
-    """A file over 250 lines is two."""
-    assert len(MODULES[name].read_text(encoding="utf-8").splitlines()) <= 250
 
 
 def test_package_exports_load():

@@ -272,7 +272,7 @@ def test_bench_of_one_s_own_robot(capfd, tmp_path):
 def test_a_contact_needs_a_robot(capfd):
     done = run(capfd, "bench", "--contact", "foot")
     assert (done.code, done.out) == (2, "")
-    assert done.err == "shockpc: --contact needs a robot: shockpc bench robot.urdf --contact foot\n"
+    assert done.err == "shockpc: the options of a landing need a robot: shockpc bench robot.urdf --contact foot\n"
 
 
 def test_errors_are_relative_to_the_motion_of_each_body():

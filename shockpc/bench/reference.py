@@ -2,13 +2,10 @@
 
 import numpy as np
 
-from shockpc.core.bodies import body_jumps
-from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.landing import Landing
-from shockpc.model.dynamics import dynamics
-from shockpc.profile import shock_profile
+from shockpc.profile import impact_jumps, shock_profile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 
@@ -28,12 +25,8 @@ def reference(scene: Scene, robot: Robot) -> Array:
 
 def double_jumps(landing: Landing) -> Array:
     """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates at the body frames' origins."""
-    robot, state = landing.robot, dynamics(landing.robot, landing.q[None])
-    equation = landing.equation(state)
-    impact = solve_impact(equation.H, equation.J_c, equation.b, equation.terms)
-    own, delta_qd = [joint.v for joint in robot.joints], equation.full(impact.delta_qd)
-    jumps = body_jumps(state.J, own, robot.parents, state.position, delta_qd)[0, ..., 3]
-    return np.asarray((jumps.reshape(-1, 2, 3) @ state.rotation[0]).reshape(-1, 6))
+    _, _, jumps = impact_jumps(landing, landing.q[None])
+    return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
 
 
 def double_percussion(landing: Landing) -> Array:

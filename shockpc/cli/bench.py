@@ -1,6 +1,5 @@
 """`shockpc bench`: error against run time of several methods."""
 
-import gc
 import os
 import sys
 from pathlib import Path
@@ -8,37 +7,51 @@ from typing import Annotated
 
 import typer
 
+from shockpc.cli.declare import option, takes_options
+from shockpc.cli.options import SceneOptions
+from shockpc.cli.parse import path, robot_name
+
 __all__ = ["bench"]
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+@takes_options
 def bench(
+    options: SceneOptions,
     robot: Annotated[
-        str | None, typer.Argument(help="A robot file, a robot's name or a scene (TOML); without it the standing suite runs.")
-    ] = None,
-    contact: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="What strikes: a frame, a glob or part of a link's name.")
+        str | None,
+        typer.Argument(
+            metavar="ROBOT",
+            help="A robot file, a robot's name or a scene (TOML); without it the standing suite runs.",
+            parser=robot_name,
+            show_default=False,
+        ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the report. [suite: out/bench; one landing: not written]")
+        Path | None,
+        option(
+            "Folder of the report; by default out/bench for the suite, and none for a landing.",
+            group="Output",
+            metavar="DIR",
+            parser=path,
+        ),
     ] = None,
 ) -> None:
-    """Measure error against run time of several methods, on one landing or on the standing suite of hard cases."""
+    """Measure error and run time of methods, on a landing or a suite."""
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
         os.environ[name] = "1"
-    gc.enable()  # a long run makes garbage that a short command can ignore
     from shockpc.errors import SceneError
     from shockpc.show.files import check_folder
 
     if out is not None:
         check_folder(out, "--out")
     if robot is not None:
-        _landing(robot, contact or [], out)
+        _landings(robot, options, out)
         return
-    if contact:
-        raise SceneError("--contact needs a robot: shockpc bench robot.urdf --contact foot")
+    if options != SceneOptions():
+        raise SceneError("the options of a landing need a robot: shockpc bench robot.urdf --contact foot")
     _suite(out or Path("out/bench"))
 
 
@@ -54,19 +67,17 @@ def _suite(out: Path) -> None:
     sys.stdout.write(f"the report: {out / 'report.md'}\n")
 
 
-def _landing(robot: str, contacts: list[str], out: Path | None) -> None:
-    """One landing of one's own."""
-    from dataclasses import replace
-
+def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
+    """The landings that the options describe, each with a table; several have a folder each in `out`."""
     from shockpc.bench.run import bench_landing
-    from shockpc.cli.build import is_scene_file
-    from shockpc.model.contact import Contact, match_frames
-    from shockpc.robot.robot import load_robot
-    from shockpc.scene import Scene, read_scene
+    from shockpc.cli.output import file_names
+    from shockpc.cli.scenes import scenes_from
     from shockpc.show.tables.text import as_text
+    from shockpc.trace import Trace
 
-    scene = read_scene(Path(robot)) if is_scene_file(robot) else Scene(robot=robot)
-    loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
-    frames = [frame for text in contacts for frame in match_frames(loaded, text)]
-    scene = replace(scene, contact=scene.contact + tuple(Contact(frame=frame) for frame in frames))
-    sys.stdout.write(as_text(bench_landing(loaded, scene, out)))
+    loaded, scenes = scenes_from(robot, options, Trace())
+    for scene, name in zip(scenes, file_names(scenes), strict=True):
+        folder = out if out is None or len(scenes) == 1 else out / name
+        if len(scenes) > 1:
+            sys.stdout.write(f"{name}\n")
+        sys.stdout.write(as_text(bench_landing(loaded, scene, folder)))
