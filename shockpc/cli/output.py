@@ -97,7 +97,7 @@ def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -
 
 def save_scenes(profiles: "list[ShockProfile]", files: list[Path]) -> None:
     """Write the scene of each landing into its file."""
-    from shockpc.scene_file import scene_text
+    from shockpc.scene import scene_text
     from shockpc.show.files import write_text
 
     for profile, file in zip(profiles, files, strict=True):

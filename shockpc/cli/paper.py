@@ -26,7 +26,7 @@ def paper(
     from shockpc.paper.results import figure_result
     from shockpc.paper.scenes import paper_figures
     from shockpc.show.files import check_folder
-    from shockpc.show.tables.paper_text import paper_text, write_paper
+    from shockpc.show.tables.paper import paper_text, write_paper
 
     chosen = paper_figures(figures or ())
     if out is not None:

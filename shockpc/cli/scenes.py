@@ -31,7 +31,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot,
     """
     scene = Scene(robot=robot)
     if is_scene_file(robot):
-        from shockpc.scene_file import read_scene
+        from shockpc.scene import read_scene
 
         scene = read_scene(Path(robot))
     scene = dataclasses.replace(
