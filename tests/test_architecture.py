@@ -21,7 +21,7 @@ LAYERS = (
     {"robot"},
     {"model"},
     {"scene"},
-    {"scene_file", "landing", "result"},
+    {"landing", "result"},
     {"blame"},
     {"health", "results"},
     {"profile"},
@@ -41,7 +41,7 @@ OWNERS = {
     "xacro": "shockpc.robot",
     "matplotlib": "shockpc.show",
     "shapely": "shockpc.show",
-    "pydantic": "shockpc.scene_file",
+    "pydantic": "shockpc.scene",
     "mujoco": ("shockpc.robot.mjcf", "shockpc.bench"),
     "typer": "shockpc.cli",
 }

@@ -287,9 +287,9 @@ def test_commands_that_cannot_be_run(capfd, here, snapshot, words, parts):
         ('stance = ["body", "body"]', ('"body"', "twice")),
         ('stance = ["ankle"]', ('"foot"', '"ankle"', "contact", "stance")),
         ('srdf = "~nobody-of-that-name/r.srdf"', ("twice.toml", "~nobody-of-that-name")),
-        ('srdf = "r\\u0000.srdf"', ("twice.toml", "null character")),
-        (f"x = {'[' * 2000}{']' * 2000}", ("twice.toml", "deeply")),
-        (f"x = {'1' * 5000}", ("twice.toml", "4300 digits")),
+        ('srdf = "r\\u0000.srdf"', ("twice.toml", "NUL")),
+        (f"x = {'[' * 2000}{']' * 2000}", ("twice.toml", "nested")),
+        (f"x = {'1' * 5000}", ("twice.toml", "digits")),
     ],
     ids=lambda value: value[:30] if isinstance(value, str) else "",
 )
