@@ -1,12 +1,17 @@
 """URDF: what the parser would drop is corrected or refused, by the name of the link or joint at fault."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
+import mujoco
+import numpy as np
+import pinocchio as pin
 import pytest
 from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
 
 from shockpc.errors import RobotError
 from shockpc.robot.build import build_model
+from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import load_robot
 from shockpc.robot.source import read_source
 
@@ -218,3 +223,32 @@ def test_refusals_are_silent(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     for text in (*TREE, *NUMBERS):
         refusal(tmp_path, text)
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ["a1", "go2", "laikago", "panda", "quadruped", "solo12", "talos", "ur5"])
+def test_mujoco_reads_the_same_robot(name: str):
+    """A second reader of URDF: masses, and the inertia matrix of the joints in a posture drawn at random, with the base held."""
+    robot = load_robot(name)
+    root = parse_xml(robot.source.xml, name)
+    for link_ in root.iter("link"):
+        for part in (*link_.findall("visual"), *link_.findall("collision")):
+            link_.remove(part)
+    for joint_ in root.iter("joint"):
+        for mimic in joint_.findall("mimic"):
+            joint_.remove(mimic)
+    model = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode")).compile()
+    data, q = mujoco.MjData(model), np.array(pin.neutral(robot.model))
+    columns = np.empty(model.nv, dtype=int)
+    rng = np.random.default_rng(1)
+    for number in range(model.njnt):
+        joint_ = robot.joint(model.joint(number).name)
+        columns[model.jnt_dofadr[number]] = joint_.v.start
+        data.qpos[model.jnt_qposadr[number]] = value = rng.uniform(-1.0, 1.0)
+        q[joint_.q] = (np.cos(value), np.sin(value)) if joint_.kind == "continuous" else value
+    mujoco.mj_forward(model, data)
+    theirs = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, theirs)
+    ours = pin.crba(robot.model, robot.model.createData(), q)
+    ours = (np.triu(ours) + np.triu(ours, 1).T)[np.ix_(columns, columns)]
+    np.testing.assert_allclose(ours - np.diag(robot.model.armature[columns]), theirs, atol=1e-11 * np.abs(theirs).max())
+    assert model.nv == robot.model.nv - 6
