@@ -162,7 +162,7 @@ def test_an_exact_name_is_not_a_pattern():
 
 @given(st.floats(-3.0, 3.0))
 def test_followers_are_placed_by_their_leaders(value):
-    """Each is at multiplier · q_leader + offset, also along a chain of followers, through cosine and sine, whatever the reference says."""
+    """Each is at multiplier · q_leader + offset, also along a chain, through cosine and sine, whatever the reference says."""
     q = configuration(CHAIN, Posture(joints={"*": value}))
     angle = -2.0 * value + 0.3
     np.testing.assert_allclose(q[7:10], [value, math.cos(angle), math.sin(angle)], atol=1e-12)
