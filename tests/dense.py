@@ -4,17 +4,17 @@ import numpy as np
 import pinocchio as pin
 
 
-def inertia(robot, q):
+def inertia(model, q):
     """Joint-space inertia (nv, nv), without the armature of the file."""
-    model = pin.Model(robot.model)
+    model = pin.Model(model)
     model.armature = np.zeros(model.nv)
     H = pin.crba(model, model.createData(), q)
     return np.triu(H) + np.triu(H, 1).T
 
 
-def point_rows(robot, q, frame, offset=(0.0, 0.0, 0.0)):
+def point_rows(model, q, frame, offset=(0.0, 0.0, 0.0)):
     """Velocity (3, nv) of a point of a frame along world x, y and z, for unit joint velocities."""
-    model, data = robot.model, robot.model.createData()
+    data = model.createData()
     pin.computeJointJacobians(model, data, q)
     pin.updateFramePlacements(model, data)
     index = model.getFrameId(frame)

@@ -88,7 +88,7 @@ def test_contact_rows_are_the_derivative_of_the_point(seed):
     h = 1e-6
     moved = np.stack([(place(h * e) - place(-h * e)) / (2.0 * h) for e in np.eye(robot.model.nv)], axis=1)
     np.testing.assert_allclose(J_c, moved, atol=1e-9)  # h² of curvature and 1e-16 / h of rounding
-    np.testing.assert_allclose(J_c, dense.point_rows(robot, q, frame, offset), atol=1e-13)
+    np.testing.assert_allclose(J_c, dense.point_rows(robot.model, q, frame, offset), atol=1e-13)
 
 
 def test_an_offset_is_in_the_frame_s_own_axes():
