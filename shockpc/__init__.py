@@ -4,7 +4,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
     from shockpc.landing import Landing, resolve
     from shockpc.model.closure import Closure, Place
     from shockpc.model.contact import Contact
@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from shockpc.results.loads import JointLoad
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
-    from shockpc.scene import Point, Scene, Strike
-    from shockpc.scene_file import read_scene
+    from shockpc.scene import Point, Scene, Strike, read_scene
 
 __version__ = "0.1.0"
 
@@ -46,10 +45,11 @@ _HOMES = {
     "ShockMaps": "profile",
     "ShockProfile": "result",
     "SolveError": "errors",
+    "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
     "load_robot": "robot.robot",
-    "read_scene": "scene_file",
+    "read_scene": "scene",
     "resolve": "landing",
     "shock_maps": "profile",
     "shock_profile": "profile",
@@ -79,6 +79,7 @@ __all__ = [
     "ShockProfile",
     "SolveError",
     "Strike",
+    "StudyError",
     "UnknownName",
     "load_robot",
     "read_scene",

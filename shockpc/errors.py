@@ -1,35 +1,36 @@
-"""Everything that can go wrong, as one tree with one root.
+"""The errors of the package, a tree with one root.
 
-ShockError                 catch this to catch them all; its text is the whole message for a user
-├── UnknownName            no such robot, frame, joint, body or posture; the nearest names are in the text
+ShockError                 the root; its text is the whole message for a user
+├── UnknownName            no such robot, frame, joint, body or posture; the text lists the nearest names
 ├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
-├── SceneError             the scene cannot be computed as asked: posture, strike, contact, scene file
-├── SolveError             the model has no unique answer (a moving body without mass, contradicting contacts)
-└── OutputError            a result cannot be written where it was asked to be
+├── SceneError             the scene cannot be computed as asked: posture, strike, contact, plane or scene file
+├── SolveError             the model has no unique solution (a moving body without mass, contradicting contacts)
+├── StudyError             a study cannot be computed as asked: its ranges, budgets or landings
+└── OutputError            a result cannot be written to the given place
 
-Every error carries the exit code that a command ends with: 2 for bad arguments or files, 3 for a model that cannot be
-solved. Codes 0 (done) and 1 (a gate is exceeded) are never an error's.
+Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved. Codes
+0 (done) and 1 (a budget is exceeded) belong to no error.
 """
 
 from collections.abc import Iterable
 
-__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "UnknownName"]
+__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName"]
 
 
 class ShockError(Exception):
-    """Root of the tree: the text says what was found, what it means and what to change."""
+    """Root of the tree. The text says what was found, what it means and what to change."""
 
     exit_code = 2
 
 
-class UnknownName(ShockError):  # noqa: N818 - the name says it is an error already
+class UnknownName(ShockError):
     """No such robot, frame, joint, body or posture.
 
     Args:
-        kind: what was looked for, such as "frame".
-        name: what was asked.
-        known: every valid name.
-        where: the place that was searched, such as 'robot "hyq"'; may be empty.
+        kind: kind of the name, such as "frame".
+        name: the unknown name.
+        known: all valid names.
+        where: where the name was searched, such as 'robot "hyq"'; may be empty.
         listing: the command that lists all valid names.
     """
 
@@ -46,7 +47,7 @@ class UnknownName(ShockError):  # noqa: N818 - the name says it is an error alre
         elif self.known and len(self.known) <= 12:
             hint = "; there are: " + ", ".join(f'"{k}"' for k in self.known)
         else:
-            hint = "; nothing has a name like it" if self.known else "; there are none"
+            hint = "; no name is similar" if self.known else "; there are none"
         super().__init__(f'no {kind} "{name}"{place}{hint}. To list them: {listing}')
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
@@ -54,7 +55,7 @@ class UnknownName(ShockError):  # noqa: N818 - the name says it is an error alre
 
 
 class RobotError(ShockError):
-    """A robot file is missing, unreadable, not a robot, or holds what no body can have."""
+    """A robot file is missing, unreadable, not a robot, or has values that no body can have."""
 
 
 class SceneError(ShockError):
@@ -62,10 +63,14 @@ class SceneError(ShockError):
 
 
 class SolveError(ShockError):
-    """The impulsive equation of motion has no unique answer for this model and scene."""
+    """The impulsive equation of motion has no unique solution for this model and scene."""
 
     exit_code = 3
 
 
+class StudyError(ShockError):
+    """A study of several landings cannot be computed as asked: its ranges, budgets or landings."""
+
+
 class OutputError(ShockError):
-    """A result cannot be written where it was asked to be."""
+    """A result cannot be written to the given place."""

@@ -22,7 +22,7 @@ from shockpc.model.rows import Block, block_axes, block_point, row_jacobian, sli
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, plane_of, refuse_nonsense
+from shockpc.scene import Scene, check_scene, plane_of
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
@@ -117,7 +117,7 @@ def complete(scene: Scene, robot: Robot) -> Scene:
         SceneError: it has no contact, or holds a number that is not finite or a word that is not known.
         UnknownName: the robot has no such posture.
     """
-    refuse_nonsense(scene)
+    scene = check_scene(scene)
     if not scene.contact:
         raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
     strike = scene.strike

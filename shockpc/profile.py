@@ -16,6 +16,7 @@ import numpy as np
 from shockpc.core.bodies import body_jumps
 from shockpc.core.impulse import Impact, RowChoice, choose_rows, is_singular, solve_impact, weakest_columns
 from shockpc.core.spatial import Array
+from shockpc.core.threads import one_thread
 from shockpc.errors import SceneError, SolveError
 from shockpc.exact.equation import SingularError
 from shockpc.exact.proof import Proof, prove
@@ -47,6 +48,12 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     trace = trace or Trace()
     with trace.stage("robot file"):
         robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    with one_thread(robot.model.nv):
+        return _profile(scene, robot, trace)
+
+
+def _profile(scene: Scene, robot: Robot, trace: Trace) -> ShockProfile:
+    """The three steps and their proof."""
     with trace.stage("landing: posture, contacts, joint model"):
         landing = resolve(scene, robot)
     with trace.stage("step 1: impulsive equation of motion (Eqs. 4 and 7)"):
@@ -121,7 +128,8 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
         landing: the landing; its own posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
     """
-    parts = [_maps(landing, Q[k : k + CHUNK]) for k in range(0, max(len(Q), 1), CHUNK)]
+    with one_thread(landing.robot.model.nv):
+        parts = [_maps(landing, Q[k : k + CHUNK]) for k in range(0, max(len(Q), 1), CHUNK)]
     return parts[0] if len(parts) == 1 else ShockMaps(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 

@@ -73,7 +73,7 @@ FILES = {
             "away/robot",
             'no file "away/robot" (looked in HERE). Give the path of a robot file, or the name of a known robot: shockpc robots',
         ),
-        ("dog", 'no robot "dog"; nothing has a name like it. To list them: shockpc robots'),
+        ("dog", 'no robot "dog"; no name is similar. To list them: shockpc robots'),
         ("anymal", 'no robot "anymal"; nearest: "anymal_c", "anymal_b", "anymal_kinova". To list them: shockpc robots'),
         ("./dog", '"HERE/dog" is a folder; give the robot file in it'),
         ("empty.urdf", "empty.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)"),
@@ -235,11 +235,11 @@ STRIKE_WAYS = "the strike is given in two ways; keep one of: speed with strike a
         ),
         (
             "--angular-velocity 1e300,0,0",
-            "strike.angular_velocity[0] is 1e+300, a rate that cannot be computed with; give one up to 1e+09",
+            "strike.angular_velocity[0] is 1e+300, which is out of range; give a number up to 1e+09",
         ),
         (
             "--joint-velocity knee=1e200",
-            "strike.joint_velocities.knee is 1e+200, a rate that cannot be computed with; give one up to 1e+09",
+            "strike.joint_velocities.knee is 1e+200, which is out of range; give a number up to 1e+09",
         ),
         (
             "--joints locked --armature knee=0.1",

@@ -194,3 +194,12 @@ def test_figure_is_there(tmp_path, profile):
     assert (tmp_path / "shock.svg").read_bytes().startswith(b"<?xml")
     assert (tmp_path / "shock.png").read_bytes().startswith(b"\x89PNG\r\n")
     assert not [file for file in tmp_path.iterdir() if file.name.startswith(".")]
+
+
+@pytest.mark.parametrize(
+    "act", [lambda path: check_folder(path, "--out"), make_folder, lambda path: write_text(path / "a.txt", "a")]
+)
+def test_a_path_with_a_nul_character_is_refused(act):
+    """No file system accepts it; the message shows where it is."""
+    with pytest.raises(OutputError, match=r'^"a\\0b.* cannot be the path of a file: it holds a NUL character$'):
+        act(Path("a\0b"))

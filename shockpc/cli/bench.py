@@ -110,7 +110,7 @@ def _compliant(path: Path, out: Path | None) -> None:
     """Land one's own scene on grounds from soft to hard."""
     from shockpc.bench.compliant import compliant, compliant_sheet
     from shockpc.robot.robot import load_robot
-    from shockpc.scene_file import read_scene
+    from shockpc.scene import read_scene
     from shockpc.show.files import make_folder, write_text
     from shockpc.show.tables.text import as_csv, as_markdown, as_text
 

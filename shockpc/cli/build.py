@@ -62,7 +62,7 @@ def build(robot: str, options: Options, trace: Trace) -> tuple[Robot, list[Scene
     """
     scene = Scene(robot=robot)
     if is_scene_file(robot):
-        from shockpc.scene_file import read_scene
+        from shockpc.scene import read_scene
 
         scene = read_scene(Path(robot))
     scene = dataclasses.replace(

@@ -87,7 +87,7 @@ def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -
 
 def save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
     """One landing into the file itself; several into a file each, named after the contact."""
-    from shockpc.scene_file import scene_text
+    from shockpc.scene import scene_text
     from shockpc.show.files import write_text
 
     for profile, name in zip(profiles, _file_names(profiles), strict=True):

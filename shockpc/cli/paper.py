@@ -1,4 +1,4 @@
-"""`shockpc paper`: the method's own paper, computed again."""
+"""`shockpc paper`: the figures and claims of the paper, computed."""
 
 import sys
 from pathlib import Path
@@ -18,11 +18,11 @@ def paper(
         Path | None, typer.Option(metavar="DIR", help="Write figures, tables and the scenes of all panels into this folder.")
     ] = None,
 ) -> None:
-    """Recompute the figures of the paper and judge its claims."""
+    """Compute the figures of the paper and its claims."""
     from shockpc.paper.results import figure_result
     from shockpc.paper.scenes import paper_figures
     from shockpc.show.files import check_folder
-    from shockpc.show.tables.paper_text import paper_text, write_paper
+    from shockpc.show.tables.paper import paper_text, write_paper
 
     chosen = paper_figures(figures or ())
     if out is not None:

@@ -20,6 +20,7 @@ def check_folder(folder: Path, option: str) -> None:
     Raises:
         OutputError: it is a file, it cannot be made, or nothing may be written in it.
     """
+    _refuse_nul(folder)
     place = folder
     try:
         while not place.exists():
@@ -42,6 +43,7 @@ def make_folder(folder: Path) -> None:
     Raises:
         OutputError: it cannot be made.
     """
+    _refuse_nul(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as refusal:
@@ -54,6 +56,7 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> None:
     Raises:
         OutputError: it cannot be written.
     """
+    _refuse_nul(path)
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
     except OSError as refusal:
@@ -71,6 +74,13 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> None:
         raise OutputError(f'"{path}" cannot be written: {refusal.strerror}') from None
     finally:
         part.unlink(missing_ok=True)
+
+
+def _refuse_nul(path: Path) -> None:
+    """Refuse a path that no file system accepts."""
+    if "\0" in str(path):
+        shown = str(path).replace("\0", "\\0")
+        raise OutputError(f'"{shown}" cannot be the path of a file: it holds a NUL character')
 
 
 def write_text(path: Path, text: str) -> None:
