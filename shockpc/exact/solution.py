@@ -52,7 +52,7 @@ def free_mechanism(inputs: Inputs, tree: Tree) -> Mechanism:
     """The robot in its posture, with the velocities that are free."""
     robot, found = inputs.robot, poses(tree, inputs.q, inputs.robot.free_base)
     locked, armature = inputs.locked.copy(), [arb(value) for value in inputs.armature.tolist()]
-    shift, names = arb(robot.mass), set(robot.joint_names)
+    names, shift = set(robot.joint_names), arb(robot.mass)
     for mimic in robot.mimics:
         follower = robot.joint(mimic.joint).v.start
         leader = robot.joint(mimic.leader).v.start if mimic.leader in names else -1
@@ -60,7 +60,9 @@ def free_mechanism(inputs: Inputs, tree: Tree) -> Mechanism:
             locked[follower] = True
             continue
         # Armature may move from a leader to its follower without any effect on motions in which one follows the other. It keeps
-        # D invertible where the follower carries no inertia of its own.
+        # D invertible where the follower carries no inertia of its own. Powers of π cancel neither one another nor an inertia, as
+        # doubles do: a massless joint in the middle of a chain of followers with multiplier 1 would give away all that it gets.
+        shift *= arb.pi()
         armature[follower] += shift
         armature[leader] -= arb(mimic.multiplier) ** 2 * shift
     S: list[arb_mat | None] = []
