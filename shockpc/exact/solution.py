@@ -217,6 +217,14 @@ class ExactImpact:
         return chosen if r == len(self.inputs.choice.spread) else matrix(self.inputs.choice.spread) * chosen
 
     @cached_property
+    def independent_impulse(self) -> list[list[arb]]:
+        """Impulses (nc, 4) along the independent rows, and none along the others: they do the same to the robot [N s]."""
+        found = [[arb(0)] * 4 for _ in range(len(self.inputs.choice.spread))]
+        for row, own in zip(self.inputs.choice.rows.tolist(), self._solved[1].table(), strict=False):
+            found[row] = own
+        return found
+
+    @cached_property
     def node_jumps(self) -> list[arb_mat]:
         """Jump (6, 4) of every node's twist in its own frame."""
         return [twist * self._solved[1] for twist in self._solved[0].twists]

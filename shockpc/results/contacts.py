@@ -115,7 +115,7 @@ def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
 
     def read(impact: ExactImpact) -> tuple[Array, Array]:
         force, moment = balls(np.zeros(3)), balls(np.zeros(3))
-        rows, size = impact.impulse.table(), 0.0
+        rows, size = impact.independent_impulse, 0.0
         for block, own in zip(impact.inputs.blocks[:count], impact.slices[:count], strict=True):
             point = np.array(block_point(impact.mechanism, block).entries(), dtype=object)
             axes = np.array(block_axes(impact.mechanism, block).transpose().table(), dtype=object)

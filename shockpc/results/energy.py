@@ -32,7 +32,7 @@ def energy(landing: Landing, proof: Proof) -> Energy:
 
     def read(impact: ExactImpact) -> tuple[Array, Array | None]:
         lost, size = arb(0), 0.0
-        impulses, speeds = impact.impulse.table(), impact.speeds.table()
+        impulses, speeds = impact.independent_impulse, impact.speeds.table()
         for block, own in zip(impact.inputs.blocks, impact.slices, strict=True):
             e = arb(block.restitution)
             work = sum((row[3] * speed[3] for row, speed in zip(impulses[own], speeds[own], strict=True)), arb(0))
