@@ -85,7 +85,7 @@ class ShockMaps(NamedTuple):
         position: (N, nb, 3) origins of the body frames, from the base [m].
         rank: (N,) number of independent contact and closure rows.
         condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
-        prove: (N,) whether the posture needs a proof: its rows nearly depend on one another, or rounding may show above 1e-9.
+        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, or rounding may show above 1e-9.
     """
 
     maps: Array
@@ -110,8 +110,8 @@ NO_INERTIA = 1e-30
 axis.
 """
 
-ILL_CONDITIONED = 1e6
-"""Condition above which rounding may show above 1e-9 of the motion."""
+ILL_CONDITIONED = 1e4
+"""Condition above which rounding may show above 1e-9 of a body's motion: some hundred times ε for each unit of it."""
 
 
 CONTRADICTION = 1e-9
@@ -136,9 +136,12 @@ def _maps(landing: Landing, Q: Array) -> ShockMaps:
     equation = impulsive_equation(state, blocks, landing.joint_model.armature, landing.columns(state))
     impact = solve_impact(equation.H, equation.J_c, landing.unit_strikes(state, blocks), equation.terms)
     maps = jumps_of(landing.robot, state, equation.full(impact.delta_qd))
-    prove = ~(impact.condition < ILL_CONDITIONED)
+    condition = impact.condition
+    if landing.base != "free" or landing.loops:
+        condition = condition * equation.cancellation()
+    condition = np.where(np.isnan(condition), np.inf, condition)
+    prove = condition > ILL_CONDITIONED
     prove[list(impact.choices)] = True
-    condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
     return ShockMaps(maps, state.rotation, state.position, impact.rank, condition, prove)
 
 
