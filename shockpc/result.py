@@ -279,7 +279,7 @@ class ShockProfile:
     def health(self) -> Health:
         """How far to trust the numbers (sensitivity to the data, warnings)."""
         choice, rows = self.solution.choice, len(self.proof.impulse)
-        most, data = data_warnings(self.landing, self.proof)
+        most, data = data_warnings(self.landing, self.proof, self.translates)
         return Health(
             rank=len(choice.rows),
             rows=rows,
