@@ -37,7 +37,7 @@ class Equation(NamedTuple):
     def cancellation(self) -> Array:
         """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most [1].
 
-        Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity, so little cancels.
+        Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity: little cancels.
         """
         weight = 1.0 / np.sqrt(np.maximum(np.einsum("nii->ni", self.H), 1e-300))[:, None]
         terms = row_terms(self.state, self.blocks)
