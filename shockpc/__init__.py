@@ -4,22 +4,21 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+    from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
     from shockpc.landing import Landing, resolve
     from shockpc.model.closure import Closure, Place
     from shockpc.model.contact import Contact
     from shockpc.model.joint_model import Joints, Rotor
     from shockpc.model.posture import Posture
-    from shockpc.profile import ShockMaps, shock_maps, shock_profile
-    from shockpc.result import ShockProfile
+    from shockpc.profile import shock_maps, shock_profile
+    from shockpc.result import ShockMaps, ShockProfile
     from shockpc.results.accuracy import Health
     from shockpc.results.bracket import Bracket
     from shockpc.results.contacts import ContactImpulse
     from shockpc.results.loads import JointLoad
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
-    from shockpc.scene import Point, Scene, Strike
-    from shockpc.scene_file import read_scene
+    from shockpc.scene import Point, Scene, Strike, read_scene
 
 __version__ = "0.1.0"
 
@@ -43,13 +42,14 @@ _HOMES = {
     "Scene": "scene",
     "SceneError": "errors",
     "ShockError": "errors",
-    "ShockMaps": "profile",
+    "ShockMaps": "result",
     "ShockProfile": "result",
     "SolveError": "errors",
+    "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
     "load_robot": "robot.robot",
-    "read_scene": "scene_file",
+    "read_scene": "scene",
     "resolve": "landing",
     "shock_maps": "profile",
     "shock_profile": "profile",
@@ -79,6 +79,7 @@ __all__ = [
     "ShockProfile",
     "SolveError",
     "Strike",
+    "StudyError",
     "UnknownName",
     "load_robot",
     "read_scene",

@@ -5,6 +5,7 @@ ShockError                 catch this to catch them all; its text is the whole m
 ├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
 ├── SceneError             the scene cannot be computed as asked: posture, strike, contact, scene file
 ├── SolveError             the model has no unique answer (a moving body without mass, contradicting contacts)
+├── StudyError             a study of several landings cannot be computed as asked
 └── OutputError            a result cannot be written where it was asked to be
 
 Every error carries the exit code that a command ends with: 2 for bad arguments or files, 3 for a model that cannot be
@@ -13,7 +14,9 @@ solved. Codes 0 (done) and 1 (a gate is exceeded) are never an error's.
 
 from collections.abc import Iterable
 
-__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "UnknownName"]
+from shockpc.printed import printable
+
+__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName"]
 
 
 class ShockError(Exception):
@@ -22,7 +25,7 @@ class ShockError(Exception):
     exit_code = 2
 
 
-class UnknownName(ShockError):  # noqa: N818 - the name says it is an error already
+class UnknownName(ShockError):
     """No such robot, frame, joint, body or posture.
 
     Args:
@@ -39,15 +42,15 @@ class UnknownName(ShockError):  # noqa: N818 - the name says it is an error alre
         self.kind, self.name, self.known, self.where, self.listing = kind, name, tuple(known), where, listing
         folded = {k.casefold(): k for k in reversed(self.known)}
         close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
-        nearest = ", ".join(f'"{folded[k]}"' for k in close)
+        nearest = ", ".join(_quoted(folded[k]) for k in close)
         place = f" in {where}" if where else ""
         if nearest:
             hint = f"; nearest: {nearest}"
         elif self.known and len(self.known) <= 12:
-            hint = "; there are: " + ", ".join(f'"{k}"' for k in self.known)
+            hint = "; there are: " + ", ".join(map(_quoted, self.known))
         else:
-            hint = "; nothing has a name like it" if self.known else "; there are none"
-        super().__init__(f'no {kind} "{name}"{place}{hint}. To list them: {listing}')
+            hint = "; no name is similar" if self.known else "; there are none"
+        super().__init__(f"no {kind} {_quoted(name)}{printable(place)}{hint}. To list them: {printable(listing)}")
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         return type(self), (self.kind, self.name, self.known, self.where, self.listing)
@@ -67,5 +70,14 @@ class SolveError(ShockError):
     exit_code = 3
 
 
+class StudyError(ShockError):
+    """A study of several landings cannot be computed as asked: its ranges, budgets or landings."""
+
+
 class OutputError(ShockError):
-    """A result cannot be written where it was asked to be."""
+    """A result cannot be written to the given place."""
+
+
+def _quoted(name: str) -> str:
+    """A name as a message shows it: in quotation marks, at most 80 characters, without control characters."""
+    return f'"{printable(name, 80)}"'

@@ -15,6 +15,7 @@ from shockpc.model.closure import all_loops, closure_block
 from shockpc.model.columns import Base, free_columns
 from shockpc.model.contact import ContactPoint, contact_block, contact_point, stance_block
 from shockpc.model.dynamics import Dynamics, dynamics
+from shockpc.model.equation import Equation, impulsive_equation
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
@@ -22,7 +23,8 @@ from shockpc.model.rows import Block, block_axes, block_point, row_jacobian, sli
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, plane_of, refuse_nonsense
+from shockpc.scene import Scene, check_scene, plane_of
+from shockpc.trace import Trace
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
@@ -79,6 +81,11 @@ class Landing:
         contacts = (contact_block(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
+    def equation(self, state: Dynamics) -> Equation:
+        """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq. 7)."""
+        blocks = self.rows(state)
+        return impulsive_equation(state, blocks, self.approach(state, blocks), self.joint_model.armature, self.columns(state))
+
     def columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
         return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
@@ -109,6 +116,19 @@ class Landing:
                 own[:, rows] = (1.0 + block.restitution) * speeds
         return np.concatenate([self.unit_strikes(state, blocks), own], axis=2)
 
+    def note_omissions(self, trace: Trace) -> None:
+        """Note in a trace what this landing does not need."""
+        free = not self.robot.mimics and not self.joint_model.locked.any() and (self.base == "free" or not self.robot.free_base)
+        for needless, what, why in (
+            (not self.loops, "closure rows and assembly", "nothing closes a loop"),
+            (free, "reduction to free velocities (Eq. 7)", "every joint velocity is free"),
+            (not self.joint_model.armature.any(), "reflected inertia", "no joint has any"),
+            (not self.stance, "stance rows", "no foot stands already"),
+            (self.scene.pulse is None, "peak accelerations", "no pulse is given"),
+        ):
+            if needless:
+                trace.skip(what, why)
+
 
 def complete(scene: Scene, robot: Robot) -> Scene:
     """The scene with every default filled in and every path absolute, so that it says all that is computed.
@@ -117,7 +137,7 @@ def complete(scene: Scene, robot: Robot) -> Scene:
         SceneError: it has no contact, or holds a number that is not finite or a word that is not known.
         UnknownName: the robot has no such posture.
     """
-    refuse_nonsense(scene)
+    scene = check_scene(scene)
     if not scene.contact:
         raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
     strike = scene.strike

@@ -15,7 +15,11 @@ import shockpc
 PACKAGE = Path(shockpc.__file__).parent
 MODULES = [
     "shockpc",
-    *(found.name for found in pkgutil.walk_packages([str(PACKAGE)], "shockpc.") if found.name != "shockpc.__main__"),
+    *(
+        found.name
+        for found in pkgutil.walk_packages([str(PACKAGE)], "shockpc.")
+        if found.name not in ("shockpc.__main__", "shockpc.robot.xacro_child")
+    ),
 ]
 HEAVY = {
     "numpy",

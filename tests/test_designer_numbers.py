@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pinocchio as pin
 import pytest
-from trees import known_robot
-
 from shockpc.core.contact_mass import delassus, effective_masses
 from shockpc.core.loads import joint_impulses, kinetic_energy
+from shockpc.health import judge
+from trees import known_robot
+
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.errors import SceneError
-from shockpc.health import judge
 from shockpc.landing import complete, resolve
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import tree

@@ -8,7 +8,7 @@ import pytest
 
 import shockpc
 from shockpc import errors
-from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, UnknownName
+from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
 
 CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
 EXIT_CODES = {
@@ -17,6 +17,7 @@ EXIT_CODES = {
     "RobotError": 2,
     "SceneError": 2,
     "SolveError": 3,
+    "StudyError": 2,
     "OutputError": 2,
 }
 
@@ -47,6 +48,7 @@ def test_every_error_is_exported():
         RobotError("dog.urdf: no mass"),
         SceneError("no contact"),
         SolveError("no mass"),
+        StudyError("no landing"),
         OutputError("disk full"),
         UnknownName("frame", "lf_fot", ("lf_foot", "rf_foot"), 'robot "hyq"', "shockpc robots hyq"),
     ],
@@ -69,7 +71,7 @@ def test_errors_survive_pickling(error):
             'no frame "LF_fot" in robot "hyq"; nearest: "lf_foot", "rf_foot". To list them: shockpc robots hyq',
         ),
         (("a", "b"), "", 'no frame "LF_fot"; there are: "a", "b". To list them: shockpc robots hyq'),
-        (tuple("abcdefghijklm"), "", 'no frame "LF_fot"; nothing has a name like it. To list them: shockpc robots hyq'),
+        (tuple("abcdefghijklm"), "", 'no frame "LF_fot"; no name is similar. To list them: shockpc robots hyq'),
         ((), "", 'no frame "LF_fot"; there are none. To list them: shockpc robots hyq'),
     ],
     ids=["near", "few", "many", "none"],
@@ -77,3 +79,12 @@ def test_errors_survive_pickling(error):
 def test_unknown_names_help_on(known, where, text):
     """The nearest names; all of them where they are few; and always the command that lists them."""
     assert str(UnknownName("frame", "LF_fot", known, where, "shockpc robots hyq")) == text
+
+
+def test_names_in_messages_are_printable_and_not_longer_than_a_line():
+    """A name from a file may hold anything; a message is one line, and what was asked is recognised by its ends."""
+    error = UnknownName("frame", "a" * 60 + "b" * 60, ("x\x1b[2Jy", "c\nd"), "", "shockpc robots r")
+    assert str(error).isprintable()
+    assert f'"{"a" * 40}…{"b" * 39}"' in str(error)
+    assert r'"x\x1b[2Jy", "c\nd"' in str(error)
+    assert error.name == "a" * 60 + "b" * 60

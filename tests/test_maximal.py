@@ -6,11 +6,11 @@ import pytest
 import trees
 from hypothesis import given
 from hypothesis import strategies as st
-from trees import STICKS, Hit, Landing
-
 from shockpc.core.maximal import refine, solve_maximal
 from shockpc.core.rounding import UNITS
 from shockpc.health import SAMPLES
+from trees import STICKS, Hit, Landing
+
 from shockpc.model.dynamics import dynamics, tree
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -7,6 +7,7 @@ import shutil
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from commands import STICK, Outcome, dog_in, good, run
 from hypothesis import given
@@ -15,8 +16,7 @@ from hypothesis import strategies as st
 from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene
 from shockpc.model.closure import Closure, Place
 from shockpc.model.joint_model import Joints, Rotor
-from shockpc.scene import scene_table
-from shockpc.scene_file import scene_schema, scene_text
+from shockpc.scene import check_scene, scene_schema, scene_table, scene_text
 
 EVERY_KEY = """\
 robot = "dog/dog.urdf.xacro"
@@ -239,7 +239,7 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
     [
         ("", "robot is missing; every scene needs it"),
         ("robot = 3", "robot has to be text in quotes, not 3"),
-        ("robots = 'leg'", f"robot is missing; every scene needs it; robots: no such key; valid here: {TOP_KEYS}"),
+        ("robots = 'leg'", "robot is missing; every scene needs it; robots: no such key; nearest: robot"),
         ("ROBOT\nfoot = 1", f"foot: no such key; valid here: {TOP_KEYS}"),
         ('ROBOT\nbase = "loose"', 'base has to be "free", "planar" or "fixed", not "loose"'),
         ('ROBOT\nplane = "zx"', f'plane has to be {PLANE}, not "zx"'),
@@ -251,7 +251,8 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
         ('ROBOT\n[packages]\n"a.b" = 1', 'packages."a.b" has to be text in quotes, not 1'),
         ("ROBOT\n[xacro]\npayload = 1.5", "xacro.payload has to be text in quotes, not 1.5"),
         ('ROBOT\nposture = "standing"', 'posture has to be a table, not "standing"'),
-        ("ROBOT\n[posture]\nrefrence = 'x'", f"posture.refrence: no such key; valid here: {POSTURE_KEYS}"),
+        ("ROBOT\n[posture]\nrefrence = 'x'", "posture.refrence: no such key; nearest: reference"),
+        ("ROBOT\n[posture]\nzzz = 'x'", f"posture.zzz: no such key; valid here: {POSTURE_KEYS}"),
         ("ROBOT\n[posture]\nreference = 1", "posture.reference has to be text in quotes, not 1"),
         ("ROBOT\n[posture]\nbase_position = [0, 0]", "posture.base_position has to be a list of 3 finite numbers, not [0, 0]"),
         ("ROBOT\n[posture]\nbase_rpy_deg = 15", "posture.base_rpy_deg has to be a list of 3 finite numbers, not 15"),
@@ -328,7 +329,7 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
         ("ROBOT\n[[point]]\nframe = 'imu'\nat = 'x'", "point[0].at: no such key; valid here: frame, offset"),
         (
             "ROBOT\nx = 1\n[strike]\nspeed = 'fast'\nsped = 1",
-            f'strike.speed has to be a finite number, not "fast"; strike.sped: no such key; valid here: {STRIKE_KEYS}; '
+            'strike.speed has to be a finite number, not "fast"; strike.sped: no such key; nearest: speed; '
             f"x: no such key; valid here: {TOP_KEYS}",
         ),
         (
@@ -363,6 +364,76 @@ def test_files_that_are_no_toml(here, data, said):
     with pytest.raises(SceneError) as refusal:
         read_scene(path)
     assert str(refusal.value) == said.replace("PATH", str(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f"robot = {'[' * 2000}", "is nested hundreds of levels deep; a scene needs four"),
+        (f'robot = "leg"\n{".".join("a" * 2000)} = 1\n', "a: no such key; valid here: "),
+        (
+            f'robot = "leg"\n[strike]\nvelocity.{".".join("a" * 2000)} = 1\n',
+            "is nested hundreds of levels deep; a scene needs four",
+        ),
+        (f'robot = "leg"\nrange_g = {"9" * 5000}\n', "holds an integer of thousands of digits"),
+        (f'robot = "leg"\nrange_g = 0x{"f" * 5000}\n', "range_g has to be a finite number, not an integer of thousands of digits"),
+        (f'robot = "leg"\nrange_g = {"9" * 400}\n', "range_g has to be a finite number, not 99999"),
+        ('robot = "a\\u0000.urdf"\n', '"a\\u0000.urdf" cannot be the path of a file: it holds a NUL character'),
+        ('robot = "leg"\npackages = { leg = "a\\u0000" }\n', '"a\\u0000" cannot be the path of a file: it holds a NUL character'),
+        ('robot = "leg"\nsrdf = 2020-01-01\n', 'srdf has to be text in quotes, not "2020-01-01"'),
+    ],
+)
+def test_files_that_no_scene_needs(here, text, said):
+    """Extreme nesting, numbers and paths end in one message, not in a traceback."""
+    with pytest.raises(SceneError) as refusal:
+        read_scene(write(here, text))
+    assert said in str(refusal.value)
+    assert "landing.toml" in str(refusal.value)
+
+
+def test_a_path_of_a_scene_file_with_a_nul_character():
+    with pytest.raises(SceneError, match="holds a NUL character"):
+        read_scene(Path("a\0.toml"))
+
+
+# Scenes from Python
+
+
+HEEL = Contact(frame="heel")
+
+
+@pytest.mark.parametrize("contact", ["heel", HEEL, ("heel",), [HEEL], (HEEL,)])
+def test_contacts_from_python_become_a_tuple_of_contacts(contact):
+    """A name, a contact, or several of either."""
+    assert Scene(robot="leg", contact=contact).contact == (HEEL,)
+
+
+@pytest.mark.parametrize(
+    ("part", "said"),
+    [
+        (
+            {"contact": Contact(frame="heel", offset=(0.0, 0.0))},
+            "contact[0].offset has to be a list of 3 finite numbers, not [0.0, 0.0]",
+        ),
+        ({"contact": 3}, "contact[0] has to be a table, not 3"),
+        ({"plane": "zx"}, f'plane has to be {PLANE}, not "zx"'),
+        ({"strike": Strike(speed="1")}, 'strike.speed has to be a finite number, not "1"'),
+        ({"posture": Posture(joints={"knee": True})}, "posture.joints.knee has to be a finite number, not true"),
+        ({"joints": None}, "joints has to be a table, not null"),
+    ],
+)
+def test_scenes_from_python_are_checked_as_files_are(part, said):
+    """The key, what it holds, and what would be valid."""
+    with pytest.raises(SceneError) as refusal:
+        check_scene(Scene(**({"robot": "leg", "contact": "heel"} | part)))
+    assert str(refusal.value) == said
+
+
+def test_vectors_from_python_become_tuples():
+    """A list, an array or integers."""
+    contact = Contact(frame="heel", offset=np.array([0.0, 0.1, 0.2]), directions=["x", [0, 0, 1]])
+    expected = Contact(frame="heel", offset=(0.0, 0.1, 0.2), directions=("x", (0.0, 0.0, 1.0)))
+    assert check_scene(Scene(robot="leg", contact=contact)).contact == (expected,)
 
 
 def test_files_that_are_not_there(here):
@@ -422,7 +493,7 @@ NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 VECTORS = st.tuples(NUMBERS, NUMBERS, NUMBERS)
 SCENES = st.builds(
     Scene,
-    robot=NAMES.filter(lambda name: "/" not in name and not Path(name).suffix),
+    robot=NAMES.filter(lambda name: "/" not in name and "\0" not in name and not Path(name).suffix),
     base=st.sampled_from([None, "free", "planar", "fixed"]),
     plane=st.one_of(st.sampled_from(["xz", "yz", "xy"]), VECTORS),
     xacro=st.dictionaries(NAMES, NAMES, max_size=3),

@@ -1,10 +1,13 @@
-"""`shockpc paper`: the method's own paper, computed again."""
+"""`shockpc paper`: recompute the figures of the paper that the method is from."""
 
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from shockpc.cli.declare import option
+from shockpc.cli.parse import path
 
 __all__ = ["paper"]
 
@@ -15,14 +18,15 @@ def paper(
         typer.Argument(metavar="[FIGURE]...", help="Numbers of figures: 1, 2, 3, 5; all by default.", show_default=False),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write figures, tables and the scenes of all panels into this folder.")
+        Path | None,
+        option("Write figures, tables and the scenes of all panels into this folder.", group="Output", metavar="DIR", parser=path),
     ] = None,
 ) -> None:
-    """Recompute the figures of the paper and judge its claims."""
+    """Recompute the figures of the paper and check its claims."""
     from shockpc.paper.results import figure_result
     from shockpc.paper.scenes import paper_figures
     from shockpc.show.files import check_folder
-    from shockpc.show.tables.paper_text import paper_text, write_paper
+    from shockpc.show.tables.paper import paper_text, write_paper
 
     chosen = paper_figures(figures or ())
     if out is not None:

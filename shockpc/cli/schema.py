@@ -9,6 +9,6 @@ def schema() -> None:
     """Print the JSON Schema of scene files, for editors."""
     import json
 
-    from shockpc.scene_file import scene_schema
+    from shockpc.scene import scene_schema
 
     sys.stdout.write(json.dumps(scene_schema(), indent=1) + "\n")

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from shockpc.core.spatial import Array
 
 __all__ = [
+    "BallMatrix",
     "Balls",
     "PrecisionError",
     "balls",
@@ -23,6 +24,9 @@ __all__ = [
 
 Balls: TypeAlias = NDArray[np.object_]
 """An array of balls."""
+
+BallMatrix: TypeAlias = arb_mat
+"""A matrix of balls, with the operations of linear algebra."""
 
 ENOUGH = 2.0**-60
 """Largest radius, relative to the number or to a share of its natural size, with which a ball is rounded to a double."""

@@ -12,7 +12,7 @@ import numpy as np
 from flint import arb, ctx
 
 from shockpc.core.spatial import Array, largest_norm
-from shockpc.exact.balls import PrecisionError, nearest
+from shockpc.exact.balls import Balls, PrecisionError, nearest
 from shockpc.exact.equation import SingularError
 from shockpc.exact.kinematics import Tree, data_of, loaded_tree, tree_of
 from shockpc.exact.solution import ExactImpact, Inputs
@@ -150,7 +150,7 @@ class Sensitivity(NamedTuple):
     causes: dict[str, Array]
 
 
-def sensitivity(proof: Proof, length: Array, others: Callable[[ExactImpact], list[list[arb]]]) -> Sensitivity:
+def sensitivity(proof: Proof, length: Array, others: Callable[[ExactImpact], list[Balls]]) -> Sensitivity:
     """The sensitivity of a landing to its data; data that are zero stay zero.
 
     Args:
@@ -180,11 +180,10 @@ def sensitivity(proof: Proof, length: Array, others: Callable[[ExactImpact], lis
     return Sensitivity(every[: len(size)], every[len(size) :], causes)
 
 
-def _apart(one: list[arb], other: list[arb]) -> float:
+def _apart(one: Balls, other: Balls) -> float:
     """Distance between two vectors, relative to the second one."""
-    distance = sum(((a - b) ** 2 for a, b in zip(one, other, strict=True)), arb(0))
-    size = sum((b * b for b in other), arb(0))
-    return float(distance.mid().sqrt() / size.mid().sqrt()) if size.mid() > 0 else 0.0
+    distance, size = (float(np.sum(vector * vector).mid()) for vector in (one - other, other))
+    return float(np.sqrt(distance / size)) if size > 0.0 else 0.0
 
 
 def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs, Tree]:

@@ -1,16 +1,15 @@
 """The impact of one landing in ball arithmetic: rows, impulses along them and the jump of every body."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from flint import arb, arb_mat
-from numpy.typing import NDArray
+from flint import arb, arb_mat, ctx
 
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, Plane
-from shockpc.exact.balls import matrix
+from shockpc.exact.balls import Balls, matrix
 from shockpc.exact.equation import Mechanism, Response, SingularError, articulate, place_of, respond, wrenches
 from shockpc.exact.kinematics import Tree, poses
 from shockpc.model.columns import Base
@@ -18,7 +17,7 @@ from shockpc.model.motion import Motion
 from shockpc.model.rows import Block, slices_of
 from shockpc.robot.robot import Robot
 
-__all__ = ["ExactImpact", "Inputs", "free_mechanism"]
+__all__ = ["ExactImpact", "Inputs", "beside", "cross_columns", "free_mechanism", "stacked", "work"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +101,7 @@ class ExactImpact:
     """
 
     def __init__(self, inputs: Inputs, tree: Tree) -> None:
-        self.inputs = inputs
+        self.inputs, self.bits = inputs, int(ctx.prec)
         self.mechanism = free_mechanism(inputs, tree)
         self.articulated = articulate(self.mechanism)
         self.slices = slices_of(inputs.blocks)
@@ -190,7 +189,7 @@ class ExactImpact:
         return [[row[3] for row in twist.table()] for twist in found]
 
     @cached_property
-    def body_jumps(self) -> NDArray[np.object_]:
+    def body_jumps(self) -> Balls:
         """The jumps (nb, 6, 4) as an array."""
         out = np.empty((len(self.jumps), 24), dtype=object)
         for i, jump in enumerate(self.jumps):
@@ -217,12 +216,12 @@ class ExactImpact:
         return chosen if r == len(self.inputs.choice.spread) else matrix(self.inputs.choice.spread) * chosen
 
     @cached_property
-    def independent_impulse(self) -> list[list[arb]]:
+    def independent_impulse(self) -> arb_mat:
         """Impulses (nc, 4) along the independent rows, and none along the others: they do the same to the robot [N s]."""
         found = [[arb(0)] * 4 for _ in range(len(self.inputs.choice.spread))]
         for row, own in zip(self.inputs.choice.rows.tolist(), self._solved[1].table(), strict=False):
             found[row] = own
-        return found
+        return arb_mat(found)
 
     @cached_property
     def node_jumps(self) -> list[arb_mat]:
@@ -257,6 +256,27 @@ class ExactImpact:
     def places(self) -> list[tuple[arb_mat, arb_mat]]:
         """Rotation (3, 3) to the world and position (3, 1) from the base of every body's frame."""
         return [place_of(self.mechanism, body) for body in range(len(self.inputs.robot.bodies))]
+
+    def points(self, bodies: Sequence[int], r: Array) -> Balls:
+        """Positions (n, 3) of points of bodies, world axes, from the base [m]. Args: r (n, 3) in the bodies' frames [m]."""
+        places = (self.places[body] for body in bodies)
+        found = [(R * matrix(point[:, None]) + p).entries() for (R, p), point in zip(places, r, strict=True)]
+        return np.array(found, dtype=object).reshape(-1, 3)
+
+    def velocities_before(self, bodies: Sequence[int], r: Array) -> Balls:
+        """Velocities (n, 3) of points of bodies before the impact, world axes [m/s]. Args: as for `points`."""
+        found = []
+        for body, point in zip(bodies, r, strict=True):
+            a, b, c, u, v, w = self.body_twists_before[body]
+            x, y, z = (arb(value) for value in point.tolist())
+            local = [[u + b * z - c * y], [v + c * x - a * z], [w + a * y - b * x]]
+            found.append((self.places[body][0] * arb_mat(local)).entries())
+        return np.array(found, dtype=object).reshape(-1, 3)
+
+    @cached_property
+    def orientations(self) -> Balls:
+        """Rotations (nb, 3, 3) of the bodies' frames, body to world."""
+        return np.array([R.table() for R, _ in self.places], dtype=object)
 
     @cached_property
     def kinetic_energy_before(self) -> arb:

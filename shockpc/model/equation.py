@@ -18,6 +18,7 @@ class Equation(NamedTuple):
     Attributes:
         H: (N, ny, ny) GᵀHG, armature included.
         J_c: (N, nc, ny) J_c G, closure rows included.
+        b: (N, nc, k) speeds to be undone along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
         G: (N, nv, ny), or None where all velocities are free.
         state: the robot.
         blocks: the rows.
@@ -25,6 +26,7 @@ class Equation(NamedTuple):
 
     H: Array
     J_c: Array
+    b: Array
     G: Array | None
     state: Dynamics
     blocks: tuple[Block, ...]
@@ -51,12 +53,13 @@ class Equation(NamedTuple):
         return delta if self.G is None else np.asarray(self.G @ delta)
 
 
-def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], armature: Array, G: Array | None) -> Equation:
+def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], b: Array, armature: Array, G: Array | None) -> Equation:
     """Assemble Eq. 4, reduced by Eq. 7 where some velocities are not free.
 
     Args:
         state: the robot in N postures.
         blocks: what is held.
+        b: (N, nc, k) speeds to be undone along each row.
         armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg].
         G: (N, nv, ny) columns of the free velocities, or None.
     """
@@ -64,5 +67,5 @@ def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], armature: Arr
     if armature.any():
         H = H + np.diag(armature)
     if G is None:
-        return Equation(H, J_c, None, state, blocks)
-    return Equation(np.swapaxes(G, -1, -2) @ H @ G, J_c @ G, G, state, blocks)
+        return Equation(H, J_c, b, None, state, blocks)
+    return Equation(np.swapaxes(G, -1, -2) @ H @ G, J_c @ G, b, G, state, blocks)

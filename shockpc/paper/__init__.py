@@ -1,1 +1,1 @@
-"""The method's own paper, computed again: its figures as scenes, its statements as numbers with a verdict each."""
+"""The paper that the method comes from: its figures as scenes, its claims as a table of computed values."""

@@ -1,8 +1,8 @@
-"""Landings of the paper's scenes: as they are, or with one thing changed at a time. Every robot is loaded once."""
+"""Landings of the paper's scenes, unchanged or with a few values replaced. Every robot is loaded once."""
 
-import dataclasses
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,15 +12,17 @@ from shockpc.paper.scenes import find_scene
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene
-from shockpc.scene_file import read_scene
+from shockpc.scene import Scene, Strike, read_scene
 
-__all__ = ["along", "changed", "land", "line_shock", "robot_of", "scene"]
+__all__ = ["Line", "along", "changed", "land", "line_shock", "robot_of", "scene"]
+
+Line = tuple[Array, Array]
+"""The two ends (3,) of the middle line of a slender body, in the body's frame [m]."""
 
 
 @functools.cache
 def scene(stem: str) -> Scene:
-    """The scene of a file beside the models."""
+    """The scene of that name beside the models, such as "fig2_a"."""
     return read_scene(find_scene(stem))
 
 
@@ -32,32 +34,28 @@ def changed(
     xacro: Mapping[str, str] | None = None,
     contact: Mapping[str, Any] | None = None,
 ) -> Scene:
-    """A scene with some of it changed; what is not named stays.
+    """A scene with some values replaced.
 
     Args:
         found: the scene.
-        joints_deg: joints to set [deg].
-        base_pitch_deg: of the base about world y [deg].
-        strike: fields of the strike; they replace all of it.
-        xacro: arguments of the robot's file.
-        contact: fields of every contact.
+        joints_deg: joint angles [deg]; the other joints stay.
+        base_pitch_deg: rotation of the base about world y [deg].
+        strike: fields of a new strike.
+        xacro: arguments of the robot's file; the others stay.
+        contact: fields of every contact; the others stay.
     """
-    posture = dataclasses.replace(
-        found.posture,
-        joints_deg={**found.posture.joints_deg, **(joints_deg or {})},
-        base_rpy_deg=found.posture.base_rpy_deg if base_pitch_deg is None else (0.0, base_pitch_deg, 0.0),
-    )
-    return dataclasses.replace(
+    rpy = found.posture.base_rpy_deg if base_pitch_deg is None else (0.0, base_pitch_deg, 0.0)
+    return replace(
         found,
-        posture=posture,
-        strike=found.strike if strike is None else dataclasses.replace(type(found.strike)(), **strike),
+        posture=replace(found.posture, joints_deg={**found.posture.joints_deg, **(joints_deg or {})}, base_rpy_deg=rpy),
+        strike=found.strike if strike is None else Strike(**strike),
         xacro={**found.xacro, **(xacro or {})},
-        contact=tuple(dataclasses.replace(one, **(contact or {})) for one in found.contact),
+        contact=tuple(replace(one, **(contact or {})) for one in found.contact),
     )
 
 
 def land(found: Scene | str) -> ShockProfile:
-    """The shock of a scene, or of the scene of that name."""
+    """The shock profile of a scene, or of the scene of that name."""
     found = scene(found) if isinstance(found, str) else found
     return shock_profile(found, robot_of(found))
 
@@ -72,12 +70,12 @@ def _robot(path: str, xacro: tuple[tuple[str, str], ...]) -> Robot:
     return load_robot(path, xacro=dict(xacro))
 
 
-def along(profile: ShockProfile, body: str, ends: tuple[Array, Array], count: int = 41) -> Array:
-    """Shock (count,) at points evenly spaced along a slender body [1]. Args: ends two points (3,) in its frame [m]."""
+def along(profile: ShockProfile, body: str, line: Line, count: int = 41) -> Array:
+    """Shock (count,) at evenly spaced points of a line on a body, from its first end to its second [1]."""
     share = np.linspace(0.0, 1.0, count)[:, None]
-    return profile.shock_at(body, (1.0 - share) * ends[0] + share * ends[1])
+    return profile.shock_at(body, (1.0 - share) * line[0] + share * line[1])
 
 
-def line_shock(profile: ShockProfile, body: str, ends: tuple[Array, Array]) -> float:
-    """Greatest shock on the middle line of a slender body: at one of its ends, for |Δv| is convex [1]."""
-    return float(along(profile, body, ends, 2).max())
+def line_shock(profile: ShockProfile, body: str, line: Line) -> float:
+    """Largest shock on a line of a body [1]; it occurs at an end, because |Δv| is convex."""
+    return float(along(profile, body, line, 2).max())

@@ -1,112 +1,262 @@
-"""Figures 2 and 4, and what Section 3.4 says of chains: the human leg under every reading of the text."""
+"""Figures 2 and 4, and Sections 3.4 and 5: the claims about the human leg and about chains of bodies."""
 
 import functools
+import itertools
 import math
+from typing import Any
 
 import numpy as np
 
-from shockpc.core.spatial import Array
-from shockpc.paper.landings import changed, land, line_shock, scene
-from shockpc.paper.statement import Reading
+from shockpc.core.beam import centre_of_percussion
+from shockpc.paper.claim import ROUNDING, Claim, Options
+from shockpc.paper.landings import Line, along, changed, land, line_shock, scene
+from shockpc.paper.quadruped import ANGLES, quadruped, quadruped_lines
 from shockpc.result import ShockProfile
-from shockpc.robot.robot import Robot
 
-__all__ = [
-    "ANGLE_ABC",
-    "ANGLE_EF",
-    "BODIES",
-    "FOOT",
-    "LOWER_LEG",
-    "case",
-    "cases",
-    "ends",
-    "greatest",
-    "lower_leg_centre",
-    "segment",
-]
+__all__ = ["LEG_CLAIMS", "cases", "leg_lines", "reductions"]
 
-KNEE_AT_UPRIGHT = -15.0
-"""Knee angle at which the lower leg is vertical, the upper leg being turned by 15 degrees [deg]."""
+UPRIGHT_KNEE = -15.0
+"""Knee angle at which the lower leg is vertical: the upper leg is at 15 degrees [deg]."""
 
-LOWER_LEG = Reading("lower leg's angle", {"0°": 0.0, "−5°": -5.0, "−10°": -10.0, "−15°": -15.0})
-FOOT = Reading(
-    "the foot's 75°",
-    {
-        "counted from the knee (toes forward)": 105.0,
-        "counted from the lower leg's line (toes forward)": 75.0,
-        "counted from the knee (toes backward)": -105.0,
-        "counted from the lower leg's line (toes backward)": -75.0,
-    },
-)
-ANGLE_ABC = Reading(
-    "strike angles of A, B and C",
-    {
-        "15/45/75°": (15.0, 45.0, 75.0),
-        "15/60/75°": (15.0, 60.0, 75.0),
-        "0/30/60°": (0.0, 30.0, 60.0),
-        "30/60/80°": (30.0, 60.0, 80.0),
-    },
-)
-ANGLE_EF = Reading("strike angle of E and F", {f"{angle}°": float(angle) for angle in (15, 0, 30, 45, 60, 75)})
-
-BODIES = ("lower_leg", "upper_leg", "torso")
-"""From the ground up."""
-
-
-_SCENES = {"A": "fig2_a", "B": "fig2_a", "C": "fig2_a", "D": "fig2_e", "E": "fig2_e", "F": "fig2_f"}
-"""Cases that differ by the strike alone share a scene."""
-
-
-def case(letter: str, strike: float, lower_leg: float = 0.0, ankle: float = 105.0) -> ShockProfile:
-    """One case of Figure 2, with what the text leaves open said.
-
-    Args:
-        letter: A to F.
-        strike: angle from the vertical [deg].
-        lower_leg: angle from the vertical, counter-clockwise [deg].
-        ankle: of the foot from the lower leg's line [deg]; cases without a foot ignore it.
-    """
-    return _case(_SCENES[letter], strike, lower_leg, ankle if letter == "F" else None)
+OPEN: Options = {
+    "lower leg at −15°": {"lower_leg": -15.0},
+    "A, B and C struck at 0°, 30° and 60°": {"strikes": (0.0, 30.0, 60.0)},
+    "E and F struck at 45°": {"steep": 45.0},
+    "ankle's 75° counted from the line of the lower leg": {"ankle": 75.0},
+}
+"""Other values of what the text leaves open, each as arguments of `cases`."""
 
 
 @functools.cache
-def _case(stem: str, strike: float, lower_leg: float, ankle: float | None) -> ShockProfile:
-    joints = {"knee": KNEE_AT_UPRIGHT + lower_leg, **({} if ankle is None else {"ankle": ankle})}
-    return land(changed(scene(stem), joints_deg=joints, strike={"speed": 1.0, "strike_angle_deg": strike}))
+def cases(
+    lower_leg: float = 0.0, strikes: tuple[float, float, float] = (15.0, 45.0, 75.0), steep: float = 15.0, ankle: float = 105.0
+) -> tuple[ShockProfile, ...]:
+    """Cases A to F of Figure 2; D is struck as C is.
+
+    Args:
+        lower_leg: angle of the lower leg from the vertical, counter-clockwise [deg].
+        strikes: strike angles of A, B and C [deg].
+        steep: strike angle of E and F [deg].
+        ankle: angle of the foot from the line of the lower leg [deg].
+    """
+    joints = {"knee": UPRIGHT_KNEE + lower_leg}
+    found = []
+    for letter, angle in zip("abcdef", (*strikes, strikes[2], steep, steep), strict=True):
+        posture = joints | ({"ankle": ankle} if letter == "f" else {})
+        found.append(land(changed(scene(f"fig2_{letter}"), posture, strike={"speed": 1.0, "strike_angle_deg": angle})))
+    return tuple(found)
 
 
-def cases(lower_leg: float, angles: tuple[float, float, float], steep: float, ankle: float = 105.0) -> list[ShockProfile]:
-    """Cases A to F: the strike angles of A, B and C, and that of E and F [deg]; D is struck as C is."""
-    strikes = dict(zip("ABCDEF", (*angles, angles[2], steep, steep), strict=True))
-    return [case(letter, strike, lower_leg, ankle) for letter, strike in strikes.items()]
+def leg_lines(profile: ShockProfile) -> dict[str, Line]:
+    """The middle lines of foot, lower leg, upper leg and torso, each from its lower end to its upper one."""
+    segment = np.array([0.0, 0.0, _segment(profile)])
+    spans = {"foot": (-0.5, 0.0), "lower_leg": (-1.0, 0.0), "upper_leg": (-1.0, 0.0), "torso": (0.0, 1.5)}
+    return {body: (low * segment, high * segment) for body, (low, high) in spans.items() if body in profile.bodies}
 
 
-def segment(robot: Robot) -> float:
+def reductions(**how: Any) -> dict[str, float]:
+    """By how much case F lowers the largest shock of every link of case E [%]; arguments as for `cases`."""
+    without, with_foot = map(_largest, cases(**how)[4:])
+    return {body: 100.0 * (1.0 - with_foot[body] / shock) for body, shock in without.items()}
+
+
+def _segment(profile: ShockProfile) -> float:
     """Length of a leg segment [m]."""
-    return -float(robot.frame("heel").offset[2])
+    return -float(profile.robot.frame("heel").offset[2])
 
 
-def ends(robot: Robot, body: str) -> tuple[Array, Array]:
-    """The two ends of a body's middle line, in its frame [m]."""
-    low, high = {
-        "upper_leg": (-1.0, 0.0),
-        "lower_leg": (-1.0, 0.0),
-        "torso": (0.0, 1.5),
-        "foot": (-0.5, 0.0),
-    }[body]
-    length = segment(robot)
-    return np.array([0.0, 0.0, low * length]), np.array([0.0, 0.0, high * length])
+def _largest(profile: ShockProfile) -> dict[str, float]:
+    """Largest shock on the middle line of every body [1]."""
+    return {body: line_shock(profile, body, line) for body, line in leg_lines(profile).items()}
 
 
-def greatest(profile: ShockProfile, body: str) -> float:
-    """Greatest shock on the middle line of a body [1]."""
-    return line_shock(profile, body, ends(profile.robot, body))
+def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
+    """Distance of the lower leg's CoPc in front of its line, and from the nearest point of it, over its length [1]."""
+    front, _, height = profile.copc[profile.bodies.index("lower_leg")] / _segment(profile)
+    return float(front), math.hypot(front, max(height, -1.0 - height, 0.0))
 
 
-def lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
-    """CoPc of the lower leg: how far in front of its line, and how far from the nearest point of its line, over its length [1]."""
-    i = profile.bodies.index("lower_leg")
-    length = segment(profile.robot)
-    front, _, along = profile.copc[i] / length
-    beyond = max(along - 0.0, -1.0 - along, 0.0)
-    return float(front), math.hypot(front, beyond)
+def _shown(figure_5: float | None, **how: Any) -> list[tuple[ShockProfile, dict[str, Line]]]:
+    """Cases A to F, or the quadruped with leg segments at that angle, with the middle lines of the chain."""
+    if figure_5 is not None:
+        return [(quadruped(figure_5), quadruped_lines(quadruped(figure_5)))]
+    return [(profile, leg_lines(profile)) for profile in cases(**how)]
+
+
+def _rise(figure_5: float | None = None, on_line: bool = False, **how: Any) -> float:
+    """Largest ratio of the shock of a body to that of the body below it."""
+    ratios = []
+    for profile, lines in _shown(figure_5, **how):
+        at_com = dict(zip(profile.bodies, map(float, profile.shock_com), strict=True))
+        shock = [line_shock(profile, body, line) if on_line else at_com[body] for body, line in lines.items()]
+        ratios += [upper / lower for lower, upper in itertools.pairwise(shock)]
+    return max(ratios)
+
+
+def _nearer(body: str = "upper_leg", figure_5: float | None = None, **how: Any) -> float:
+    """Distance of a CoPc from the joint above over that from the joint below: by Eq. 2 the ratio of the shocks there."""
+    found = [(profile, lines[body]) for profile, lines in _shown(figure_5, **how) if body in lines and "torso" in lines]
+    return max(float(np.divide(*along(profile, body, line, 2)[::-1])) for profile, line in found)
+
+
+def _above_foot(heel: str = "0.1", strike: float = 0.0) -> float:
+    level = cases(steep=strike, ankle=90.0)[5]
+    shock = _largest(land(changed(level.scene, xacro={"heel": heel})))
+    return max(shock[body] for body in shock if body != "foot")
+
+
+def _one_component(strike: float = 0.0) -> float:
+    without, with_foot = map(_largest, cases(steep=strike, ankle=90.0)[4:])
+    return with_foot["lower_leg"] / without["lower_leg"]
+
+
+def _off_eq_1(profile: ShockProfile, body: str, line: Line, in_plane: bool = False) -> float:
+    """Distance of a CoPc from 2/3 of a body's line, along the line or in the plane, over its length [1]."""
+    axis = line[1] - line[0]
+    off = profile.copc[profile.bodies.index(body)] - line[0] - centre_of_percussion(0.5, 1.0 / math.sqrt(12.0)) * axis
+    return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
+
+
+def _torsos(figure_5: bool, **how: Any) -> list[tuple[ShockProfile, str, Line]]:
+    """The torsos of cases D to F or of Figure 5, with their middle lines."""
+    shown = [one for angle in ANGLES for one in _shown(angle)] if figure_5 else _shown(None, **how)[3:]
+    return [(profile, "torso", lines["torso"]) for profile, lines in shown]
+
+
+def _off_three_quarters(figure_5: bool = False, **how: Any) -> float:
+    places = [float(np.argmin(along(*torso, 121))) / 120.0 for torso in _torsos(figure_5, **how)]
+    return max(abs(place - 0.75) for place in places)
+
+
+def _torso_changes(strike: float = 75.0) -> float:
+    shocks = [
+        np.stack([along(profile, body, leg_lines(profile)[body]) for body in ("lower_leg", "upper_leg")])
+        for profile in cases(strikes=(15.0, 45.0, strike))[2:4]
+    ]
+    return float(np.abs(shocks[1] - shocks[0]).max())
+
+
+def _approach(**how: Any) -> float:
+    distances = [_lower_leg_centre(profile)[1] for profile in cases(**how)[:3]]
+    return max(after / before for before, after in itertools.pairwise(distances))
+
+
+def _friction(**how: Any) -> float:
+    """Largest friction coefficient needed; infinite where the ground would have to pull."""
+    needed = [profile.contacts[0].friction_needed for profile in cases(**how)]
+    return max(math.inf if friction is None else friction for friction in needed)
+
+
+def _moved_imu(case: int = 0) -> float:
+    profile = cases()[case]
+    places = _segment(profile) * np.array([[0.0, 0.0, -0.5], [0.1, 0.0, -0.6]])
+    old, new = profile.shock_at("lower_leg", places)
+    return float(new / old)
+
+
+chain = functools.partial(Claim, section="Section 3.4", interpretation="cases A to F as drawn", options=OPEN)
+level = functools.partial(Claim, section="Section 3.4", interpretation="leg upright, foot level and struck along its normal")
+
+LEG_CLAIMS = (
+    chain(
+        "when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
+        "smallest distance of the CoPc in front of the lower leg, over its length [1]",
+        lambda **how: min(_lower_leg_centre(p)[0] for p in cases(**how)[:5]),
+        above=ROUNDING,
+        interpretation="cases A to E as drawn",
+    ),
+    chain(
+        "upper bodies are generally subject to less shock",
+        "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
+        _rise,
+        below=1.0 - ROUNDING,
+        options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": 0.0}},
+    ),
+    chain(
+        "the CoPc of a body tends to move toward the next joint in the chain",
+        "largest distance of the CoPc from the joint above over that from the joint below [1]",
+        _nearer,
+        below=1.0 - ROUNDING,
+        interpretation="upper leg, cases D to F as drawn",
+        options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": 0.0}},
+    ),
+    level(
+        "a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
+        "largest shock above the foot, a third of which lies behind the ankle [1]",
+        _above_foot,
+        below=ROUNDING,
+        options={"foot ends at the ankle": {"heel": "0"}, "struck 15° from the normal": {"strike": 15.0}},
+    ),
+    level(
+        "two slender bodies hinged perpendicularly can each mitigate one translational component of the shock",
+        "largest shock of the lower leg over that without the foot [1]",
+        _one_component,
+        below=0.5,
+        options={"struck 45° from the normal": {"strike": 45.0}},
+    ),
+    chain(
+        "for a body at the end of the chain, the CoPc lies at 2/3 of a slender body",
+        "largest deviation along the body, over its length [1]",
+        lambda **how: max(_off_eq_1(p, *list(leg_lines(p).items())[-1]) for p in cases(**how)),
+        below=ROUNDING,
+    ),
+    Claim(
+        "the effect of the torso on the shock of the legs is minimal (C against D)",
+        "largest change of shock on the middle lines of the legs [1]",
+        _torso_changes,
+        below=0.25,
+        section="Section 4.1",
+        interpretation="both struck at 75°; 0.25 is one step of the colour scale",
+        options={"both struck at 45°": {"strike": 45.0}, "both struck at 15°": {"strike": 15.0}},
+    ),
+    chain(
+        "flattening the impact brings the CoPc of the lower leg closer to the body (A to C)",
+        "largest ratio of its distance from the body to that in the case before [1]",
+        _approach,
+        below=1.0,
+        section="Section 4.1",
+    ),
+    chain(
+        "the foot reduces the shock of all links by more than 80 % (E against F)",
+        "smallest reduction of the largest shock on a link [%]",
+        lambda **how: min(reductions(**how).values()),
+        above=80.0,
+        section="Section 4.1",
+        interpretation="both struck at 15°, lower leg vertical, ankle's 75° counted from the knee",
+    ),
+    chain(
+        "the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
+        "largest friction coefficient that a contact needs [1]",
+        _friction,
+        below=1.0,
+        section="Footnote 4",
+    ),
+    Claim(
+        "moving the IMU from the middle of the lower leg forward and down lowers its shock",
+        "shock at the new place over that at the old one [1]",
+        _moved_imu,
+        below=1.0,
+        section="Figure 4",
+        interpretation="case A; moved by a tenth of the length both ways",
+        options={"case B": {"case": 1}, "case C": {"case": 2}},
+    ),
+    chain(
+        "the torso is well described by Eq. 1",
+        "largest distance of its CoPc from 2/3 of the length, over the length [1]",
+        lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(*torso, in_plane) for torso in _torsos(figure_5, **how)),
+        below=0.05,
+        section="Section 5",
+        interpretation="distance along the torso, cases D to F as drawn",
+        options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},
+    ),
+    chain(
+        "sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
+        "largest distance of the place of least shock from 3/4 of the torso, over its length [1]",
+        _off_three_quarters,
+        below=0.25,
+        section="Section 5",
+        interpretation="cases D to F as drawn",
+        options=OPEN | {"Figure 5": {"figure_5": True}},
+    ),
+)
+"""The claims, in the paper's order."""

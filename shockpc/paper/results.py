@@ -1,35 +1,30 @@
-"""The paper computed again: the landing of every panel, and every statement with its verdict."""
+"""The figures of the paper computed: a shock profile for every panel, and the claims."""
 
 from typing import NamedTuple
 
-from shockpc.paper.beam import beam_statements
+from shockpc.paper.beam import BEAM_CLAIMS
+from shockpc.paper.claim import Claim
 from shockpc.paper.landings import land
-from shockpc.paper.leg_statements import leg_statements
-from shockpc.paper.quadruped import quadruped_statements
+from shockpc.paper.leg import LEG_CLAIMS
+from shockpc.paper.quadruped import QUADRUPED_CLAIMS
 from shockpc.paper.scenes import PaperFigure
-from shockpc.paper.skippy import skippy_statements
-from shockpc.paper.statement import Statement
+from shockpc.paper.skippy import SKIPPY_CLAIMS
 from shockpc.result import ShockProfile
 
-__all__ = ["FigureResult", "figure_result"]
+__all__ = ["CLAIMS", "FigureResult", "figure_result"]
 
-STATEMENTS = {1: beam_statements, 2: leg_statements, 3: skippy_statements, 5: quadruped_statements}
+CLAIMS = {1: BEAM_CLAIMS, 2: LEG_CLAIMS, 3: SKIPPY_CLAIMS, 5: QUADRUPED_CLAIMS}
+"""All claims, by the number of the figure whose models decide them."""
 
 
 class FigureResult(NamedTuple):
-    """One figure, computed.
-
-    Attributes:
-        figure: which.
-        profiles: of its panels.
-        statements: that the paper makes about it, or that it can decide.
-    """
+    """A figure, the shock profiles of its panels, and the claims that its models decide."""
 
     figure: PaperFigure
     profiles: tuple[ShockProfile, ...]
-    statements: tuple[Statement, ...]
+    claims: tuple[Claim, ...]
 
 
 def figure_result(figure: PaperFigure) -> FigureResult:
-    """Compute a figure of the paper and judge what the paper says of it."""
-    return FigureResult(figure, tuple(land(panel.scene) for panel in figure.panels), STATEMENTS[figure.number]())
+    """Compute the panels of a figure."""
+    return FigureResult(figure, tuple(land(panel.scene) for panel in figure.panels), CLAIMS[figure.number])

@@ -1,7 +1,4 @@
-"""The paper's figures as scene files, and where those lie.
-
-Each panel is a TOML file in `robots/scenes`, beside the models; it can be opened, changed and given to `shockpc analyze`.
-"""
+"""The paper's figures as scenes: each panel is a TOML file in `robots/scenes`, which `shockpc analyze` reads as well."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,9 +14,9 @@ class Panel(NamedTuple):
     """One panel of a figure.
 
     Attributes:
-        label: what stands under it, a letter or an angle.
-        scene: stem of its scene file.
-        words: what it shows, in a few words.
+        label: letter or angle printed under it.
+        scene: name of its scene file, without ".toml".
+        words: short description.
     """
 
     label: str
@@ -28,13 +25,13 @@ class Panel(NamedTuple):
 
 
 class PaperFigure(NamedTuple):
-    """A figure of the paper that can be computed.
+    """A figure of the paper that is drawn from a model.
 
     Attributes:
-        number: as printed.
-        title: what it shows.
+        number: in the paper.
+        title: short description.
         panels: from left to right.
-        note: what to know before comparing it with the print.
+        note: what is assumed or not given in the paper.
     """
 
     number: int
@@ -49,11 +46,11 @@ FIGURES = (
         "a slender beam on a slider",
         (
             Panel("A", "fig1_a", "at the centre of mass"),
-            Panel("B", "fig1_b", "elsewhere: at the tip"),
+            Panel("B", "fig1_b", "elsewhere: the tip"),
             Panel("C", "fig1_c", "at 2/3, the CoPc of O"),
             Panel("D", "fig1_d", "at the pivot O"),
         ),
-        "The pivot O is the left end. Where B is struck is not in the text; Eq. 3 leaves the tip, or a third of the length.",
+        "The pivot O is the left end. The text does not give the impact point of B; Eq. 3 allows the tip or a third of the length.",
     ),
     PaperFigure(
         2,
@@ -66,30 +63,30 @@ FIGURES = (
             Panel("E", "fig2_e", "steep, with a torso"),
             Panel("F", "fig2_f", "E with a foot"),
         ),
-        "Strike angles and the lower leg's angle are not in the text; the readings taken are in the scene files.",
+        "The text gives neither the strike angles nor the angle of the lower leg; the scene files state the values chosen here.",
     ),
     PaperFigure(
         3,
         "Skippy",
         (Panel("Skippy", "fig3", "after a vertical jump"),),
-        "Assumed, not published with the paper: all masses, the lengths of leg and foot, the drive, the places a and b of the IMU.",
+        "Assumed, not published with the paper: all masses, most lengths, the drive, and the IMU locations a and b.",
     ),
     PaperFigure(
         5,
         "a quadruped on its hind leg",
         (
-            Panel("0°", "fig5_00", "stretched"),
+            Panel("0°", "fig5_00", "straight legs"),
             Panel("10°", "fig5_10", "leg segments from the vertical"),
             Panel("20°", "fig5_20", "leg segments from the vertical"),
             Panel("30°", "fig5_30", "leg segments from the vertical"),
         ),
-        "Which way knees and torso are turned is not in the text; here the hind knee points forward, and the nose is up.",
+        "The text does not give the directions of knees and torso; here the hind knee points forward and the nose is up.",
     ),
 )
 
 NO_FIGURE_4 = (
-    "Figure 4 of the paper is a photograph of a leg prosthesis, so there is no figure to compute; what its caption says is judged "
-    'among the statements of figure 2: shockpc paper 2. Figures that can be computed: "1", "2", "3", "5"'
+    "Figure 4 of the paper is a photograph of a leg prosthesis, so there is nothing to draw; the claim in its caption is listed "
+    'with figure 2: shockpc paper 2. Figures that can be drawn: "1", "2", "3", "5"'
 )
 
 
@@ -101,7 +98,7 @@ def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
 
     Raises:
         UnknownName: the paper has no such figure.
-        SceneError: it has, but it is a photograph.
+        SceneError: the figure is a photograph.
     """
     known = {str(figure.number): figure for figure in FIGURES}
     chosen = set()
@@ -116,7 +113,7 @@ def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
 
 
 def scene_files() -> tuple[Path, ...]:
-    """Every scene that lies beside the models, in alphabetical order."""
+    """Every scene file beside the models, in alphabetical order."""
     return tuple(sorted(_folder().glob("*.toml")))
 
 
@@ -124,7 +121,7 @@ def find_scene(stem: str) -> Path:
     """The file of a scene.
 
     Raises:
-        SceneError: it is not there.
+        SceneError: there is no such file.
     """
     path = _folder() / f"{stem}.toml"
     if not path.is_file():
@@ -134,5 +131,5 @@ def find_scene(stem: str) -> Path:
 
 
 def _folder() -> Path:
-    """Where the scenes lie: beside the models, wherever those are."""
+    """The folder of the scene files, beside the models."""
     return own_robots_folder() / "scenes"

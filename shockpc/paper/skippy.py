@@ -1,38 +1,19 @@
-"""Figure 3: what the paper says of Skippy, on a robot of its kind whose masses are assumed, and for other assumptions."""
+"""Figure 3: the claims about Skippy, for a robot of its kind with assumed masses."""
 
 import functools
 import math
-from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing import complete, resolve
-from shockpc.paper.landings import changed, land, line_shock, robot_of, scene
-from shockpc.paper.statement import Reading, Statement, outcomes
+from shockpc.paper.claim import Claim, Options
+from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.result import ShockProfile
-from shockpc.scene import GRAVITY, Scene
+from shockpc.scene import GRAVITY
 
-__all__ = ["above_contact", "skippy", "skippy_statements"]
+__all__ = ["ASSUMED", "SKIPPY_CLAIMS", "above_contact", "skippy"]
 
-HIP = Reading(
-    "the hip angle of 38°",
-    {
-        "from the straight line (torso forward)": 38.0,
-        "from the straight line (torso backward)": -38.0,
-        "between torso and leg (torso forward)": 142.0,
-        "between torso and leg (torso backward)": -142.0,
-    },
-)
-ANKLE = Reading(
-    "foot and leg",
-    {
-        "85° apart (toe forward)": 85.0,
-        "80° apart (toe forward)": 80.0,
-        "90° apart (toe forward)": 90.0,
-        "85° apart (toe backward)": -85.0,
-    },
-)
 ASSUMED = {
     "torso_mass": 1.5,
     "leg_mass": 0.3,
@@ -42,195 +23,137 @@ ASSUMED = {
     "crank_mass": 0.03,
     "rod_mass": 0.03,
 }
-"""What is assumed and not a place of the drive: its value in the robot's file [kg, m]."""
+"""Assumed values that are halved and doubled, as in the robot's file [kg, m]."""
 
-BUILT = Reading(
-    "the robot",
-    {"as assumed": {}}
-    | {
-        f"{name.replace('_', ' ')} {words}": {name: f"{factor * value:g}"}
-        for name, value in ASSUMED.items()
-        for words, factor in (("halved", 0.5), ("doubled", 2.0))
-    },
-)
-AXIS = Reading("turned about", {"the axis that points forward": (1, 2), "the axis across the sagittal plane": (2, 0)})
-"""The two axes of the IMU that the turn moves."""
-
-LEANS = Reading("the torso", {"upright": False, "leaning as it lands": True})
+OPEN: Options = {
+    "torso backward": {"hip": -38.0},
+    "38° between torso and leg, torso backward": {"hip": -142.0},
+    "80° between foot and leg": {"ankle": 80.0},
+} | {
+    f"{name.replace('_', ' ')} {word}": {name: f"{factor * value:g}"}
+    for name, value in ASSUMED.items()
+    for word, factor in (("halved", 0.5), ("doubled", 2.0))
+}
+"""Other values of what the text leaves open, each as arguments of `skippy`."""
 
 FALL = math.sqrt(2.0 * GRAVITY * 4.0)
-"""Speed after the fall from 4 m that the paper names [m/s]."""
+"""Speed after a fall from 4 m, the height that the paper names [m/s]."""
 
-TURN = 2.0 * math.pi
-"""A somersault at one turn a second [rad/s]."""
+TURN, SWING = 2.0 * math.pi, 10.0
+"""Rates of a somersault, one turn a second, and of a swinging foot [rad/s]."""
 
-LANDINGS = {
-    "vertical": (0.0, 0.0, 0.0),
-    "30° forward": (30.0, 0.0, 0.0),
-    "30° backward": (-30.0, 0.0, 0.0),
-    "in a forward somersault": (0.0, TURN, 0.0),
-    "in a backward somersault": (0.0, -TURN, 0.0),
-    "foot swinging forward": (0.0, 0.0, 10.0),
-    "foot swinging backward": (0.0, 0.0, -10.0),
-}
-"""Strike angle [deg], rate of the somersault, rate of the ankle [rad/s]; all of them fall from 4 m."""
+LANDINGS = ((0, 0, 0), (30, 0, 0), (-30, 0, 0), (0, TURN, 0), (0, -TURN, 0), (0, 0, SWING), (0, 0, -SWING))
+"""Strike angle [deg], rates of the base and of the ankle [rad/s]."""
 
 
-def skippy_statements() -> tuple[Statement, ...]:
-    """The statements, in the paper's order."""
-    ways = (HIP, ANKLE, BUILT)
-    return (
-        Statement(
-            3,
-            "Section 4.2",
-            "the radius of percussion of the torso is as large as 10 m",
-            "RoPc of the torso [m]; 10 or more",
-            outcomes(ways, lambda *how: _of(skippy(*how), "ropc"), lambda x: x >= 10.0, together=False),
-            "less is kept from the torso",
-        ),
-        Statement(
-            3,
-            "Section 4.2",
-            "nowhere on the torso does shock exceed 6 % of the strike",
-            "greatest shock on the torso's middle line [%]",
-            outcomes(ways, lambda *how: 100.0 * _greatest(skippy(*how)), lambda x: x < 6.0, together=False),
-            "more reaches the torso",
-        ),
-        Statement(
-            3,
-            "Section 4.2",
-            "two places near the CoPc receive less than 2 %",
-            "greater shock of the two, in the middle and at 3/4 of the torso [%]",
-            outcomes(ways, lambda *how: 100.0 * _imus(skippy(*how)), lambda x: x < 2.0, together=False),
-            "they move more",
-        ),
-        Statement(
-            3,
-            "Section 4.2",
-            "the CoPc of the torso falls outside the body",
-            "distance of the CoPc from the torso's middle line [m]; above half its thickness",
-            outcomes(
-                ways, lambda *how: _beside(skippy(*how)), lambda x: x > 0.5 * float(scene("fig3").xacro["side"]), together=False
-            ),
-            "the CoPc lies on the torso's line",
-        ),
-        Statement(
-            3,
-            "Section 4.2",
-            "so little shock reaches the torso because foot and leg are nearly perpendicular",
-            "greatest shock on the torso with foot and leg 30° from one line, over that as shown [1]; above 2",
-            outcomes(
-                (HIP, BUILT),
-                lambda hip, built: _greatest(skippy(hip, 30.0, built)) / _greatest(skippy(hip, 85.0, built)),
-                lambda x: x > 2.0,
-                together=False,
-            ),
-            "leg and torso, too, are far from one line",
-        ),
-        Statement(
-            3,
-            "Section 4.2",
-            "other extreme landings, such as a somersault, do not change the shock at the two places significantly",
-            "greater shock of the two [%], most of 30° either way, a somersault either way, a swinging foot; still below 2",
-            outcomes(
-                (HIP, BUILT),
-                lambda *how: 100.0 * max(_imus(_landing(landing, *how)) for landing in LANDINGS.values()),
-                lambda x: x < 2.0,
-                together=False,
-            ),
-            "a strike along the foot is not kept from the leg",
-        ),
-        Statement(
-            3,
-            "Footnote 5",
-            "turning the IMU by 45° raises its limit for vertical acceleration by up to √2",
-            "greatest reading of its three axes for a vertical jump, over that of the turned IMU [1]; above 1, at most √2",
-            outcomes((AXIS, LEANS), _turned_imu, lambda x: 1.0 < x < math.sqrt(2.0) * (1.0 + 1e-12)),
-            "on a torso that leans the axes are askew already, and turning on lays one of them nearly upright",
-        ),
-    )
-
-
-def skippy(hip: float, ankle: float, built: Mapping[str, str]) -> ShockProfile:
+@functools.cache
+def skippy(hip: float = 38.0, ankle: float = 85.0, **built: str) -> ShockProfile:
     """Skippy after a vertical jump, its centre of mass above the toe.
 
     Args:
-        hip: angle of the leg from the torso's line [deg].
-        ankle: angle of the foot from the leg's line [deg].
-        built: arguments of the robot's file.
+        hip: angle of the leg from the line of the torso [deg].
+        ankle: angle of the foot from the line of the leg [deg].
+        **built: arguments of the robot's file.
     """
-    return _skippy(hip, ankle, tuple(sorted(built.items())))
+    joints = {"hip": hip, "ankle": ankle}
+    x, _, z = above_contact(land(changed(scene("fig3"), joints, base_pitch_deg=0.0, xacro=built)))
+    return land(changed(scene("fig3"), joints, base_pitch_deg=-math.degrees(math.atan2(x, z)), xacro=built))
 
 
-@functools.cache
-def _skippy(hip: float, ankle: float, built: tuple[tuple[str, str], ...]) -> ShockProfile:
-    return land(changed(scene("fig3"), {"hip": hip, "ankle": ankle}, base_pitch_deg=_pitch(hip, ankle, built), xacro=dict(built)))
+def above_contact(profile: ShockProfile) -> Array:
+    """From the contact point to the centre of mass of the robot (3,), world axes [m]."""
+    mass, com = profile.robot.masses, profile.robot.coms
+    places = profile.position + (profile.rotation @ com[..., None])[..., 0]
+    return np.asarray(mass @ places / mass.sum() - profile.contacts[0].point)
 
 
-@functools.cache
-def _pitch(hip: float, ankle: float, built: tuple[tuple[str, str], ...]) -> float:
-    """Pitch of the torso that puts the centre of mass above the toe [deg]."""
-    x, _, z = above_contact(changed(scene("fig3"), {"hip": hip, "ankle": ankle}, base_pitch_deg=0.0, xacro=dict(built)))
-    return -math.degrees(math.atan2(x, z))
-
-
-def above_contact(found: Scene) -> Array:
-    """From the contact to the centre of mass (3,), loops closed, world axes [m]."""
-    robot = robot_of(found)
-    landing = resolve(complete(found, robot), robot)
-    state, touch = landing.state, landing.touches[0]
-    mass = np.array([body.mass for body in robot.bodies])
-    com = np.stack([body.com for body in robot.bodies])
-    places = state.position[0] + (state.rotation[0] @ com[..., None])[..., 0]
-    contact = state.position[0, touch.body] + state.rotation[0, touch.body] @ touch.point
-    return np.asarray(mass @ places / mass.sum() - contact)
-
-
-def _landing(landing: tuple[float, float, float], hip: float, built: Mapping[str, str]) -> ShockProfile:
-    """Another landing in the same posture: the centre of mass falls at 4 m's speed, everything turns about it."""
-    angle, turn, ankle_rate = landing
-    key = tuple(sorted(built.items()))
-    still = _skippy(hip, 85.0, key)
+def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockProfile:
+    """Another landing in the same posture: the centre of mass falls at the speed of 4 m, and the robot rotates about it."""
+    still = skippy(**how)
+    omega = np.array([0.0, rate, 0.0])
     fall = FALL * np.array([math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))])
-    omega = np.array([0.0, turn, 0.0])
-    velocity = fall + np.cross(
-        omega, still.position[still.bodies.index("torso")] - still.contacts[0].point - above_contact(still.scene)
-    )
-    strike = {
-        "velocity": tuple(map(float, velocity)),
-        "angular_velocity": tuple(map(float, omega)),
-        "joint_velocities": {"ankle": ankle_rate},
-    }
-    return land(changed(scene("fig3"), {"hip": hip, "ankle": 85.0}, _pitch(hip, 85.0, key), strike, dict(built)))
+    velocity = fall + np.cross(omega, still.position[0] - still.contacts[0].point - above_contact(still))
+    strike = {"velocity": tuple(velocity), "angular_velocity": tuple(omega), "joint_velocities": {"ankle": ankle_rate}}
+    return land(changed(still.scene, strike=strike))
 
 
-def _of(profile: ShockProfile, number: str) -> float:
-    """A number of the torso."""
-    return float(getattr(profile, number)[profile.bodies.index("torso")])
+def _largest(profile: ShockProfile) -> float:
+    """Largest shock on the torso [1]."""
+    return line_shock(profile, "torso", (np.zeros(3), profile.robot.frame("head").offset))
 
 
-def _greatest(profile: ShockProfile) -> float:
-    """Greatest shock on the torso [1]."""
-    return line_shock(profile, "torso", (np.zeros(3), np.asarray(profile.robot.frame("head").offset)))
-
-
-def _imus(profile: ShockProfile) -> float:
-    """Greater shock of the two places [1]."""
+def _at_imus(profile: ShockProfile) -> float:
     return max(point.shock for point in profile.points)
 
 
-def _turned_imu(moved: tuple[int, int], leans: bool) -> float:
-    """What a turn by 45° about the torso's forward axis, or about that across the plane, gains for a vertical jump [1]."""
-    still = land("fig3")
-    reading = still.rotation[still.bodies.index("torso")][2] if leans else np.array([0.0, 0.0, 1.0])
-    turned = reading.copy()
-    i, j = moved
-    turned[[i, j]] = np.array([reading[i] + reading[j], reading[j] - reading[i]]) / math.sqrt(2.0)
-    return float(np.abs(reading).max() / np.abs(turned).max())
+def _off_line(profile: ShockProfile) -> float:
+    """Distance of the torso's CoPc from its middle line [m]."""
+    x, _, z = profile.copc[0]
+    return math.hypot(x, max(z - float(profile.robot.frame("head").offset[2]), -z, 0.0))
 
 
-def _beside(profile: ShockProfile) -> float:
-    """How far the torso's CoPc is from its middle line [m]."""
-    x, _, z = profile.copc[profile.bodies.index("torso")]
-    beyond = max(z - float(profile.robot.frame("head").offset[2]), -z, 0.0)
-    return math.hypot(x, beyond)
+def _rotated_imu(axes: tuple[int, int] = (1, 2), leaning: bool = False) -> float:
+    reading = land("fig3").rotation[0][2] if leaning else np.array([0.0, 0.0, 1.0])
+    rotated = reading.copy()
+    i, j = axes
+    rotated[[i, j]] = np.array([reading[i] + reading[j], reading[j] - reading[i]]) / math.sqrt(2.0)
+    return float(np.abs(reading).max() / np.abs(rotated).max())
+
+
+drawn = functools.partial(
+    Claim,
+    section="Section 4.2",
+    interpretation="hip 38° from the straight line, torso forward, 85° between foot and leg, as drawn",
+    options=OPEN,
+)
+
+SKIPPY_CLAIMS = (
+    drawn(
+        "the radius of percussion of the torso is as large as 10 m",
+        "RoPc of the torso [m]",
+        lambda **how: float(skippy(**how).ropc[0]),
+        above=10.0,
+    ),
+    drawn(
+        "nowhere on the torso does shock exceed 6 % of the applied shock",
+        "largest shock on the middle line of the torso [%]",
+        lambda **how: 100.0 * _largest(skippy(**how)),
+        below=6.0,
+    ),
+    drawn(
+        "two mounting locations near the CoPc receive less than 2 % of the applied shock",
+        "larger shock of the middle and 3/4 of the torso [%]",
+        lambda **how: 100.0 * _at_imus(skippy(**how)),
+        below=2.0,
+    ),
+    drawn(
+        "the CoPc of the torso falls outside the physical body",
+        "distance of the CoPc from the middle line over half the thickness of the torso [1]",
+        lambda **how: _off_line(skippy(**how)) / (0.5 * float(scene("fig3").xacro["side"])),
+        above=1.0,
+    ),
+    drawn(
+        "so little shock reaches the torso because foot and leg are nearly perpendicular",
+        "largest shock on the torso with 30° between foot and leg, over that as drawn [1]",
+        lambda **how: _largest(skippy(**how | {"ankle": 30.0})) / _largest(skippy(**how)),
+        above=2.0,
+    ),
+    drawn(
+        "other extreme landings, such as a somersault, do not change the shock at the two locations significantly",
+        "larger shock of the two [%]",
+        lambda **how: 100.0 * max(_at_imus(_landing(*landing, **how)) for landing in LANDINGS),
+        below=2.0,
+        interpretation="strikes at ±30°, somersaults and a swinging foot both ways; still below 2 %",
+    ),
+    Claim(
+        "an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration",
+        "largest reading of its axes in a vertical jump over that of the rotated IMU [1]",
+        _rotated_imu,
+        above=1.0,
+        below=math.sqrt(2.0) * (1.0 + 1e-12),
+        section="Footnote 5",
+        interpretation="torso upright, rotated about its forward axis",
+        options={"torso leaning, rotated about the axis across the sagittal plane": {"leaning": True, "axes": (2, 0)}},
+    ),
+)
+"""The claims, in the paper's order."""

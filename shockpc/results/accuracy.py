@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from flint import arb, arb_mat
 
+from shockpc.core.percussion import dot
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import matrix
+from shockpc.exact.balls import Balls, balls, entries
 from shockpc.exact.proof import Proof, motion, sensitivity
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
@@ -88,13 +88,12 @@ def data_warnings(landing: Landing, proof: Proof, translates: np.ndarray) -> tup
     names += [(f'radius of percussion of body "{robot.bodies[i].name}"', robot.bodies[i].name) for i in turning]
     names += [(f"impulse of {blocks[k].name}", blocks[k].name) for k, _ in loaded]
 
-    def others(impact: ExactImpact) -> list[list[arb]]:
-        normal = matrix(landing.plane.normal[None])
-        turns = [(normal * impact.places[i][0] * arb_mat([[x] for x in impact.body_jumps[i, :3, 3]])).entries() for i in turning]
-        rows = impact.impulse.table()
-        along = [(matrix(impact.inputs.blocks[k].forces.T), rows[own]) for k, own in loaded]
-        forces = [(axes * arb_mat([[row[3]] for row in own[: axes.ncols()]])).entries() for axes, own in along]
-        return [speed_in(impact, landing).tolist(), *turns, *forces]
+    def others(impact: ExactImpact) -> list[Balls]:
+        normals = np.sum(impact.orientations[turning] * balls(landing.plane.normal)[:, None], axis=1)
+        turns = dot(normals, impact.body_jumps[turning][:, :3, 3])
+        along = entries(impact.impulse)[:, 3]
+        axes = [(impact.inputs.blocks[k].forces, own.start) for k, own in loaded]
+        return [speed_in(impact, landing), *turns[:, None], *(along[first : first + len(f)] @ balls(f) for f, first in axes)]
 
     length = rotation_lengths(landing)
     found = sensitivity(proof, length, others)

@@ -62,7 +62,8 @@ def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Encl
         G = free_columns(landing.robot, landing.base, landing.plane, state.rotation[:, 0], locked)
     except SceneError:
         return None
-    equation, b = impulsive_equation(state, blocks, np.zeros(len(locked)), G), landing.approach(state, blocks)
+    b = landing.approach(state, blocks)
+    equation = impulsive_equation(state, blocks, b, np.zeros(len(locked)), G)
     impact = solve_impact(equation.H, equation.J_c, b, equation.terms)
     choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
     changed = replace(enclosure.inputs, armature=np.zeros(len(locked)), locked=locked, choice=choice)

@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from flint import arb, arb_mat, ctx
 
 from shockpc.core.impulse import choose_rows
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import Balls, balls, matrix, nearest
+from shockpc.exact.balls import BallMatrix, Balls, balls, entries, matrix, nearest
 from shockpc.exact.equation import block_axes, block_point
 from shockpc.exact.proof import Enclosure, Proof
 from shockpc.exact.solution import ExactImpact
@@ -115,22 +114,19 @@ def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
 
     def read(impact: ExactImpact) -> tuple[Array, Array]:
         force, moment = balls(np.zeros(3)), balls(np.zeros(3))
-        rows, size = impact.independent_impulse, 0.0
+        rows, size = entries(impact.independent_impulse)[:, 3], 0.0
         for block, own in zip(impact.inputs.blocks[:count], impact.slices[:count], strict=True):
             point = np.array(block_point(impact.mechanism, block).entries(), dtype=object)
-            axes = np.array(block_axes(impact.mechanism, block).transpose().table(), dtype=object)
+            axes = entries(block_axes(impact.mechanism, block).transpose())
             for j, axis in enumerate(axes):
-                part = axis * rows[own.start + j][3]
-                size += abs(float(rows[own.start + j][3]))
+                part = axis * rows[own.start + j]
+                size += abs(float(rows[own.start + j]))
                 if j < len(block.forces):
                     force, moment = force + part, moment + np.cross(point, part)
                 else:
                     moment = moment + part
-        mass = [arb(m) for m in robot.masses.tolist()]
-        moments = arb_mat(3, 1)
-        for (R, p), com, m in zip(impact.places, robot.coms, mass, strict=True):
-            moments = moments + (R * matrix(com[:, None]) + p) * m
-        centre = np.array(moments.entries(), dtype=object) / sum(mass, arb(0))
+        mass = balls(robot.masses)
+        centre = np.sum(impact.points(range(len(mass)), robot.coms) * mass[:, None], axis=0) / np.sum(mass)
         return nearest(force, size), nearest(moment - np.cross(centre, force), size * (reach or 1.0))
 
     return TotalImpulse(*proof.enclosure.read(read))
@@ -186,7 +182,7 @@ def _impulse(landing: Landing, proof: Proof, k: int) -> tuple[Array | None, floa
     size = float(np.abs(proof.impulse[:, 3]).max(initial=0.0))
 
     def read(impact: ExactImpact) -> tuple[Array, Array | None]:
-        along = np.array([row[3] for row in impact.impulse.table()[own][:n]], dtype=object)
+        along = entries(impact.impulse)[own, 3][:n]
         impulse = np.sum(along[:, None] * balls(block.forces), axis=0)
         up = balls(landing.up)
         normal = dot(impulse, up)
@@ -239,21 +235,19 @@ def _held_rows(landing: Landing, proof: Proof, equation: Equation) -> list[int]:
     return [int(row) + first for row in choice.rows]
 
 
-def _sized(A: arb_mat) -> Array:
+def _sized(A: BallMatrix) -> Array:
     """A matrix as doubles, to decide by."""
-    table = A.table()
-    size = max(abs(float(x)) for row in table for x in row)
-    found = nearest(np.array(table, dtype=object), size)
+    found = nearest(entries(A), max(abs(float(x)) for x in A.entries()))
     return 0.5 * (found + found.T)
 
 
-def _form(A: arb_mat, n: Array) -> Balls:
+def _form(A: BallMatrix, n: Array) -> Balls:
     """nᵀ A n."""
     column = matrix(n[:, None])
     return np.array((column.transpose() * A * column)[0, 0], dtype=object)
 
 
-def _sticking(A: arb_mat, n: Array, moving: Array) -> Balls:
+def _sticking(A: BallMatrix, n: Array, moving: Array) -> Balls:
     """nᵀ A⁻¹ n, over the directions (3, m) that can move."""
     V = matrix(moving) if moving.shape[1] < 3 else matrix(np.eye(3))
     along = V.transpose() * matrix(n[:, None])
@@ -263,5 +257,5 @@ def _sticking(A: arb_mat, n: Array, moving: Array) -> Balls:
 def _mitigation(impact: ExactImpact, locked: Enclosure, point: Block, held: list[int]) -> Array:
     """det(A − A_L) / det(A)."""
     A = impact.mobility(point, held)
-    A_locked = locked.read(lambda other: other.mobility(point, []), ctx.prec)
+    A_locked = locked.read(lambda other: other.mobility(point, []), impact.bits)
     return nearest(np.array((A - A_locked).det() / A.det(), dtype=object), 1.0)

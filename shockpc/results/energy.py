@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from flint import arb
 
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import Balls, nearest
+from shockpc.exact.balls import Balls, balls, entries, nearest
 from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
@@ -31,13 +30,9 @@ def energy(landing: Landing, proof: Proof) -> Energy:
     """Energy lost, −½ λᵀ (v⁻ + v⁺): with v⁺ = −e v⁻ = v⁻ − b that is −½ λᵀ b (1 − e) / (1 + e)."""
 
     def read(impact: ExactImpact) -> tuple[Array, Array | None]:
-        lost, size = arb(0), 0.0
-        impulses, speeds = impact.independent_impulse, impact.speeds.table()
-        for block, own in zip(impact.inputs.blocks, impact.slices, strict=True):
-            e = arb(block.restitution)
-            work = sum((row[3] * speed[3] for row, speed in zip(impulses[own], speeds[own], strict=True)), arb(0))
-            lost -= work * (1 - e) / (1 + e) / 2
-            size += abs(float(work))
+        e = balls(np.repeat([block.restitution for block in impact.inputs.blocks], [block.size for block in impact.inputs.blocks]))
+        works = entries(impact.independent_impulse)[:, 3] * entries(impact.speeds)[:, 3]
+        lost, size = -np.sum(works * (1 - e) / (1 + e)) / 2, float(np.abs(works.astype(float)).sum())
         if not landing.floating:
             return nearest(_one(lost), size), None
         before = impact.kinetic_energy_before
@@ -58,5 +53,5 @@ def gained(landing: Landing, found: Energy) -> tuple[Diagnostic, ...]:
     return (Diagnostic("energy", landing.robot.name, found.lost, text),)
 
 
-def _one(value: arb) -> Balls:
+def _one(value: object) -> Balls:
     return np.array(value, dtype=object)

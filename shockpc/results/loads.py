@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from flint import arb_mat
 
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import nearest
+from shockpc.exact.balls import entries, nearest
 from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
@@ -42,23 +41,20 @@ def joint_loads(landing: Landing, proof: Proof) -> tuple[JointLoad, ...]:
     chosen = [(i, joint) for i, joint in enumerate(robot.joints) if not (robot.free_base and i == 0)]
 
     def loads(impact: ExactImpact) -> tuple[Array, Array, Array]:
-        wrenches, along = [], []
+        forces, moments, along = [], [], []
         for i, joint in chosen:
             node = impact.mechanism.tree.carrier[i]
             own = impact.joint_loads[node]
             R = impact.mechanism.poses[node].rotation
-            a, b, c, x, y, z = own.entries()
-            moment, force = R * arb_mat([[a], [b], [c]]), R * arb_mat([[x], [y], [z]])
-            wrenches.append([*force.entries(), *moment.entries()])
+            wrench = entries(own)[:, 0]
+            turned = entries(R)
+            moments.append(turned @ wrench[:3])
+            forces.append(turned @ wrench[3:])
             S = impact.mechanism.tree.nodes[node].S
             along.append((S.transpose() * own)[0, 0] if joint.axis is not None else own[0, 0])
-        found = np.array(wrenches, dtype=object).reshape(-1, 6)
-        force_size = np.abs(np.array(found, dtype=float)).max(initial=0.0)
-        return (
-            nearest(found[:, :3], force_size),
-            nearest(found[:, 3:], force_size),
-            nearest(np.array(along, dtype=object), force_size),
-        )
+        force, moment = (np.array(part, dtype=object).reshape(-1, 3) for part in (forces, moments))
+        size = float(np.abs(np.concatenate([force, moment]).astype(float)).max(initial=0.0))
+        return nearest(force, size), nearest(moment, size), nearest(np.array(along, dtype=object), size)
 
     forces, moments, along = proof.enclosure.read(loads)
     return tuple(

@@ -61,12 +61,12 @@ def body_percussion(landing: Landing, proof: Proof, v_in: float) -> BodyPercussi
 
     def reduce(impact: ExactImpact) -> tuple[Array, ...]:
         omega, v = impact.body_jumps[:, :3, 3], impact.body_jumps[:, 3:, 3]
-        turned = np.array([R.tolist() for R, _ in impact.places], dtype=object)
+        turned = impact.orientations
         normal = np.sum(turned * balls(landing.plane.normal)[None, :, None], axis=1)
         v_in_ball = speed_in(impact, landing)
         found = percussion(omega, v, normal, v_in_ball, translates, still)
         v_com = velocity_at(omega, v, balls(robot.coms))
-        place = np.array([p.entries() for _, p in impact.places], dtype=object) + balls(state.origin[0])
+        place = impact.points(range(len(robot.bodies)), np.zeros((len(robot.bodies), 3))) + balls(state.origin[0])
         world = place + np.sum(turned * found.copc[:, None, :], axis=-1)
         far = np.where(
             translates,

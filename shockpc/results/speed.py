@@ -3,17 +3,16 @@
 from typing import NamedTuple
 
 import numpy as np
-from flint import arb, arb_mat
 
 from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
-from shockpc.exact.balls import Balls, nearest
+from shockpc.exact.balls import Balls, balls, nearest
 from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 
-__all__ = ["Speed", "normalising_speed", "speed_in"]
+__all__ = ["Speed", "approach_in", "normalising_speed", "speed_in"]
 
 
 class Speed(NamedTuple):
@@ -50,10 +49,8 @@ def speed_in(impact: ExactImpact, landing: Landing) -> Balls:
     """The speed v_in (1,)."""
     if landing.scene.v_in == "com":
         robot = landing.robot
-        points = [(i, arb_mat([[arb(x)] for x in com.tolist()])) for i, com in enumerate(robot.coms)]
-        share = [arb(mass) for mass in robot.masses.tolist()]
-        velocities = np.array([velocity_before(impact, body, point) for body, point in points], dtype=object)
-        return np.asarray(norm(np.sum(velocities * np.array(share, dtype=object)[:, None], axis=0) / sum(share, arb(0)))[None])
+        velocities, mass = impact.velocities_before(range(len(robot.bodies)), robot.coms), balls(robot.masses)
+        return np.asarray(norm(np.sum(velocities * mass[:, None], axis=0) / np.sum(mass))[None])
     speeds = norm(approach_in(impact, landing))
     return np.array([max(speeds.tolist(), key=float)], dtype=object)
 
@@ -61,15 +58,4 @@ def speed_in(impact: ExactImpact, landing: Landing) -> Balls:
 def approach_in(impact: ExactImpact, landing: Landing) -> Balls:
     """Velocity (n, 3) of every contact point before the impact, world axes."""
     blocks = impact.inputs.blocks[: len(landing.contacts)]
-    points = [(block.body, arb_mat([[arb(x)] for x in block.point.ravel().tolist()])) for block in blocks]
-    return np.array([velocity_before(impact, body, point) for body, point in points], dtype=object)
-
-
-def velocity_before(impact: ExactImpact, body: int, point: arb_mat) -> list[arb]:
-    """Velocity (3,) of a point (3, 1) of a body before the impact, world axes."""
-    twist = impact.body_twists_before[body]
-    rotation, _ = impact.places[body]
-    spin, v = twist[:3], twist[3:]
-    x, y, z = point.entries()
-    local = [v[0] + spin[1] * z - spin[2] * y, v[1] + spin[2] * x - spin[0] * z, v[2] + spin[0] * y - spin[1] * x]
-    return (rotation * arb_mat([[part] for part in local])).entries()
+    return impact.velocities_before([block.body for block in blocks], np.array([block.point for block in blocks]))

@@ -1,15 +1,18 @@
-"""The paper computed again, as tables: shock of every body, every statement with its verdict, and what the open readings do."""
+"""The paper's figures and claims as tables, as text for a terminal, and as a folder of files."""
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
-import numpy as np
-
+from shockpc.paper.claim import Claim
 from shockpc.paper.results import FigureResult
-from shockpc.paper.statement import Outcome, Statement
+from shockpc.paper.scenes import find_scene
+from shockpc.scene import read_scene, scene_text
+from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.show.tables.text import as_csv, as_markdown, as_text
 
-__all__ = ["paper_bodies_sheet", "readings_sheet", "statement_lines", "statements_sheet"]
+__all__ = ["claims_sheet", "paper_bodies_sheet", "paper_text", "write_paper"]
 
 
 def paper_bodies_sheet(results: Sequence[FigureResult]) -> Sheet:
@@ -18,73 +21,68 @@ def paper_bodies_sheet(results: Sequence[FigureResult]) -> Sheet:
     for result in results:
         for panel, profile in zip(result.figure.panels, result.profiles, strict=True):
             for i, body in enumerate(profile.bodies):
-                where: tuple[Cell, ...] = ("translates", None) if profile.translates[i] else _in_plane(profile.copc[i])
-                shown = f"{result.figure.number} {panel.label}"
+                copc = ("translates", None) if profile.translates[i] else (float(profile.copc[i, 0]), float(profile.copc[i, 2]))
                 shock = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i])
-                rows.append((shown, body, *where, float(profile.ropc[i]), *(None if math.isnan(x) else float(x) for x in shock)))
+                numbers = (None if math.isnan(x) else float(x) for x in shock)
+                rows.append((f"{result.figure.number} {panel.label}", body, *copc, float(profile.ropc[i]), *numbers))
     header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]")
     notes = ("Figure 3: all masses and most lengths are assumed",) if any(r.figure.number == 3 for r in results) else ()
     return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
 
 
-def statements_sheet(results: Sequence[FigureResult]) -> Sheet:
-    """One row for every statement: the number under the reading taken, its range under all readings, and the verdict."""
-    rows: list[tuple[Cell, ...]] = []
-    for statement in (statement for result in results for statement in result.statements):
-        numbers = [outcome.number for outcome in statement.outcomes]
-        rows.append(
-            (
-                statement.place,
-                statement.says,
-                statement.measure,
-                statement.number,
-                min(numbers),
-                max(numbers),
-                statement.verdict,
-            )
-        )
-    header = ("place", "statement", "number", "as taken", "least", "greatest", "verdict")
-    return Sheet("statements of the paper (least and greatest over all readings of the text)", header, rows)
+def claims_sheet(results: Sequence[FigureResult]) -> Sheet:
+    """One row for every claim, and one for each alternative interpretation that changes the outcome."""
+    rows: list[tuple[Cell, ...]] = [
+        (claim.section, claim.statement, interpretation, claim.quantity, claim.criterion, value, outcome)
+        for claim in _claims(results)
+        for interpretation, value, outcome in _outcomes(claim)
+    ]
+    header = ("section", "claim", "interpretation", "quantity", "holds if", "value", "outcome")
+    return Sheet("claims of the paper, with the alternatives that change the outcome", header, rows)
 
 
-def readings_sheet(results: Sequence[FigureResult]) -> Sheet:
-    """One row for every open reading of every statement: the number under each option, and whether the verdict hangs on it."""
-    rows: list[tuple[Cell, ...]] = []
-    for statement in (statement for result in results for statement in result.statements):
-        for name in statement.readings:
-            options = "; ".join(_option(outcome, name) for outcome in statement.along(name))
-            rows.append(
-                (name, statement.place, statement.says, options, "matters" if statement.matters(name) else "does not matter")
-            )
-    rows.sort(key=lambda row: str(row[0]))
-    header = (
-        "left open",
-        "place",
-        "statement",
-        "number under each reading, the one taken first (✗ where it fails)",
-        "to the verdict",
-    )
-    return Sheet("what the text leaves open, one thing changed at a time", header, rows)
+def paper_text(results: Sequence[FigureResult]) -> str:
+    """The bodies as a table, then every claim with its outcomes, a short line each."""
+    claims = _claims(results)
+    kinds = {
+        "hold": sum(claim.holds and not claim.alternatives for claim in claims),
+        "hold as interpreted, but not under an alternative": sum(claim.holds and bool(claim.alternatives) for claim in claims),
+        "do not hold": sum(not claim.holds for claim in claims),
+    }
+    lines = ["claims of the paper: " + ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count), "─" * 8]
+    for claim in claims:
+        lines += [f"{claim.section}: {claim.statement}", f"    {claim.quantity}, {claim.criterion}"]
+        lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
+    return f"{as_text(paper_bodies_sheet(results))}\n" + "\n".join(lines) + "\n"
 
 
-def statement_lines(statements: Sequence[Statement]) -> list[str]:
-    """Every statement in two or more lines for a terminal: what it says, then number and verdict."""
-    lines = []
-    for statement in statements:
-        lines.append(f"{statement.place}: {statement.says}")
-        lines.append(f"    {statement.measure}: {_number(statement.number)}")
-        lines.append(f"    {statement.verdict}")
-    return lines
+def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
+    """Write figureN.svg and .png, bodies.csv, claims.csv, paper.md, and the scene of every panel.
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    from shockpc.show.figure.paper import paper_figure_files
+
+    files: dict[str, str | bytes] = {}
+    for result in results:
+        files |= paper_figure_files(result.figure, result.profiles)
+        files |= {f"{panel.scene}.toml": scene_text(read_scene(find_scene(panel.scene)), folder) for panel in result.figure.panels}
+    sheets = {"bodies": paper_bodies_sheet(results), "claims": claims_sheet(results)}
+    pictures = [
+        f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n" for figure, _, _ in results
+    ]
+    files |= {f"{name}.csv": as_csv(sheet) for name, sheet in sheets.items()}
+    files["paper.md"] = "\n".join(["## Figures and claims of the paper\n", *pictures, *map(as_markdown, sheets.values())])
+    write_folder(folder, files)
 
 
-def _number(value: float) -> str:
-    """A number to four digits; what is left of a zero as a power of ten."""
-    return "inf" if math.isinf(value) else f"{value:.4g}"
+def _claims(results: Sequence[FigureResult]) -> list[Claim]:
+    return [claim for result in results for claim in result.claims]
 
 
-def _option(outcome: Outcome, name: str) -> str:
-    return f"{dict(outcome.reading)[name]} → {_number(outcome.number)}{'' if outcome.holds else ' ✗'}"
-
-
-def _in_plane(copc: np.ndarray) -> tuple[Cell, ...]:
-    return float(copc[0]), float(copc[2])
+def _outcomes(claim: Claim) -> list[tuple[str, float, str]]:
+    """Interpretation, value and outcome of a claim, then of its alternatives, which have the other outcome."""
+    outcome, other = ("holds", "does not hold") if claim.holds else ("does not hold", "holds")
+    found = [(claim.interpretation, claim.value, outcome), *((name, value, other) for name, value in claim.alternatives.items())]
+    return [(name, 0.0 if abs(value) < 1e-15 else value, result) for name, value, result in found]

@@ -1,0 +1,64 @@
+"""A claim of the paper as a record: what it says, how it is interpreted, what is computed, and when it holds."""
+
+import math
+from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
+from typing import Any
+
+__all__ = ["ROUNDING", "Claim", "Options"]
+
+ROUNDING = 1e-11
+"""Bound on rounding errors in lengths and shocks of order 1."""
+
+Options = dict[str, dict[str, Any]]
+"""Other interpretations or conditions by name, each as arguments of a claim's function."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim of the paper. It holds if its value lies strictly between two bounds.
+
+    Attributes:
+        statement: what the paper says.
+        quantity: name and unit of the value.
+        compute: function that returns the value; without arguments under the interpretation.
+        section: section, equation, figure or footnote of the paper.
+        interpretation: how the statement is made computable, including the choice of what the text leaves open.
+        above: lower bound of the value.
+        below: upper bound of the value.
+        options: other interpretations.
+    """
+
+    statement: str
+    quantity: str
+    compute: Callable[..., float]
+    _: KW_ONLY
+    section: str
+    interpretation: str
+    above: float = -math.inf
+    below: float = math.inf
+    options: Options = field(default_factory=dict)
+
+    @cached_property
+    def value(self) -> float:
+        """The value under the interpretation."""
+        return float(self.compute())
+
+    @property
+    def holds(self) -> bool:
+        """Whether the claim holds under its interpretation."""
+        return self.above < self.value < self.below
+
+    @cached_property
+    def alternatives(self) -> dict[str, float]:
+        """Those of the other interpretations that change the outcome, with their values."""
+        values = {name: float(self.compute(**arguments)) for name, arguments in self.options.items()}
+        return {name: value for name, value in values.items() if (self.above < value < self.below) != self.holds}
+
+    @property
+    def criterion(self) -> str:
+        """The bounds in words."""
+        if math.isinf(self.above):
+            return f"below {self.below:g}"
+        return f"above {self.above:g}" if math.isinf(self.below) else f"between {self.above:g} and {self.below:g}"
