@@ -29,8 +29,8 @@ __all__ = ["impact_jumps", "shock_maps", "shock_profile"]
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
-ILL_CONDITIONED = 1e6
-"""Condition above which rounding may show above 1e-9 of the motion."""
+ILL_CONDITIONED = 1e4
+"""Condition above which rounding may show above 1e-9 of a body's motion: up to a hundred times ε for each unit of it."""
 
 
 def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
@@ -71,9 +71,11 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
     with one_thread(landing.robot.model.nv):
         for k in range(0, max(len(Q), 1), CHUNK):
             equation, impact, jumps = impact_jumps(landing, Q[k : k + CHUNK])
-            prove = ~(impact.condition < ILL_CONDITIONED)
-            prove[list(impact.choices)] = True
             condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
+            if landing.base != "free" or landing.loops:
+                condition = condition * equation.cancellation()
+            prove = condition > ILL_CONDITIONED
+            prove[list(impact.choices)] = True
             state = equation.state
             parts.append(ShockMaps(jumps[..., :3], state.rotation, state.position, impact.rank, condition, prove))
     return parts[0] if len(parts) == 1 else ShockMaps(*(np.concatenate(part) for part in zip(*parts, strict=True)))

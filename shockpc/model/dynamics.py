@@ -15,7 +15,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
 
-__all__ = ["PINOCCHIO", "Dynamics", "dynamics"]
+__all__ = ["PINOCCHIO", "Dynamics", "Workspace", "dynamics"]
 
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
