@@ -401,6 +401,10 @@ def test_file_that_cannot_be_read(capfd, here, monkeypatch):
         (here / name).write_text('robot = "stick.urdf"\n')
     for method in ("open", "read_bytes", "read_text"):
         monkeypatch.setattr(Path, method, refuse)
+    opened = os.open
+    monkeypatch.setattr(
+        os, "open", lambda path, *more: refuse(path) if str(path).endswith(("stick.urdf", "landing")) else opened(path, *more)
+    )
     for words in (LANDING, ("analyze", "landing.toml"), ("analyze", "./landing")):
         assert contains(refusal(capfd, here, *words), words[1].removeprefix("./"), "Permission denied")
 
