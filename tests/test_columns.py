@@ -4,6 +4,7 @@ import dense
 import numpy as np
 import pinocchio as pin
 import pytest
+import trees
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import body, joint, link, mjcf, urdf
@@ -14,7 +15,7 @@ from shockpc.landing import resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc.profile import impact_of, shock_profile
 from shockpc.scene import Scene, Strike
 
 V = np.array([0.3, 0.1, -1.0])
@@ -80,6 +81,20 @@ def test_a_planar_base_is_a_free_one_for_a_robot_that_lies_in_the_plane(name, an
     )
     assert_close(planar.delta_qd, free.delta_qd)
     np.testing.assert_allclose(planar.ropc, free.ropc, rtol=1e-10)
+
+
+@given(trees.mechanisms(planar=True, most=8), st.integers(0, 2**32 - 1))
+def test_a_planar_robot_on_a_fixed_base_does_not_move_across_its_plane(mechanism, seed):
+    """However its links' frames are turned: what rounding of the file makes of that zero is no independent row."""
+    file = trees.written(mechanism, seed=seed)
+    contacts = [Contact(frame=f"body{k}", offset=POINT) for k in range(1, len(mechanism.mass))]
+    robot = robot_from(file.text)
+    for contact in contacts:
+        landing = resolve(Scene(robot="tree.urdf", base="fixed", contact=(contact,), posture=file.posture), robot)
+        equation, _, impact = impact_of(landing, landing.state)
+        assert impact.rank[0] <= 2
+        assert 1 not in impact.choices[0].rows
+        assert np.abs(equation.J_c[0, 1]).max() < 1e-14
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["xz", "yz", "xy", (1.0, 2.0, 0.5)]))
