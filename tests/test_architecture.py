@@ -28,7 +28,6 @@ HEAVY = {
     "scipy",
     "trimesh",
     "collada",
-    "xacrodoc",
     "matplotlib",
     "shapely",
     "pydantic",

@@ -25,8 +25,8 @@ T = TypeVar("T")
 LEAST_BITS, MOST_BITS = 128, 8192
 """Precision to begin with, and at which a pivot that still may be zero is zero."""
 
-AT_REST = 1e-300
-"""A body that moves by less than this share of the fastest one is proven to do that, and no more."""
+AT_REST = 1e-200
+"""Share of the fastest motion below which a body is proven to be at rest, and not how fast it moves."""
 
 
 class Enclosure:

@@ -53,19 +53,16 @@ class Equation(NamedTuple):
         return delta if self.G is None else np.asarray(self.G @ delta)
 
 
-def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], b: Array, armature: Array, G: Array | None) -> Equation:
+def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], b: Array, G: Array | None) -> Equation:
     """Assemble Eq. 4, reduced by Eq. 7 where some velocities are not free.
 
     Args:
-        state: the robot in N postures.
+        state: the robot in N postures, with the armature of its joints.
         blocks: what is held.
         b: (N, nc, k) speeds to be undone along each row.
-        armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg].
         G: (N, nv, ny) columns of the free velocities, or None.
     """
     H, J_c = state.H, row_jacobian(state, blocks)
-    if armature.any():
-        H = H + np.diag(armature)
     if G is None:
         return Equation(H, J_c, b, None, state, blocks)
     return Equation(np.swapaxes(G, -1, -2) @ H @ G, J_c @ G, b, G, state, blocks)
