@@ -212,12 +212,12 @@ def test_axis_is_read_by_its_direction_alone(tmp_path: Path):
     import numpy as np
     import pinocchio as pin
 
-    from shockpc.robot.build import build_model
+    from shockpc.robot.build import build
 
     matrices = []
     for axis in ("0 1 1", "0 2 2"):
         (tmp_path / "dog.urdf").write_text(arm(elbow=joint("elbow", "base", "tip", axis=axis)))
-        model = build_model(read_source(str(tmp_path / "dog.urdf")))
+        model = build(read_source(str(tmp_path / "dog.urdf"))).model
         matrices.append(pin.crba(model, model.createData(), pin.neutral(model)).copy())
     np.testing.assert_allclose(*matrices, atol=1e-15)
 

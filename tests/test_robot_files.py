@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from shockpc.robot.build import build_model
+from shockpc.robot.build import build
 from shockpc.robot.source import RobotSource, read_source
 
 
 def links(source: RobotSource) -> dict[str, pin.Inertia]:
     """The inertia of each moving body, by its first link."""
-    model = build_model(source)
+    model = build(source).model
     found = {}
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY and frame.parentJoint and frame.placement.isIdentity():
@@ -22,7 +22,7 @@ def links(source: RobotSource) -> dict[str, pin.Inertia]:
 
 def posture(source: RobotSource, name: str) -> dict[str, pin.SE3]:
     """Where every frame is in a posture of the robot's SRDF."""
-    model = build_model(source)
+    model = build(source).model
     assert source.srdf is not None
     pin.loadReferenceConfigurations(model, str(source.srdf), False)
     data = model.createData()
@@ -62,7 +62,7 @@ def test_beam():
     (beam,) = links(source).values()
     assert beam.mass == 3.0
     np.testing.assert_allclose(beam.lever, [0.3, 0, 0], atol=1e-16)
-    model = build_model(source)
+    model = build(source).model
     places = {frame.name: frame.placement.translation[0] for frame in model.frames}
     assert [places[name] for name in ("pivot", "center", "percussion", "tip")] == pytest.approx([0, 0.3, 0.4, 0.6])
 
@@ -133,7 +133,7 @@ def test_quadruped_postures(name: str, leg: int):
 def test_joints_turn_as_the_paper_counts():
     """A positive joint angle is counter-clockwise with x to the right: it brings a hanging segment forward."""
     for name in ("leg", "quadruped"):
-        model = build_model(read_source(name, xacro={"torso": "true", "foot": "true"} if name == "leg" else {}))
+        model = build(read_source(name, xacro={"torso": "true", "foot": "true"} if name == "leg" else {})).model
         data = model.createData()
         q = pin.neutral(model)
         for joint in range(2, model.njoints):

@@ -9,7 +9,7 @@ import pytest
 from robot_texts import arm, body, floating, link, mjcf, urdf
 
 from shockpc.errors import RobotError, UnknownName
-from shockpc.robot.build import build_model
+from shockpc.robot.build import build
 from shockpc.robot.catalogue import catalogue
 from shockpc.robot.source import read_source
 
@@ -29,7 +29,7 @@ def refusal(tmp_path: Path, text: str | bytes, name: str = "dog.urdf") -> str:
 def test_every_known_robot_reads_and_builds(name: str, capfd: pytest.CaptureFixture[str]):
     """Every robot known by name is read, builds and has mass, and the C++ parser prints nothing."""
     source = read_source(name)
-    model = build_model(source)
+    model = build(source).model
     assert source.name == name
     assert sum(inertia.mass for inertia in model.inertias) > 0
     assert capfd.readouterr() == ("", "")
@@ -42,7 +42,7 @@ def test_what_is_read(tmp_path: Path):
     (tmp_path / "dog.srdf").write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
     source = read_source(str(path))
     assert (source.path, source.name, source.kind, source.xml, source.robot_name) == (path, None, "urdf", arm(), "r")
-    assert (source.srdf, source.packages, source.folders, source.warnings) == (tmp_path / "dog.srdf", {}, (tmp_path,), ())
+    assert (source.srdf, source.folders.packages, source.folders.allowed, source.warnings) == (tmp_path / "dog.srdf", {}, (tmp_path,), ())
 
 
 def test_format_is_found_by_content(tmp_path: Path):
@@ -56,7 +56,7 @@ def test_one_free_body_is_a_robot(tmp_path: Path):
     """A single link with mass and no joint can be struck."""
     path = tmp_path / "beam.urdf"
     path.write_text(urdf(link("beam")))
-    assert build_model(read_source(str(path))).nv == 6
+    assert build(read_source(str(path))).model.nv == 6
 
 
 FILES: dict[str | bytes, str] = {
@@ -140,7 +140,7 @@ def test_marks_and_blanks_before_a_document(before: bytes, tmp_path: Path):
     path = tmp_path / "dog.urdf"
     path.write_bytes(before + b'<?xml version="1.0" encoding="utf-8"?>' + arm().encode())
     assert read_source(str(path)).robot_name == "r"
-    assert build_model(read_source(str(path))).nv == 7
+    assert build(read_source(str(path))).model.nv == 7
     assert "a DOCTYPE can define entities" in refusal(tmp_path, before + b"<!DOCTYPE robot><robot/>")
 
 
@@ -149,7 +149,7 @@ def test_declared_encodings(tmp_path: Path):
     text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
     path = tmp_path / "dog.urdf"
     path.write_bytes(text.encode("iso-8859-1"))
-    assert build_model(read_source(str(path))).existFrame("Fuß")
+    assert build(read_source(str(path))).model.existFrame("Fuß")
     (tmp_path / "dog.xacro").write_bytes(text.encode("iso-8859-1"))
     assert 'link name="Fuß"' in read_source(str(tmp_path / "dog.xacro")).xml
     assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC")) == (

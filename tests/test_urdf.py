@@ -10,7 +10,7 @@ import pytest
 from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
 
 from shockpc.errors import RobotError
-from shockpc.robot.build import build_model
+from shockpc.robot.build import build
 from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import load_robot
 from shockpc.robot.source import read_source
@@ -31,14 +31,14 @@ def test_robot_without_a_name_is_named_after_its_file(tmp_path: Path):
     path.write_text(arm().replace(' name="r"', ""))
     source = read_source(str(path))
     assert source.robot_name == "dog"
-    assert build_model(source).name == "dog"
+    assert build(source).model.name == "dog"
 
 
 def test_blanks_around_numbers_are_harmless(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     """The parser drops an inertia whose mass is " 2 "; it is read as 2."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm(tip=link("tip", mass=" 2 ")))
-    assert build_model(read_source(str(path))).inertias[2].mass == 2.0
+    assert build(read_source(str(path))).model.inertias[2].mass == 2.0
     assert capfd.readouterr() == ("", "")
 
 
@@ -58,7 +58,7 @@ def test_broken_shapes_are_left_out_with_a_warning(tmp_path: Path, capfd: pytest
         'dog.urdf: link "tip": a <visual> without a valid shape is left out; '
         "it is missing in figures and extremes; no other number changes",
     )
-    assert build_model(source).inertias[2].mass == 1.0
+    assert build(source).model.inertias[2].mass == 1.0
     assert capfd.readouterr() == ("", "")
 
 
@@ -121,7 +121,7 @@ TREE = {
     ),
     urdf(link("a"), link("b")): ('dog.urdf: 2 links have no parent: "a", "b"; a robot has one root, so join the others to it'),
     urdf(*(link(name) for name in "abcdefg")): (
-        'dog.urdf: 7 links have no parent: "a", "b", "c", "d", "e", …; a robot has one root, so join the others to it'
+        'dog.urdf: 7 links have no parent: "a", "b", "c", "d", "e" and 2 more; a robot has one root, so join the others to it'
     ),
     urdf(link("a"), link("b"), joint("j", "a", "b"), joint("k", "b", "a")): (
         'dog.urdf: joints "j", "k" form a circle that no root link carries; a URDF is a tree, so remove one of its joints'

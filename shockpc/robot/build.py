@@ -10,9 +10,7 @@ from shockpc.robot.files import parse_xml
 from shockpc.robot.source import RobotSource
 from shockpc.robot.srdf import read_srdf
 
-__all__ = ["FREE_FLYER", "build", "build_model"]
-
-FREE_FLYER = "JointModelFreeFlyer"
+__all__ = ["build"]
 
 
 def build(source: RobotSource) -> Built:
@@ -34,13 +32,8 @@ def build(source: RobotSource) -> Built:
     return built
 
 
-def build_model(source: RobotSource) -> pin.Model:
-    """Build the Pinocchio model alone. Raises RobotError as `build` does."""
-    return build(source).model
-
-
 def _build_urdf(source: RobotSource) -> Built:
-    """The model of a URDF on a free base, with the postures and rotors of its SRDF."""
+    """The model of a URDF on a free base, its mimic joints, and the postures and rotors of its SRDF."""
     try:
         model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
     except (ValueError, RuntimeError, IndexError) as refusal:
@@ -48,15 +41,11 @@ def _build_urdf(source: RobotSource) -> Built:
     postures: dict[str, Array] = {}
     if source.srdf is not None:
         postures, model.armature = read_srdf(source.srdf, model)
-    return Built(model, postures, _mimics(source, model), (), None, ())
-
-
-def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
-    """The joints of a URDF that mimic others. A fixed joint follows nothing; one that follows a fixed joint keeps its offset."""
-    found: list[Mimic] = []
-    for joint in parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ():
-        for mimic in joint.findall("mimic"):
-            if model.existJointName(joint.get("name", "")):
-                multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-                found.append(Mimic(joint.get("name", ""), mimic.get("joint", ""), multiplier, offset))
-    return leaders_first(found, model, source.path.name)
+    # A fixed joint follows nothing; one that follows a fixed joint keeps its offset.
+    mimics = [
+        Mimic(joint.get("name", ""), rule.get("joint", ""), float(rule.get("multiplier", "1")), float(rule.get("offset", "0")))
+        for joint in (parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ())
+        for rule in joint.findall("mimic")
+        if model.existJointName(joint.get("name", ""))
+    ]
+    return Built(model, postures, leaders_first(mimics, model, source.path.name))

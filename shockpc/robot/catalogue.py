@@ -6,7 +6,6 @@ better one. Nothing is opened here: names and paths only.
 
 import os
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -66,7 +65,21 @@ class CatalogueEntry:
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    return tuple(_entries())
+    own = [
+        CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ()) for path in sorted(own_robots_folder().glob("*.urdf.xacro"))
+    ]
+    taken = {entry.name for entry in own}
+    data = []
+    share = data_folder()
+    for path in sorted(path for place in ("urdf", "robots") for path in share.glob(f"robots/*/{place}/*")) if share else ():
+        if path.suffix in (".urdf", ".xacro"):
+            package = path.parent.parent.name
+            name, *aliases = _RENAMED.get(f"{package}/{path.parent.name}/{path.name}", (_normalised(_stem(path)),))
+            if name in taken:  # two packages with a file of one name: the package tells them apart
+                name = _normalised(f"{package.removesuffix('_description')}_{_stem(path)}")
+            taken |= {name, *aliases}
+            data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
+    return (*own, *sorted(data, key=lambda entry: entry.name))
 
 
 def find_robot(name_or_path: str) -> tuple[Path, str | None]:
@@ -92,13 +105,11 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
             f'no file "{name_or_path}" (looked in {Path.cwd()}). '
             "Give the path of a robot file, or the name of a known robot: shockpc robots"
         )
-    wanted = _normalised(name_or_path)
-    known: list[str] = []
-    for entry in _entries():
-        if wanted == entry.name or wanted in entry.aliases:
-            return entry.path, entry.name
-        known += [entry.name, *entry.aliases]
-    raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
+    known = {name: entry for entry in catalogue() for name in (entry.name, *entry.aliases)}
+    entry = known.get(_normalised(name_or_path))
+    if entry is None:
+        raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
+    return entry.path, entry.name
 
 
 def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
@@ -129,28 +140,6 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     return None
 
 
-def _entries() -> Iterator[CatalogueEntry]:
-    """Yield every robot, and look into example-robot-data only once the project's own are through."""
-    taken = set()
-    for path in sorted(own_robots_folder().glob("*.urdf.xacro")):
-        taken.add(_normalised(_stem(path)))
-        yield CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ())
-    share = data_folder()
-    if share is None:
-        return
-    data = []
-    for package in sorted(share.glob("robots/*")):
-        for path in [*package.glob("urdf/*"), *package.glob("robots/*")]:
-            if path.suffix in (".urdf", ".xacro"):
-                key = f"{package.name}/{path.parent.name}/{path.name}"
-                name, *aliases = _RENAMED.get(key) or (_normalised(_stem(path)),)
-                if name in taken:  # two packages with a file of one name: the package tells them apart
-                    name = _normalised(f"{package.name.removesuffix('_description')}_{_stem(path)}")
-                taken |= {name, *aliases}
-                data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
-    yield from sorted(data, key=lambda entry: entry.name)
-
-
 def own_robots_folder() -> Path:
     """Return the folder of the project's own robots: inside an installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parent.parent
@@ -175,18 +164,9 @@ def closing_scene(robot: Path) -> Path | None:
 
 def data_folder() -> Path | None:
     """Return the share folder of example-robot-data, which is also the package root of its meshes; None if not installed."""
-    # Where the wheel puts it and where a system package does; asking importlib.metadata costs tens of milliseconds.
-    for place in (*(Path(p) / "cmeel.prefix" for p in sys.path), Path(sys.prefix)):
-        if (place / _SHARE / "robots").is_dir():
-            return place / _SHARE
-    import importlib.metadata
-
-    try:
-        found = importlib.metadata.distribution("example-robot-data")
-    except importlib.metadata.PackageNotFoundError:
-        return None
-    share = Path(str(found.locate_file(f"cmeel.prefix/{_SHARE}")))
-    return share if share.is_dir() else None
+    # Where the wheel puts it, and where a system package does; asking importlib.metadata costs tens of milliseconds.
+    places = (*(Path(place) / "cmeel.prefix" for place in sys.path), Path(sys.prefix))
+    return next((place / _SHARE for place in places if (place / _SHARE / "robots").is_dir()), None)
 
 
 def _stem(path: Path) -> str:

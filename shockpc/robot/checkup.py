@@ -3,17 +3,18 @@
 What does keep it is refused while it is read. Nothing is corrected here.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 from shockpc.robot.files import parse_xml
 from shockpc.robot.inertias import inertia_fault
 from shockpc.robot.robot import Robot
-from shockpc.robot.source import RobotSource, resolve_asset
+from shockpc.robot.source import RobotSource
 from shockpc.robot.urdf import vector
 
 __all__ = ["Finding", "check_robot"]
@@ -142,14 +143,14 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
     lost: list[str] = []
     for uri in uris:
         try:
-            resolve_asset(source, uri)
+            source.folders.asset(uri)
         except RobotError:
             lost.append(uri.rpartition("/")[2])
     if lost:
         yield Finding(
             "warning",
             f"{len(lost)} of {len(uris)} meshes",
-            f"missing, or outside the folders that may be read: {_listed(lost)}; figures draw boxes of equal inertia instead, "
+            f"missing, or outside the folders that may be read: {listed(lost, 3)}; figures draw boxes of equal inertia instead, "
             "no number changes. If they lie in a package, say where: --package NAME=DIR",
         )
 
@@ -157,10 +158,4 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
 def _named(kind: str, names: list[str]) -> str:
     """One name or a few, as the subject of a finding."""
     plural = "bodies" if kind == "body" else f"{kind}s"
-    return f"{plural if len(names) > 1 else kind} {_listed(names)}"
-
-
-def _listed(names: Iterable[str], most: int = 3) -> str:
-    """The first few names, and how many more there are."""
-    quoted = [f'"{name}"' for name in names]
-    return ", ".join(quoted[:most]) + (f" and {len(quoted) - most} more" if len(quoted) > most else "")
+    return f"{plural if len(names) > 1 else kind} {listed(names, 3)}"

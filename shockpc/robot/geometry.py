@@ -19,10 +19,11 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.meshes import Mesh, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Robot
-from shockpc.robot.source import RobotSource, resolve_asset
+from shockpc.robot.source import RobotSource
 
 __all__ = ["Kind", "Outline", "Shape", "inertia_box", "outline"]
 
@@ -225,7 +226,7 @@ def _mesh_loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
     @functools.cache
     def load(uri: str) -> tuple[Mesh, Array]:
         try:
-            path = resolve_asset(source, uri)
+            path = source.folders.asset(uri)
         except RobotError as refusal:
             raise ValueError(str(refusal)) from None
         try:
@@ -285,13 +286,9 @@ def _warnings(robot: Robot, kind: Kind, unread: Sequence[_Unread], shapes: Seque
         return ()
     frames = [robot.frames[lost.link] for lost in unread if lost.link in robot.frames]
     bare = [robot.bodies[i].name for i in sorted({frame.body for frame in frames if frame.body >= 0}) if not shapes[i]]
-    consequence = f"no {kind} geometry is left for {_listed(bare)}" if bare else "each of their bodies has other shapes"
+    consequence = f"no {kind} geometry is left for {listed(bare, 4)}" if bare else "each of their bodies has other shapes"
     others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
-    also = f"; also {_listed(others)}" if others else ""
+    also = f"; also {listed(others, 4)}" if others else ""
     first = f'link "{unread[0].link}": {unread[0].reason}' if unread[0].link else unread[0].reason
     count = f"a {kind} shape" if len(unread) == 1 else f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
     return (f"{count} could not be read ({first}{also}); {consequence}",)
-
-
-def _listed(names: Sequence[str], most: int = 4) -> str:
-    return ", ".join(f'"{name}"' for name in names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

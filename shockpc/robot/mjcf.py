@@ -18,7 +18,7 @@ import numpy as np
 from shockpc.errors import RobotError
 from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.mjcf_text import without_files
-from shockpc.robot.source import RobotSource, resolve_asset
+from shockpc.robot.source import RobotSource
 
 __all__ = ["Compiled", "UnreadGeom", "compiled", "geom_kinds"]
 
@@ -97,7 +97,7 @@ def _mujoco(file: str) -> Any:
 def _compile(mujoco: Any, source: RobotSource, meshes: bool) -> Compiled:
     """Compile with or without the meshes that give no mass."""
     parts: dict[str, bytes] = {}
-    text = without_files(parse_xml(source.xml, source.path.name), source.open_folders, parts)
+    text = without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
     try:
         spec = mujoco.MjSpec.from_string(text, include=parts)
         spec.compiler.fusestatic = False  # it would drop links
@@ -160,7 +160,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) 
         reason = ""
         if geoms and mesh.file:
             try:
-                path = resolve_asset(source, mesh.file)
+                path = source.folders.asset(mesh.file)
                 mesh.file = f"mesh_{number}{path.suffix}"
                 assets[mesh.file] = read_bytes(path)
                 if everything:

@@ -95,7 +95,7 @@ def without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) 
     for model in root.findall("asset/model[@file]"):
         named = model.get("file", "")
         path = folders.resolve(folders.file.parent / named, named)
-        inner = OpenFolders(path, folders.packages, folders.folders)
+        inner = OpenFolders(path, folders.packages, folders.allowed)
         part = read_xml(path).root
         insert_includes(part, inner)
         for mesh in part.findall("asset/mesh[@file]"):

@@ -11,9 +11,9 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
-from shockpc.robot.build import FREE_FLYER, build
+from shockpc.robot.build import build
 from shockpc.robot.couplings import Loop, Mimic
-from shockpc.robot.inertias import inertia_warning, refuse_extremes
+from shockpc.robot.inertias import inertia_warning
 from shockpc.robot.source import RobotSource, read_source
 
 __all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
@@ -24,6 +24,8 @@ KINDS = {
     "Planar": "planar",
     "Composite": "composite",
     "P": "prismatic",
+    "RevoluteUnbounded": "continuous",
+    "RUB": "continuous",
     "R": "revolute",
 }
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
@@ -143,22 +145,20 @@ class Robot:
     warnings: tuple[str, ...] = field(repr=False)
 
     @property
+    def label(self) -> str:
+        """How a command names this robot: its catalogue name, else the path of its file."""
+        return self.source.label
+
+    @property
     def links(self) -> tuple[str, ...]:
         """Every link that moves, in the order of the bodies."""
         return tuple(link for body in self.bodies for link in body.links)
 
-    @property
-    def label(self) -> str:
-        """How a command names this robot: its catalogue name, else the path of its file."""
-        return self.source.name or str(self.source.path)
-
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
         """The joint that carries each body, in the order of `bodies`; the floating base's is the first."""
-        return tuple(
-            _joint(self.model, self.model.joints[body.joint], body.joint, self.model.jointPlacements[body.joint])
-            for body in self.bodies
-        )
+        model = self.model
+        return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -195,9 +195,7 @@ class Robot:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
         rotation = read_only([body.rotation for body in self.bodies])
         offset = read_only([body.offset for body in self.bodies])
-        return (
-            (rotation, offset) if offset.any() or not np.array_equal(rotation, np.broadcast_to(np.eye(3), rotation.shape)) else None
-        )
+        return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
@@ -265,29 +263,26 @@ def load_robot(
         UnknownName: no robot has that name.
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
-    source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
+    source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
     built = build(source)
     model = built.model
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
-    free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
-    weighed = [(body.name, body.mass, body.inertia) for body in bodies]
-    refuse_extremes(source.path.name, weighed)
-    frames = _frames(model, bodies)
+    odd = inertia_warning(source.path.name, source.label, ((body.name, body.mass, body.inertia) for body in bodies))
     return Robot(
         name=source.robot_name,
         source=source,
         model=model,
         bodies=bodies,
-        frames=frames,
+        frames=_frames(model, bodies),
         postures=built.postures,
         mimics=built.mimics,
         loops=built.loops,
-        drawn=built.start,
-        free_base=free_base,
+        drawn=built.drawn,
+        free_base=model.joints[1].shortname() == "JointModelFreeFlyer",
         mass=sum(body.mass for body in bodies),
-        warnings=(*source.warnings, *built.warnings, *inertia_warning(source, weighed)),
+        warnings=(*source.warnings, *built.warnings, *odd),
     )
 
 
@@ -295,21 +290,18 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     """One joint of a model, or a part of one."""
     short = joint.shortname().removeprefix("JointModel")
     kind = next((kind for start, kind in KINDS.items() if short.startswith(start)), short)
-    if kind == "revolute" and joint.nq == 2:
-        kind = "continuous"
     parts: tuple[Joint, ...] = ()
-    axis = None
+    axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
         inner = joint.extract()
         parts = tuple(_joint(model, part, number, step) for part, step in zip(inner.joints, inner.jointPlacements, strict=True))
     elif joint.nv == 1:
         data = joint.createData()
-        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + joint.nv))
+        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
         twist = np.asarray(data.S, dtype=float).ravel()
         axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
-    low, high = -np.inf, np.inf
-    if joint.nq == 1:
-        low, high = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+        if joint.nq == 1:
+            limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
     return Joint(
         name=model.names[number],
         kind=kind,
@@ -319,7 +311,7 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         offset=read_only(place.translation),
         q=slice(joint.idx_q, joint.idx_q + joint.nq),
         v=slice(joint.idx_v, joint.idx_v + joint.nv),
-        limits=(low, high),
+        limits=limits,
         parts=parts,
     )
 

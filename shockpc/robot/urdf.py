@@ -6,40 +6,56 @@ so the tree and the numbers are checked here, by name.
 
 import math
 import re
-from collections.abc import Iterable
+from graphlib import CycleError, TopologicalSorter
+from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
+from shockpc.printed import listed
+from shockpc.robot.limits import refuse_number, refuse_tree
 
-__all__ = ["LINKS", "check_urdf", "normalise_urdf", "vector"]
+__all__ = ["check_urdf", "normalise_urdf", "vector"]
 
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-LINKS = 2000  # the parser recurses over links, and far beyond this it overruns its stack
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # Shapes of a <geometry>: attribute and how many numbers it holds.
-_SHAPES: dict[str, tuple[tuple[str, int], ...]] = {
-    "box": (("size", 3),),
-    "cylinder": (("radius", 1), ("length", 1)),
-    "capsule": (("radius", 1), ("length", 1)),
-    "sphere": (("radius", 1),),
-    "mesh": (("scale", 3),),
+_SHAPES = {
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "mesh": {"scale": 3},
 }
-# Numbers of a link and of a joint: element, attributes, how many each holds, which of them must be there.
-_LINK_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
-    ("inertial/origin", ("xyz", "rpy"), 3, ()),
-    ("inertial/mass", ("value",), 1, ("value",)),
-    ("inertial/inertia", _INERTIA, 1, _INERTIA),
+
+
+class _Numbers(NamedTuple):
+    """Attributes that hold numbers: of which element, how many numbers in each, whether they must be there; a unit if limited."""
+
+    path: str
+    keys: str
+    size: int = 1
+    required: bool = False
+    unit: str = ""
+
+
+_LINK_NUMBERS = (
+    _Numbers("inertial/origin", "xyz", 3, unit="m"),
+    _Numbers("inertial/origin", "rpy", 3, unit="rad"),
+    _Numbers("inertial/mass", "value", required=True, unit="kg"),
+    _Numbers("inertial/inertia", "ixx ixy ixz iyy iyz izz", required=True, unit="kg m²"),
 )
-_JOINT_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
-    ("origin", ("xyz", "rpy"), 3, ()),
-    ("axis", ("xyz",), 3, ("xyz",)),
-    ("limit", ("lower", "upper", "effort", "velocity"), 1, ("effort", "velocity")),
-    ("dynamics", ("damping", "friction"), 1, ()),
-    ("mimic", ("multiplier", "offset"), 1, ()),
-    ("calibration", ("rising", "falling"), 1, ()),
-    ("safety_controller", ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), 1, ("k_velocity",)),
+_JOINT_NUMBERS = (
+    _Numbers("origin", "xyz", 3, unit="m"),
+    _Numbers("origin", "rpy", 3, unit="rad"),
+    _Numbers("axis", "xyz", 3, required=True),
+    _Numbers("limit", "lower upper"),
+    _Numbers("limit", "effort velocity", required=True),
+    _Numbers("dynamics", "damping friction"),
+    _Numbers("mimic", "multiplier offset"),
+    _Numbers("calibration", "rising falling"),
+    _Numbers("safety_controller", "soft_lower_limit soft_upper_limit k_position"),
+    _Numbers("safety_controller", "k_velocity", required=True),
 )
 
 
@@ -116,14 +132,12 @@ def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[st
 
 def _has_shape(part: Element) -> bool:
     """Whether a visual or collision holds one shape whose numbers can be read, at a place that can be read."""
-    origin, shapes = part.find("origin"), list(part.iterfind("geometry/*"))
-    if len(shapes) != 1 or shapes[0].tag not in _SHAPES:
+    shapes = part.findall("geometry/*")
+    if len(shapes) != 1 or shapes[0].tag not in _SHAPES or (shapes[0].tag == "mesh" and not shapes[0].get("filename")):
         return False
-    shape = shapes[0]
-    default = {"scale": "1 1 1"}
-    wanted = [(shape.get(key, default.get(key)), size) for key, size in _SHAPES[shape.tag]]
-    wanted += [(origin.get(key, "0 0 0"), 3) for key in ("xyz", "rpy")] if origin is not None else []
-    return (shape.tag != "mesh" or bool(shape.get("filename"))) and all(vector(text, size) is not None for text, size in wanted)
+    wanted = [(shapes[0].get(key, "1 1 1" if key == "scale" else None), size) for key, size in _SHAPES[shapes[0].tag].items()]
+    wanted += [(origin.get(key, "0 0 0"), 3) for origin in part.findall("origin")[:1] for key in ("xyz", "rpy")]
+    return all(vector(text, size) is not None for text, size in wanted)
 
 
 def check_urdf(robot: Element, file: str) -> None:
@@ -141,8 +155,6 @@ def check_urdf(robot: Element, file: str) -> None:
         raise RobotError(
             f"{file} has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them"
         )
-    if len(links) > LINKS:
-        raise RobotError(f"{file} has {len(links)} links, and up to {LINKS} are read; leave out those that neither move nor weigh")
     _check_names(links, "link", file)
     _check_names(joints, "joint", file)
     _check_tree([link.get("name", "") for link in links], joints, file)
@@ -171,46 +183,43 @@ def _check_names(elements: list[Element], kind: str, file: str) -> None:
 
 def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
     """Every joint joins two links that exist; every link but one, the root, hangs on exactly one joint; none in a circle."""
-    above: dict[str, tuple[str, str]] = {}
-    known = set(links)
+    carriers = dict.fromkeys(links, "")
+    above: dict[str, str] = {}
     for joint in joints:
         name = joint.get("name", "")
         if joint.get("type") not in _JOINT_TYPES:
             raise RobotError(
-                f'{file}: joint "{name}" is of type "{joint.get("type", "")}", which URDF does not have; '
-                f"it has {_listed(_JOINT_TYPES)}"
+                f'{file}: joint "{name}" is of type "{joint.get("type", "")}", which URDF does not have; it has '
+                f"{listed(_JOINT_TYPES)}"
             )
-        ends = {}
+        ends = []
         for end in ("parent", "child"):
             element = joint.find(end)
-            ends[end] = link = element.get("link", "") if element is not None else ""
-            if link not in known:
+            ends.append(link := element.get("link", "") if element is not None else "")
+            if link not in carriers:
                 said = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
                 raise RobotError(f'{file}: joint "{name}": {said}; every joint has to join two links of the file')
-        if ends["child"] in above:
+        parent, child = ends
+        if child in above:
             raise RobotError(
-                f'{file}: link "{ends["child"]}" is the child of two joints, "{above[ends["child"]][1]}" and "{name}"; '
+                f'{file}: link "{child}" is the child of two joints, "{above[child]}" and "{name}"; '
                 "a URDF is a tree, so cut the loop at one of them"
             )
-        above[ends["child"]] = (ends["parent"], name)
-    reached = set(links) - set(above)
-    roots = [link for link in links if link in reached]
-    waiting = set(above)
-    while ready := {link for link in waiting if above[link][0] in reached}:
-        reached |= ready
-        waiting -= ready
-    if waiting:
-        trail = [next(link for link in links if link in waiting)]
-        while (parent := above[trail[-1]][0]) not in trail:
-            trail.append(parent)
-        circle = sorted(above[link][1] for link in trail[trail.index(parent) :])
-        said = f"joints {_listed(circle)} form" if len(circle) > 1 else f"joint {_listed(circle)} forms"
-        raise RobotError(f"{file}: {said} a circle that no root link carries; a URDF is a tree, so remove one of its joints")
+        carriers[child], above[child] = parent, name
+    try:
+        order = tuple(TopologicalSorter({link: [carrier] for link, carrier in carriers.items()}).static_order())
+    except CycleError as found:
+        circle = sorted({above[link] for link in found.args[1]})
+        said = f"joints {listed(circle)} form" if len(circle) > 1 else f"joint {listed(circle)} forms"
+        raise RobotError(
+            f"{file}: {said} a circle that no root link carries; a URDF is a tree, so remove one of its joints"
+        ) from None
+    roots = [link for link in links if link not in above]
     if len(roots) > 1:
         raise RobotError(
-            f"{file}: {len(roots)} links have no parent: {_listed(roots[:5])}{', …' * (len(roots) > 5)}; "
-            "a robot has one root, so join the others to it"
+            f"{file}: {len(roots)} links have no parent: {listed(roots, 5)}; a robot has one root, so join the others to it"
         )
+    refuse_tree(file, {link: carriers[link] for link in order if link})
 
 
 def _check_link(link: Element, whose: str) -> None:
@@ -247,22 +256,21 @@ def _check_joint(joint: Element, whose: str) -> None:
         raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
 
 
-def _check_numbers(owner: Element, table: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...], whose: str) -> None:
-    """Refuse what is not a finite number, or not there though it must be, showing what stands in its place."""
-    for path, keys, size, required in table:
+def _check_numbers(owner: Element, table: tuple[_Numbers, ...], whose: str) -> None:
+    """Refuse what is not a finite number of a size that can be computed with, or not there though it must be."""
+    for path, keys, size, required, unit in table:
         for element in owner.findall(path):
-            for key in keys:
+            for key in keys.split():
                 text = element.get(key)
-                if (text is None and key not in required) or vector(text, size) is not None:
+                if text is None and not required:
                     continue
                 what = {"mass": "mass", "inertia": key, "axis": "axis"}.get(element.tag, f"<{element.tag}> {key}")
                 if element.tag == "origin":
                     what = f"<{'inertial' if owner.tag == 'link' else 'joint'}> origin {key}"
-                found = "is missing" if text is None else f'is "{text}"'
-                wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
-                raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
-
-
-def _listed(names: Iterable[str]) -> str:
-    """Quoted names, with commas."""
-    return ", ".join(f'"{name}"' for name in names)
+                values = vector(text, size)
+                if values is None:
+                    found = "is missing" if text is None else f'is "{text}"'
+                    wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
+                    raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
+                for value in values if unit else ():
+                    refuse_number(whose, what, value, unit)
