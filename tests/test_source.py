@@ -42,7 +42,12 @@ def test_what_is_read(tmp_path: Path):
     (tmp_path / "dog.srdf").write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
     source = read_source(str(path))
     assert (source.path, source.name, source.kind, source.xml, source.robot_name) == (path, None, "urdf", arm(), "r")
-    assert (source.srdf, source.folders.packages, source.folders.allowed, source.warnings) == (tmp_path / "dog.srdf", {}, (tmp_path,), ())
+    assert (source.srdf, source.folders.packages, source.folders.allowed, source.warnings) == (
+        tmp_path / "dog.srdf",
+        {},
+        (tmp_path,),
+        (),
+    )
 
 
 def test_format_is_found_by_content(tmp_path: Path):

@@ -83,14 +83,10 @@ def catalogue() -> tuple[CatalogueEntry, ...]:
 
 
 def find_robot(name_or_path: str) -> tuple[Path, str | None]:
-    """Find the file that a name or a path means.
+    """Find the file that a name or a path means, and its name in the catalogue, or None when it was given as a path.
 
-    Args:
-        name_or_path: a file, when it holds a path separator or a suffix and exists; else a robot's name or alias, in any
-            case, with "-" and "_" alike.
-
-    Returns:
-        The file, and its name in the catalogue, or None when it was given as a path.
+    It is a path when it holds a path separator or a suffix and exists; else a robot's name or alias, in any case, with "-" and
+    "_" alike.
 
     Raises:
         RobotError: it looks like a path, and nothing is there.
@@ -115,16 +111,11 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
 def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     """Find the SRDF that goes with a robot file: the one beside it, in ./srdf or in ../srdf that is named like it.
 
-    The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf` for
-    `hyq_no_sensors.urdf`), then the same with the robot's own name, then the only one that continues the robot file's
-    stem (`baxter_manipulation.srdf`).
+    The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf` for `hyq_no_sensors.urdf`), then
+    the same with the robot's name in the file, which may be empty, then the only one that continues the robot file's stem
+    (`baxter_manipulation.srdf`).
 
-    Args:
-        robot_path: the robot file.
-        robot_name_in_file: the name that the file gives to its robot; may be empty.
-
-    Returns:
-        The SRDF file, or None where no name fits.
+    Returns: the SRDF file, or None where no name fits.
     """
     stem = _stem(robot_path).casefold()
     folder = robot_path.parent
@@ -148,11 +139,7 @@ def own_robots_folder() -> Path:
 
 
 def closing_scene(robot: Path) -> Path | None:
-    """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends.
-
-    Args:
-        robot: a robot's file.
-    """
+    """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends."""
     if robot.parent != own_robots_folder():
         return None
     for scene in sorted((robot.parent / "scenes").glob("*.toml")):

@@ -38,14 +38,7 @@ class Finding(NamedTuple):
 
 
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
-    """Check a robot for what may mislead.
-
-    Args:
-        robot: the robot.
-
-    Returns:
-        What was found, errors first, then warnings, then notes; empty if there is nothing.
-    """
+    """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
     root = parse_xml(robot.source.xml, robot.source.path.name)
     found = (*_masses(robot), *_links(root), *_joints(robot, root), *_meshes(robot.source, root))
     return tuple(sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.level)))

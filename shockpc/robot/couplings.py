@@ -63,12 +63,7 @@ class Built(NamedTuple):
 
 
 def leaders_first(found: Sequence[Mimic], model: pin.Model, file: str) -> tuple[Mimic, ...]:
-    """Order mimic joints so that each comes after the one that it follows.
-
-    Args:
-        found: the mimic joints in any order.
-        model: the robot's model.
-        file: the file's name, for messages.
+    """Order the mimic joints of a model so that each comes after the one that it follows.
 
     Raises:
         RobotError: joints follow one another in a circle, or one that is to follow or lead has several degrees of freedom.

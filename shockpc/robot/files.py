@@ -83,14 +83,10 @@ class OpenFolders:
         )
 
     def asset(self, uri: str) -> Path:
-        """Find the file that a robot file names.
+        """Find the file that a robot file names, an existing one inside the folders, symbolic links resolved.
 
-        Args:
-            uri: as written: `package://name/rest` (more slashes are accepted, `model://` is read alike), `file:///path`, an
-                absolute path, or one relative to the robot file.
-
-        Returns:
-            An existing file inside the folders, symbolic links resolved.
+        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike), by `file:///path`, by an
+        absolute path, or by one relative to the robot file.
 
         Raises:
             RobotError: it is missing, its package is unknown, or it lies outside the folders.
@@ -123,11 +119,7 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     """Work out what a robot file may read.
 
     Its own folder is the nearest one above it with a `package.xml`; else the folder that holds it, or the parent of that
-    if it is called urdf, xacro or mjcf. Then come the given packages and the entries of ROS_PACKAGE_PATH.
-
-    Args:
-        file: the robot file, absolute.
-        packages: package folders by name.
+    if it is called urdf, xacro or mjcf. Then come the packages, folders given by name, and the entries of ROS_PACKAGE_PATH.
 
     Raises:
         RobotError: a given package folder does not exist.
@@ -226,11 +218,7 @@ def read_xml(path: Path) -> Markup:
 
 
 def parse_xml(text: str, name: str) -> Element:
-    """Parse XML text without following anything in it, and return its root element.
-
-    Args:
-        text: the document.
-        name: what to call it in a message.
+    """Parse XML text, which messages call by a name, without following anything in it, and return its root element.
 
     Raises:
         RobotError: the text is not well-formed, has a DOCTYPE, or has more than 800 levels.

@@ -14,12 +14,7 @@ _POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moment
 
 
 def inertia_fault(mass: float, inertia: Array) -> str | None:
-    """Say why no body has this inertia about its centre of mass; None if one can.
-
-    Args:
-        mass: above zero [kg].
-        inertia: (3, 3) [kg m²].
-    """
+    """Say why no body of a mass above zero [kg] has this inertia (3, 3) about its centre of mass [kg m²]; None if one can."""
     least, middle, most = (float(moment) for moment in np.linalg.eigvalsh(inertia))
     if max(abs(least), abs(most)) < _POINT * mass:
         return "the inertia is zero, that of a point"

@@ -67,13 +67,7 @@ def read_source(
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
 ) -> RobotSource:
-    """Read a robot's file and check that it holds one robot that can be computed.
-
-    Args:
-        robot: a path, or a name that `shockpc robots` lists.
-        xacro: values for the arguments of a xacro file.
-        packages: package folders by name, for `package://` and `$(find …)`; they may be read as well.
-        srdf: a file of reference postures; by default the one that goes with the robot file.
+    """Read a robot's file and check that it holds one robot that can be computed. The arguments are those of `load_robot`.
 
     Raises:
         UnknownName: no robot has that name.

@@ -20,11 +20,7 @@ __all__ = ["read_srdf"]
 
 
 def read_srdf(path: Path, model: pin.Model) -> tuple[dict[str, Array], Array]:
-    """Read an SRDF; joints that the model does not have are passed over.
-
-    Args:
-        path: the file.
-        model: the robot's.
+    """Read an SRDF; joints that the robot's model does not have are passed over.
 
     Returns:
         Configurations (nq,) by name, in which what a state does not set is neutral, and states of one name (an arm's and a leg's)

@@ -6,8 +6,8 @@ so the tree and the numbers are checked here, by name.
 
 import math
 import re
+from collections.abc import Iterable
 from graphlib import CycleError, TopologicalSorter
-from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
@@ -29,46 +29,30 @@ _SHAPES = {
 }
 
 
-class _Numbers(NamedTuple):
-    """Attributes that hold numbers: of which element, how many numbers in each, whether they must be there; a unit if limited."""
-
-    path: str
-    keys: str
-    size: int = 1
-    required: bool = False
-    unit: str = ""
-
-
+# Numbers of a link and of a joint: element, attributes, how many each holds, whether they must be there, and the unit of those
+# whose size is limited.
 _LINK_NUMBERS = (
-    _Numbers("inertial/origin", "xyz", 3, unit="m"),
-    _Numbers("inertial/origin", "rpy", 3, unit="rad"),
-    _Numbers("inertial/mass", "value", required=True, unit="kg"),
-    _Numbers("inertial/inertia", "ixx ixy ixz iyy iyz izz", required=True, unit="kg m²"),
+    ("inertial/origin", "xyz", 3, False, "m"),
+    ("inertial/origin", "rpy", 3, False, "rad"),
+    ("inertial/mass", "value", 1, True, "kg"),
+    ("inertial/inertia", "ixx ixy ixz iyy iyz izz", 1, True, "kg m²"),
 )
 _JOINT_NUMBERS = (
-    _Numbers("origin", "xyz", 3, unit="m"),
-    _Numbers("origin", "rpy", 3, unit="rad"),
-    _Numbers("axis", "xyz", 3, required=True),
-    _Numbers("limit", "lower upper"),
-    _Numbers("limit", "effort velocity", required=True),
-    _Numbers("dynamics", "damping friction"),
-    _Numbers("mimic", "multiplier offset"),
-    _Numbers("calibration", "rising falling"),
-    _Numbers("safety_controller", "soft_lower_limit soft_upper_limit k_position"),
-    _Numbers("safety_controller", "k_velocity", required=True),
+    ("origin", "xyz", 3, False, "m"),
+    ("origin", "rpy", 3, False, "rad"),
+    ("axis", "xyz", 3, True, ""),
+    ("limit", "lower upper", 1, False, ""),
+    ("limit", "effort velocity", 1, True, ""),
+    ("dynamics", "damping friction", 1, False, ""),
+    ("mimic", "multiplier offset", 1, False, ""),
+    ("calibration", "rising falling", 1, False, ""),
+    ("safety_controller", "soft_lower_limit soft_upper_limit k_position", 1, False, ""),
+    ("safety_controller", "k_velocity", 1, True, ""),
 )
 
 
 def vector(text: str | None, size: int) -> tuple[float, ...] | None:
-    """Read numbers as the parser would: plain decimals, separated by blanks, finite.
-
-    Args:
-        text: an attribute's value.
-        size: how many there have to be.
-
-    Returns:
-        The numbers, or None if the text is anything else.
-    """
+    """Read so many numbers as the parser would: plain decimals, separated by blanks, finite; None if the text is anything else."""
     words = (text or "").split()
     if len(words) != size or not all(_NUMBER.fullmatch(word) for word in words):
         return None
@@ -79,13 +63,8 @@ def vector(text: str | None, size: int) -> tuple[float, ...] | None:
 def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
     """Correct, in place, what carries no meaning but would make the parser fail or print.
 
-    Blanks around attribute values are removed; a robot without a name gets one. With a warning are removed: xacro elements that
-    are left over, a visual or collision without a valid shape, and a <mimic> that follows no joint of the file.
-
-    Args:
-        robot: the root element, changed in place.
-        file: the file's name, for messages.
-        name: the name for a robot that has none.
+    Blanks around attribute values are removed; a robot without a name gets this one. With a warning are removed: xacro elements
+    that are left over, a visual or collision without a valid shape, and a <mimic> that follows no joint of the file.
 
     Returns:
         Whether anything changed, and the warnings.
@@ -94,14 +73,11 @@ def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[st
         RobotError: a joint mimics twice.
     """
     warnings = []
-    changed = not robot.get("name")
-    if changed:
-        robot.set("name", name)
+    before = [dict(element.attrib) for element in robot.iter()]
+    robot.set("name", robot.get("name") or name)
     for element in robot.iter():
-        for key, value in element.attrib.items():
-            if value != value.strip():
-                element.set(key, value.strip())
-                changed = True
+        element.attrib.update({key: value.strip() for key, value in element.attrib.items()})
+    changed = before != [element.attrib for element in robot.iter()]
     left = [element for element in robot if element.tag.startswith("xacro:")]
     if left:
         tags = ", ".join(dict.fromkeys(f"<{element.tag}>" for element in left))
@@ -142,10 +118,6 @@ def _has_shape(part: Element) -> bool:
 
 def check_urdf(robot: Element, file: str) -> None:
     """Refuse a URDF that is not one connected tree of bodies with finite numbers and some mass.
-
-    Args:
-        robot: its root element.
-        file: the file's name, for messages.
 
     Raises:
         RobotError: naming the link or joint at fault.
@@ -256,7 +228,7 @@ def _check_joint(joint: Element, whose: str) -> None:
         raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
 
 
-def _check_numbers(owner: Element, table: tuple[_Numbers, ...], whose: str) -> None:
+def _check_numbers(owner: Element, table: Iterable[tuple[str, str, int, bool, str]], whose: str) -> None:
     """Refuse what is not a finite number of a size that can be computed with, or not there though it must be."""
     for path, keys, size, required, unit in table:
         for element in owner.findall(path):

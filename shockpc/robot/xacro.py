@@ -34,12 +34,7 @@ _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
 
 
 def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
-    """Expand a xacro file.
-
-    Args:
-        markup: the file as read.
-        folders: what it may read; `folders.file` is the file itself.
-        arguments: values of its arguments.
+    """Expand a xacro file, which may read from these folders, with values for its arguments.
 
     Returns:
         The URDF text, with mesh paths as found, and what xacro warned of.
