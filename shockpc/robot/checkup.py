@@ -47,23 +47,14 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
 def _masses(robot: Robot) -> Iterator[Finding]:
     """Moving bodies without mass, and masses far from all the others."""
     names, masses = [body.name for body in robot.bodies], robot.masses
-    beyond = np.array(masses)  # with all that hangs on each body
-    for body in reversed(range(len(names))):
-        if robot.parents[body] >= 0:
-            beyond[robot.parents[body]] += beyond[body]
+    beyond = masses @ robot.moves[:, [joint.v.start for joint in robot.joints]]  # with all that hangs on each body
     idle = [name for name, total in zip(names, beyond, strict=True) if total == 0]
     if idle:
-        verb, them = ("moves", "it") if len(idle) == 1 else ("move", "them")
-        yield Finding(
-            "error",
-            _named("body", idle),
-            f"{verb} without mass, and so does all that hangs on {them}, so the inertia matrix cannot be inverted; give mass, or "
-            "make the joint fixed",
-        )
+        said = "no mass here nor on what hangs there, so the inertia matrix cannot be inverted; give mass, or make the joint fixed"
+        yield Finding("error", _named("body", idle), said)
     carriers = [name for name, mass, total in zip(names, masses, beyond, strict=True) if mass == 0 < total]
     if carriers:
-        said = "moves without mass of its own; its shock" if len(carriers) == 1 else "move without mass of their own; their shock"
-        yield Finding("note", _named("body", carriers), f"{said} follows from what hangs on the joints beyond")
+        yield Finding("note", _named("body", carriers), "no mass here; the shock follows from what hangs on the joints beyond")
     for body, (name, mass) in enumerate(zip(names, masses, strict=True)):
         others = np.delete(masses, body)
         next_mass = float(others.max()) if len(others) else mass
@@ -97,8 +88,7 @@ def _links(root: Element) -> Iterator[Finding]:
         if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None)
     ]
     if names:
-        verb = "has a shape and no <inertial>; it counts" if len(names) == 1 else "have shapes and no <inertial>; they count"
-        yield Finding("note", _named("link", names), f"{verb} as without mass")
+        yield Finding("note", _named("link", names), "shapes but no <inertial>, which counts as no mass")
 
 
 def _joints(robot: Robot, root: Element) -> Iterator[Finding]:

@@ -59,7 +59,7 @@ class Built(NamedTuple):
     mimics: tuple[Mimic, ...]
     loops: tuple[Loop, ...] = ()
     drawn: Array | None = None
-    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def leaders_first(found: Sequence[Mimic], model: pin.Model, file: str) -> tuple[Mimic, ...]:

@@ -22,6 +22,7 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
+from shockpc.robot.mjcf import compiled, geom_kinds
 from shockpc.robot.robot import Body, Robot
 from shockpc.robot.source import RobotSource
 
@@ -164,8 +165,6 @@ def _numbers(element: Element, key: str, default: str = "") -> Array:
 
 def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
-    from shockpc.robot.mjcf import compiled, geom_kinds
-
     try:
         found = compiled(source, meshes=True)
     except RobotError as refusal:

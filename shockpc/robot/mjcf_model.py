@@ -68,7 +68,7 @@ def build_mjcf(source: RobotSource) -> Built:
         mimics=_mimics(m, tree, file),
         loops=tuple(_loops(m, tree)),
         drawn=read_only(m.qpos0[order]),
-        warnings=(*found.warnings, *notes, *more),
+        notes=(*found.warnings, *notes, *more),
     )
 
 

@@ -10,11 +10,12 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError, UnknownName
-from shockpc.robot.build import build
+from shockpc.errors import UnknownName
 from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning
+from shockpc.robot.mjcf_model import build_mjcf
 from shockpc.robot.source import RobotSource, read_source
+from shockpc.robot.urdf_model import build_urdf
 
 __all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
 
@@ -112,37 +113,35 @@ class Frame:
     kind: Literal["link", "joint", "site"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot as loaded.
 
     Attributes:
-        name: as the file says.
         source: the file's text and where it came from.
         model: the Pinocchio model; its first joint is the base's if `free_base`.
-        bodies: the moving bodies, base first, then in the order of the tree.
-        frames: every named place, by name; where a link and a joint share a name it is the link's.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
         drawn: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
-        free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
-        mass: of all bodies [kg].
-        warnings: of the file's reader, and of inertias that no body has.
+        notes: warnings of the file's reader.
     """
 
-    name: str
-    source: RobotSource = field(repr=False)
-    model: pin.Model = field(repr=False)
-    bodies: tuple[Body, ...] = field(repr=False)
-    frames: Mapping[str, Frame] = field(repr=False)
-    postures: Mapping[str, Array] = field(repr=False)
-    mimics: tuple[Mimic, ...] = field(repr=False)
-    loops: tuple[Loop, ...] = field(repr=False)
-    drawn: Array | None = field(repr=False)
-    free_base: bool
-    mass: float
-    warnings: tuple[str, ...] = field(repr=False)
+    source: RobotSource
+    model: pin.Model
+    postures: Mapping[str, Array]
+    mimics: tuple[Mimic, ...]
+    loops: tuple[Loop, ...]
+    drawn: Array | None
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"
+
+    @property
+    def name(self) -> str:
+        """As the file says."""
+        return self.source.robot_name
 
     @property
     def label(self) -> str:
@@ -153,6 +152,57 @@ class Robot:
     def links(self) -> tuple[str, ...]:
         """Every link that moves, in the order of the bodies."""
         return tuple(link for body in self.bodies for link in body.links)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Of the file's reader, and of inertias that no body has."""
+        weighed = ((body.name, body.mass, body.inertia) for body in self.bodies)
+        return (*self.source.warnings, *self.notes, *inertia_warning(self.source.path.name, self.label, weighed))
+
+    @cached_property
+    def free_base(self) -> bool:
+        """Whether the base can move (every URDF; an MJCF whose root body has a free joint)."""
+        return bool(self.model.joints[1].shortname() == "JointModelFreeFlyer")
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The moving bodies, base first, then in the order of the tree; each is named after the link that its joint carries."""
+        links: list[list[pin.Frame]] = [[] for _ in range(self.model.njoints)]
+        for frame in self.model.frames:
+            if frame.type == pin.FrameType.BODY:
+                links[frame.parentJoint].append(frame)
+        bodies = []
+        for joint, carried in list(enumerate(links))[1:]:
+            placement = carried[0].placement if carried else pin.SE3.Identity()
+            inertia = placement.actInv(self.model.inertias[joint])
+            bodies.append(
+                Body(
+                    name=carried[0].name if carried else self.model.names[joint],
+                    joint=joint,
+                    links=tuple(frame.name for frame in carried),
+                    rotation=read_only(placement.rotation),
+                    offset=read_only(placement.translation),
+                    mass=float(inertia.mass),
+                    com=read_only(inertia.lever),
+                    inertia=read_only(inertia.inertia),
+                )
+            )
+        return tuple(bodies)
+
+    @cached_property
+    def frames(self) -> Mapping[str, Frame]:
+        """Every named place, by name; where a link and a joint or a site share a name it is the link's."""
+        frames: dict[str, Frame] = {}
+        for frame in sorted(self.model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
+            index, place = frame.parentJoint - 1, frame.placement
+            if index >= 0:
+                place = pin.SE3(self.bodies[index].rotation, self.bodies[index].offset).inverse() * place
+            kind: Literal["link", "joint", "site"] = "site" if frame.type in SITES else "joint"
+            if frame.type == pin.FrameType.BODY:
+                kind = "link"
+            if frame.name != "universe" and frame.name not in frames:
+                frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
+        return frames
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
@@ -168,6 +218,11 @@ class Robot:
     def joint(self, name: str) -> Joint:
         """The joint of that exact name."""
         return next(joint for joint in self.joints if joint.name == name)
+
+    @cached_property
+    def mass(self) -> float:
+        """Of all bodies [kg]."""
+        return sum(body.mass for body in self.bodies)
 
     @cached_property
     def masses(self) -> Array:
@@ -264,26 +319,12 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
-    built = build(source)
-    model = built.model
-    if model.njoints < 2:
-        raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
-    bodies = _bodies(model)
-    odd = inertia_warning(source.path.name, source.label, ((body.name, body.mass, body.inertia) for body in bodies))
-    return Robot(
-        name=source.robot_name,
-        source=source,
-        model=model,
-        bodies=bodies,
-        frames=_frames(model, bodies),
-        postures=built.postures,
-        mimics=built.mimics,
-        loops=built.loops,
-        drawn=built.drawn,
-        free_base=model.joints[1].shortname() == "JointModelFreeFlyer",
-        mass=sum(body.mass for body in bodies),
-        warnings=(*source.warnings, *built.warnings, *odd),
-    )
+    built = build_mjcf(source) if source.kind == "mjcf" else build_urdf(source)
+    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
+    for place in built.model.jointPlacements:
+        R = place.rotation
+        place.rotation = 0.5 * R @ (3.0 * np.eye(3) - R.T @ R)
+    return Robot(source, **built._asdict())
 
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
@@ -314,45 +355,3 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         limits=limits,
         parts=parts,
     )
-
-
-def _bodies(model: pin.Model) -> tuple[Body, ...]:
-    """The moving bodies: one for each joint, named after the link that the joint carries."""
-    links: dict[int, list[pin.Frame]] = {joint: [] for joint in range(model.njoints)}
-    for frame in model.frames:
-        if frame.type == pin.FrameType.BODY:
-            links[frame.parentJoint].append(frame)
-    bodies = []
-    for joint in range(1, model.njoints):
-        carried = links[joint]
-        placement = carried[0].placement if carried else pin.SE3.Identity()
-        inertia = placement.actInv(model.inertias[joint])
-        bodies.append(
-            Body(
-                name=carried[0].name if carried else model.names[joint],
-                joint=joint,
-                links=tuple(frame.name for frame in carried),
-                rotation=read_only(placement.rotation),
-                offset=read_only(placement.translation),
-                mass=float(inertia.mass),
-                com=read_only(inertia.lever),
-                inertia=read_only(inertia.inertia),
-            )
-        )
-    return tuple(bodies)
-
-
-def _frames(model: pin.Model, bodies: tuple[Body, ...]) -> dict[str, Frame]:
-    """Every named frame, written in its body's frame. Links win over joints and sites of the same name."""
-    frames: dict[str, Frame] = {}
-    for wanted in (True, False):
-        for frame in model.frames:
-            if (frame.type == pin.FrameType.BODY) != wanted or frame.name in frames or frame.name == "universe":
-                continue
-            index = frame.parentJoint - 1
-            place = frame.placement
-            if index >= 0:
-                place = pin.SE3(bodies[index].rotation, bodies[index].offset).inverse() * place
-            kind: Literal["link", "joint", "site"] = "link" if wanted else "site" if frame.type in SITES else "joint"
-            frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
-    return frames

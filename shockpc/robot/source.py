@@ -106,7 +106,7 @@ def read_source(
         check_urdf(root, path.name)
         text = ElementTree.tostring(root, encoding="unicode") if changed else text
         warnings += more
-        postures = _given_srdf(srdf) if srdf is not None else find_srdf(path, robot_name)
+        postures = find_srdf(path, robot_name) if srdf is None else Path(os.path.realpath(os.path.expanduser(srdf)))
         if postures is not None and srdf is None and not folders.contain(postures):
             postures = None  # a link that leads out of the folders
     else:
@@ -138,12 +138,3 @@ def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
             f"{path.name} is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with "
             f"--srdf {path.name}"
         )
-
-
-def _given_srdf(srdf: str | Path) -> Path:
-    """An SRDF that was asked for: it has to be one."""
-    path = Path(os.path.realpath(os.path.expanduser(srdf)))
-    root = read_xml(path).root
-    if root.tag != "robot" or root.find("link") is not None:
-        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
-    return path
