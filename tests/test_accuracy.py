@@ -385,3 +385,15 @@ def test_the_sensitivity_is_what_a_change_of_the_data_does():
     moved = shock_profile(replace(scene, contact=(scene.contact[0], second)), robot)
     change = true_errors(profile, moved.proof.jumps[..., 3]).max()
     assert 1e-11 < change <= 10.0 * profile.health.data_sensitivity
+
+
+@pytest.mark.parametrize("yaw", [0.0, 20.0, 33.3, 47.0])
+def test_a_foot_at_the_centre_of_percussion_needs_no_friction(yaw):
+    """Its impulse is zero, which arithmetic only narrows down: there is none, and no friction."""
+    moments = '<inertia ixx="0.75" ixy="0" ixz="0" iyy="0.75" iyz="0" izz="0.75"/>'
+    body = f'<link name="rod"><inertial><origin xyz="0.5 0 0"/><mass value="3"/>{moments}</inertial></link>'
+    robot = robot_from(urdf(body))
+    contact = Contact(frame="rod", offset=(1.0, 0.0, 0.0), directions=("z",))
+    posture = Posture(base_rpy_deg=(0.0, 0.0, yaw))
+    foot = shock_profile(Scene(robot="r", contact=(contact,), stance=("rod",), posture=posture), robot).stance[0]
+    assert (foot.impulse.tolist(), foot.friction_needed) == ([0.0, 0.0, 0.0], None)
