@@ -19,7 +19,7 @@ __all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "is_singular", "so
 EPS = float(np.finfo(float).eps)
 
 WELL = 1e-4
-"""Least pivot of the scaled Delassus matrix from which its rows are independent beyond doubt."""
+"""Least pivot of the scaled Delassus matrix from which its rows are certainly independent."""
 
 LOST = 1e10
 """Condition of the inertia from which the Delassus matrix in double precision no longer tells whether its rows are independent."""
