@@ -217,6 +217,9 @@ KINDS = (
 
 
 def _last_digit(rng: np.random.Generator, values: Array) -> Array:
-    """Doubles changed to a neighbour, up or down at random; zeros stay."""
-    towards = np.where(rng.random(np.shape(values)) < 0.5, -np.inf, np.inf)
-    return np.where(values == 0.0, values, np.nextafter(values, towards))
+    """Doubles changed by one or two units in the last place, up or down at random; zeros stay.
+
+    Two numbers that would change by the same amount keep their difference, so there are more amounts than one.
+    """
+    steps = rng.choice((-2.0, -1.0, 1.0, 2.0), np.shape(values))
+    return np.asarray(np.where(values == 0.0, values, values + steps * np.spacing(values)))
