@@ -94,7 +94,7 @@ def quaternion_of(rotation: Array) -> Array:
     largest = int(np.argmax(np.diagonal(products)))
     found = products[largest] / products[largest, largest]
     whole = np.round(found)
-    return np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found)
+    return np.asarray(np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found))
 
 
 def largest_norm(values: Array) -> Array:
