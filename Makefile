@@ -1,4 +1,4 @@
-# The one vocabulary of chores, for people and for CI. Every target installs what it needs.
+# Commands for people and for CI. Every target installs what it needs.
 PYTHON ?= python3.11
 BIN := .venv/bin
 
@@ -29,17 +29,17 @@ check: .venv/.dev
 	@"$(BIN)/ruff" format --check shockpc tests
 	@"$(BIN)/ruff" check shockpc tests
 	@"$(BIN)/mypy"
+	@"$(BIN)/lint-imports"
 
-# Error against run time, with a report in out/bench and its summary in the README; SUITE=full looks further, for longer.
-SUITE ?= quick
+# Error against run time, with a report in out/bench.
 bench: .venv/.dev
-	@"$(BIN)/shockpc" bench --suite "$(SUITE)" --out out/bench
-	@"$(BIN)/python" -m shockpc.bench.readme out/bench/summary.md README.md
+	@"$(BIN)/shockpc" bench --out out/bench
 
-# The promise of the error estimate on random trees; it ends with an error if it is broken once.
-TREES ?= 100000
+# Reported bounds against an independent solution on random landings; after an interrupt it says how to continue.
+N ?= 100000
+FROM ?= 0
 soak: .venv/.dev
-	@"$(BIN)/shockpc" bench --soak "$(TREES)" --out out/soak
+	@"$(BIN)/python" tests/soak.py "$(N)" --from "$(FROM)"
 
 install: .venv/.run
 

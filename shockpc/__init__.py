@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from shockpc.model.contact import Contact
     from shockpc.model.joint_model import Joints, Rotor
     from shockpc.model.posture import Posture
-    from shockpc.profile import ShockMaps, shock_maps, shock_profile
-    from shockpc.result import ShockProfile
+    from shockpc.profile import shock_maps, shock_profile
+    from shockpc.result import ShockMaps, ShockProfile
     from shockpc.results.accuracy import Health
     from shockpc.results.bracket import Bracket
     from shockpc.results.contacts import ContactImpulse
@@ -42,7 +42,7 @@ _HOMES = {
     "Scene": "scene",
     "SceneError": "errors",
     "ShockError": "errors",
-    "ShockMaps": "profile",
+    "ShockMaps": "result",
     "ShockProfile": "result",
     "SolveError": "errors",
     "StudyError": "errors",

@@ -14,6 +14,8 @@ Every error has the exit code of a command that it ends: 2 for bad arguments or 
 
 from collections.abc import Iterable
 
+from shockpc.printed import printable
+
 __all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName"]
 
 
@@ -40,15 +42,15 @@ class UnknownName(ShockError):
         self.kind, self.name, self.known, self.where, self.listing = kind, name, tuple(known), where, listing
         folded = {k.casefold(): k for k in reversed(self.known)}
         close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
-        nearest = ", ".join(f'"{folded[k]}"' for k in close)
+        nearest = ", ".join(_quoted(folded[k]) for k in close)
         place = f" in {where}" if where else ""
         if nearest:
             hint = f"; nearest: {nearest}"
         elif self.known and len(self.known) <= 12:
-            hint = "; there are: " + ", ".join(f'"{k}"' for k in self.known)
+            hint = "; there are: " + ", ".join(map(_quoted, self.known))
         else:
             hint = "; no name is similar" if self.known else "; there are none"
-        super().__init__(f'no {kind} "{name}"{place}{hint}. To list them: {listing}')
+        super().__init__(f"no {kind} {_quoted(name)}{printable(place)}{hint}. To list them: {printable(listing)}")
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         return type(self), (self.kind, self.name, self.known, self.where, self.listing)
@@ -74,3 +76,8 @@ class StudyError(ShockError):
 
 class OutputError(ShockError):
     """A result cannot be written to the given place."""
+
+
+def _quoted(name: str) -> str:
+    """A name as a message shows it: in quotation marks, at most 80 characters, without control characters."""
+    return f'"{printable(name, 80)}"'

@@ -15,6 +15,7 @@ from shockpc.model.closure import all_loops, closure_block
 from shockpc.model.columns import Base, free_columns
 from shockpc.model.contact import ContactPoint, contact_block, contact_point, stance_block
 from shockpc.model.dynamics import Dynamics, dynamics
+from shockpc.model.equation import Equation, impulsive_equation
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
@@ -23,6 +24,7 @@ from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, check_scene, plane_of
+from shockpc.trace import Trace
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
@@ -79,6 +81,17 @@ class Landing:
         contacts = (contact_block(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
+    def equation(self, state: Dynamics, own: bool = True) -> Equation:
+        """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq. 7).
+
+        Args:
+            state: the robot in N postures, with the armature of its joints.
+            own: whether b has a column for the scene's own strike, besides those of the unit strikes.
+        """
+        blocks = self.rows(state)
+        b = self.approach(state, blocks) if own else self.unit_strikes(state, blocks)
+        return impulsive_equation(state, blocks, b, self.columns(state))
+
     def columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
         return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
@@ -108,6 +121,19 @@ class Landing:
                 speeds = np.concatenate([axes[:, :n] @ velocity[..., None], axes[:, n:] @ spin[..., None]], axis=1)
                 own[:, rows] = (1.0 + block.restitution) * speeds
         return np.concatenate([self.unit_strikes(state, blocks), own], axis=2)
+
+    def note_omissions(self, trace: Trace) -> None:
+        """Note in a trace what this landing does not need."""
+        free = not self.robot.mimics and not self.joint_model.locked.any() and (self.base == "free" or not self.robot.free_base)
+        for needless, what, why in (
+            (not self.loops, "closure rows and assembly", "nothing closes a loop"),
+            (free, "reduction to free velocities (Eq. 7)", "every joint velocity is free"),
+            (not self.joint_model.armature.any(), "reflected inertia", "no joint has any"),
+            (not self.stance, "stance rows", "no foot stands already"),
+            (self.scene.pulse is None, "peak accelerations", "no pulse is given"),
+        ):
+            if needless:
+                trace.skip(what, why)
 
 
 def complete(scene: Scene, robot: Robot) -> Scene:
@@ -173,7 +199,7 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q = assembly.q
-    state = dynamics(robot, q[None])
+    state = dynamics(robot, q[None], joints.armature)
     _refuse_rotation_of_the_base(scene, plane)
     before, given = _motion(robot, scene, velocity, joints)
     before = _with_loops(robot, state, loops, before, given | joints.locked, plane)

@@ -1,37 +1,36 @@
-"""The method on one screen: Scene → ShockProfile, three steps.
+"""The method on one screen: Scene → ShockProfile.
 
-1. The impulsive equation of motion gives the jump of the joint velocities (shock paper, Eq. 4; Eq. 7 where joints depend on
-others). 2. The tree's recursion turns it into the jump of every body (Eqs. 8 and 9). 3. In the plane, a body's jump is a point at
-rest and a radius (Eqs. 11 and 12).
+Step 1: the impulsive equation of motion gives the jump of the joint velocities (shock paper, Eq. 4; Eq. 7 where some are not free).
+Step 2: the recursion along the tree turns it into the jump of every body (Eqs. 8 and 9).
+Step 3: in the plane, the jump of a body is a point without shock and a radius (Eqs. 11 and 12).
 
 Everything is linear in the velocity of the strike, so steps 1 and 2 are done for 1 m/s along x, y and z besides the scene's own
 strike: every strike angle, and the most severe one, is a product afterwards. The same equations in ball arithmetic enclose the
-    exact answer, which is what a profile reports.
+exact answer, and that is what a profile reports.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.bodies import body_jumps
-from shockpc.core.impulse import Impact, RowChoice, choose_rows, is_singular, solve_impact, weakest_columns
+from shockpc.core.impulse import Impact, solve_impact
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
-from shockpc.errors import SceneError, SolveError
-from shockpc.exact.equation import SingularError
-from shockpc.exact.proof import Proof, prove
-from shockpc.exact.solution import Inputs
 from shockpc.landing import Landing, resolve
-from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.equation import Equation, impulsive_equation
-from shockpc.model.rows import block_axes, row_jacobian, slices_of
-from shockpc.result import ShockProfile, Solution
-from shockpc.results.accuracy import rotation_lengths
+from shockpc.model.dynamics import dynamics
+from shockpc.model.equation import Equation
+from shockpc.result import ShockMaps, ShockProfile, Solution
+from shockpc.results.proof import proven
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene
 from shockpc.trace import Trace
 
-__all__ = ["ShockMaps", "shock_maps", "shock_profile"]
+__all__ = ["impact_jumps", "shock_maps", "shock_profile"]
+
+CHUNK = 256
+"""Postures that are computed together, so that their arrays stay in the processor's cache."""
+
+ILL_CONDITIONED = 1e6
+"""Condition above which rounding may show above 1e-9 of a body's motion."""
 
 
 def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
@@ -49,76 +48,16 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     with trace.stage("robot file"):
         robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
     with one_thread(robot.model.nv):
-        return _profile(scene, robot, trace)
-
-
-def _profile(scene: Scene, robot: Robot, trace: Trace) -> ShockProfile:
-    """The three steps and their proof."""
-    with trace.stage("landing: posture, contacts, joint model"):
-        landing = resolve(scene, robot)
-    with trace.stage("step 1: impulsive equation of motion (Eqs. 4 and 7)"):
-        equation, b, impact = impact_of(landing, landing.state)
-    with trace.stage("step 2: jumps of the bodies (Eqs. 8 and 9)"):
-        jumps = jumps_of(robot, landing.state, equation.full(impact.delta_qd))[0]
-        to_body = np.swapaxes(landing.state.rotation[0], -1, -2)
-        jumps = (to_body[:, None] @ jumps.reshape(-1, 2, 3, 4)).reshape(-1, 6, 4)
-    with trace.stage("proof: the same in ball arithmetic"):
-        choice, proof = _proven(landing, equation, impact)
-    _refuse_contradiction(equation, b[0], choice, proof)
-    _note_omissions(trace, landing, equation)
-    return ShockProfile(landing, Solution(equation, choice, jumps, impact.impulse[0]), proof, trace)
-
-
-def impact_of(landing: Landing, state: Dynamics) -> tuple[Equation, Array, Impact]:
-    """Step 1 in N postures: Eq. 4 in the free velocities, the speeds b to be undone, and its solution."""
-    blocks = landing.rows(state)
-    equation = impulsive_equation(state, blocks, landing.joint_model.armature, landing.columns(state))
-    b = landing.approach(state, blocks)
-    return equation, b, solve_impact(equation.H, equation.J_c, b, equation.terms)
-
-
-def jumps_of(robot: Robot, state: Dynamics, delta_qd: Array) -> Array:
-    """Step 2 in N postures: the jumps (N, nb, 6, k) of every body, world axes, at its frame's origin."""
-    return body_jumps(state.J, [joint.v for joint in robot.joints], robot.parents, state.position, delta_qd)
-
-
-class ShockMaps(NamedTuple):
-    """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and speed is a product.
-
-    Attributes:
-        maps: (N, nb, 6, 3) jump (Δω, Δv at the body frame's origin) of every body for a strike of 1 m/s along world x, y and z;
-            world axes, double precision [rad/s, m/s].
-        rotation: (N, nb, 3, 3) of the body frames, body to world.
-        position: (N, nb, 3) origins of the body frames, from the base [m].
-        rank: (N,) number of independent contact and closure rows.
-        condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
-        prove: (N,) whether the posture needs a proof: its rows nearly depend on one another, or rounding may show above 1e-9.
-    """
-
-    maps: Array
-    rotation: Array
-    position: Array
-    rank: np.ndarray
-    condition: Array
-    prove: np.ndarray
-
-    def at(self, body: int, point: Array) -> Array:
-        """Maps (N, 3, 3) from strike to jump of a point of a body, world axes. Args: point (3,) in the body's frame [m]."""
-        x, y, z = ((self.rotation[:, body] @ point)[:, i, None] for i in range(3))
-        (a, b, c), v = (self.maps[:, body, i] for i in range(3)), self.maps[:, body, 3:]
-        return v + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
-
-
-CHUNK = 256
-"""Postures that are computed together, so that their arrays stay in the processor's cache."""
-
-NO_INERTIA = 1e-30
-"""Below this share of the largest, a diagonal of the inertia is what rounding of the file made of a zero, such as a mass on its
-axis.
-"""
-
-ILL_CONDITIONED = 1e6
-"""Condition above which rounding may show above 1e-9 of the motion."""
+        with trace.stage("landing: posture, contacts, joint model"):
+            landing = resolve(scene, robot)
+        with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
+            equation, impact, jumps = impact_jumps(landing, landing.q[None])
+        with trace.stage("proof: the same in ball arithmetic"):
+            choice, proof = proven(landing, equation, impact)
+    landing.note_omissions(trace)
+    to_body = np.swapaxes(equation.state.rotation[0], -1, -2)[:, None]
+    in_body_axes = (to_body @ jumps[0].reshape(-1, 2, 3, 4)).reshape(-1, 6, 4)
+    return ShockProfile(landing, Solution(equation, choice, in_body_axes, impact.impulse[0]), proof, trace)
 
 
 def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
@@ -128,112 +67,37 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
         landing: the landing; its own posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
     """
+    parts = []
     with one_thread(landing.robot.model.nv):
-        parts = [_maps(landing, Q[k : k + CHUNK]) for k in range(0, max(len(Q), 1), CHUNK)]
-    return parts[0] if len(parts) == 1 else ShockMaps(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        for k in range(0, max(len(Q), 1), CHUNK):
+            equation, impact, maps = impact_jumps(landing, Q[k : k + CHUNK], own=False)
+            condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
+            if landing.base != "free" or landing.loops:
+                condition = condition * equation.cancellation()
+            prove = condition > ILL_CONDITIONED
+            prove[list(impact.choices)] = True
+            state = equation.state
+            parts.append(ShockMaps(maps, state.rotation, state.position, impact.rank, condition, prove))
+    return parts[0] if len(parts) == 1 else ShockMaps(*map(_joined, zip(*parts, strict=True)))
 
 
-def _maps(landing: Landing, Q: Array) -> ShockMaps:
-    """One chunk of `shock_maps`."""
-    state = dynamics(landing.robot, Q)
-    blocks = landing.rows(state)
-    equation = impulsive_equation(state, blocks, landing.joint_model.armature, landing.columns(state))
-    impact = solve_impact(equation.H, equation.J_c, landing.unit_strikes(state, blocks), equation.terms)
-    maps = jumps_of(landing.robot, state, equation.full(impact.delta_qd))
-    prove = ~(impact.condition < ILL_CONDITIONED)
-    prove[list(impact.choices)] = True
-    condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
-    return ShockMaps(maps, state.rotation, state.position, impact.rank, condition, prove)
+def _joined(parts: tuple[Array, ...]) -> Array:
+    """Arrays of consecutive postures as one, in the memory layout that they have."""
+    last = [np.moveaxis(part, 0, -1) for part in parts]
+    return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)
 
 
-def _proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowChoice, Proof]:
-    """Choose the independent rows, and enclose the impact.
+def impact_jumps(landing: Landing, Q: Array, own: bool = True) -> tuple[Equation, Impact, Array]:
+    """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies in world axes.
 
-    Raises:
-        SolveError: no inertia resists a motion, or rows that should be independent are not.
+    Args:
+        landing: the landing.
+        Q: (N, nq) configurations.
+        own: whether the scene's own strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
     """
-    joints, length = landing.joint_model, rotation_lengths(landing)
-    blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in equation.blocks)
-    choice = impact.choices.get(0, RowChoice.every(equation.J_c.shape[1]))
-    diagonal = np.diagonal(equation.H[0])
-    if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
-        raise SolveError(_without_inertia(landing.robot, equation, -1))
-    for attempt in range(2):
-        try:
-            return choice, prove(
-                Inputs(
-                    landing.robot,
-                    landing.q,
-                    blocks,
-                    choice,
-                    landing.base,
-                    landing.plane,
-                    joints.armature,
-                    joints.locked,
-                    landing.before,
-                ),
-                length,
-            )
-        except SingularError as singular:
-            if singular.body >= 0 or is_singular(equation.H[0]):
-                raise SolveError(_without_inertia(landing.robot, equation, singular.body)) from None
-            if attempt:
-                break
-            size = np.sqrt(np.abs(np.diagonal(equation.H[0])))
-            choice = choose_rows(equation.J_c[0], equation.terms(0), size, impact.scale[0])
-    names = ", ".join(block.name for block in blocks)
-    raise SolveError(f"the rows of {names} depend on one another, and the independent ones cannot be told; leave out a contact")
-
-
-def _without_inertia(robot: Robot, equation: Equation, body: int) -> str:
-    """The message for an inertia that cannot be inverted: the bodies whose joints carry none."""
-    columns = weakest_columns(equation.H[0])
-    velocities = columns if equation.G is None else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
-    names = [
-        name.name
-        for i, (name, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True))
-        if i == body or any(joint.v.start <= v < joint.v.stop for v in velocities)
-    ]
-    listed = ", ".join(f'"{name}"' for name in names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
-    return (
-        f'{"bodies" if len(names) > 1 else "body"} {listed} of robot "{robot.name}" can move, but no mass or inertia resists it, '
-        "so the inertia matrix cannot be inverted; give mass and inertia in the file (mass on a joint's axis does not resist "
-        "turning about it), or lock the joints with --lock"
-    )
-
-
-def _refuse_contradiction(equation: Equation, b: Array, choice: RowChoice, proof: Proof) -> None:
-    """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
-    if len(choice.rows) == len(b):
-        return
-    J_c = row_jacobian(equation.state, equation.blocks)[0]
-    left = J_c @ proof.delta_qd[:, 3] + b[:, 3]
-    # Terms count with their absolute values, so that the large rates of a nearly singular posture are not taken for a
-    # contradiction.
-    terms = np.maximum(np.abs(J_c) @ np.abs(proof.delta_qd[:, 3]) + np.abs(b[:, 3]), np.abs(b[:, 3]).max())
-    row = int(np.argmax(np.abs(left) / terms))
-    if abs(left[row]) <= 1e-6 * terms[row]:
-        return
-    block, own = next(
-        (block, own) for block, own in zip(equation.blocks, slices_of(equation.blocks), strict=True) if row < own.stop
-    )
-    axis = " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
-    raise SceneError(
-        f"{block.name} cannot be stopped: {abs(left[row]):.3g} m/s are left along ({axis}), because the mechanism cannot move that "
-        "way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
-        "or free the base"
-    )
-
-
-def _note_omissions(trace: Trace, landing: Landing, equation: Equation) -> None:
-    """Note what this scene did not need."""
-    reasons = {
-        "closure rows and assembly": ("nothing closes a loop", not landing.loops),
-        "reduction to free velocities (Eq. 7)": ("every joint velocity is free", equation.G is None),
-        "reflected inertia": ("no joint has any", not landing.joint_model.armature.any()),
-        "stance rows": ("no foot stands already", not landing.stance),
-        "peak accelerations": ("no pulse is given", landing.scene.pulse is None),
-    }
-    for what, (why, needless) in reasons.items():
-        if needless:
-            trace.skip(what, why)
+    robot, state = landing.robot, dynamics(landing.robot, Q, landing.joint_model.armature)
+    equation = landing.equation(state, own)
+    impact = solve_impact(equation.H, equation.J_c, equation.b, equation.terms)  # Eq. 4
+    delta_qd = equation.full(impact.delta_qd)  # Eq. 7
+    columns = [joint.v for joint in robot.joints]
+    return equation, impact, body_jumps(state.J, columns, robot.parents, state.position, delta_qd)  # Eqs. 8 and 9

@@ -36,7 +36,7 @@ from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 from shockpc.trace import Trace, derived
 
-__all__ = ["ShockProfile", "Solution"]
+__all__ = ["ShockMaps", "ShockProfile", "Solution"]
 
 
 class Solution(NamedTuple):
@@ -53,6 +53,33 @@ class Solution(NamedTuple):
     choice: RowChoice
     jumps: Array
     impulse: Array
+
+
+class ShockMaps(NamedTuple):
+    """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and speed is a product.
+
+    Attributes:
+        maps: (N, nb, 6, 3) jump (Δω, Δv at the body frame's origin) of every body for a strike of 1 m/s along world x, y and z;
+            world axes, double precision [rad/s, m/s].
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) origins of the body frames, from the base [m].
+        rank: (N,) number of independent contact and closure rows.
+        condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
+        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, or rounding may show above 1e-9.
+    """
+
+    maps: Array
+    rotation: Array
+    position: Array
+    rank: np.ndarray
+    condition: Array
+    prove: np.ndarray
+
+    def at(self, body: int, point: Array) -> Array:
+        """Maps (N, 3, 3) from strike to jump of a point of a body, world axes. Args: point (3,) in the body's frame [m]."""
+        x, y, z = ((self.rotation[:, body] @ point)[:, i, None] for i in range(3))
+        (a, b, c), v = (self.maps[:, body, i] for i in range(3)), self.maps[:, body, 3:]
+        return v + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +306,7 @@ class ShockProfile:
     def health(self) -> Health:
         """How far to trust the numbers (sensitivity to the data, warnings)."""
         choice, rows = self.solution.choice, len(self.proof.impulse)
-        most, data = data_warnings(self.landing, self.proof)
+        most, data = data_warnings(self.landing, self.proof, self.translates)
         return Health(
             rank=len(choice.rows),
             rows=rows,

@@ -29,6 +29,7 @@ from shockpc.model.columns import Base
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import LARGEST, Joints
 from shockpc.model.posture import Posture
+from shockpc.paths import usable_path
 
 __all__ = [
     "GRAVITY",
@@ -241,6 +242,8 @@ def read_scene(path: Path) -> Scene:
         SceneError: the file cannot be read or is not a scene; the text names the file, the key and what would be valid.
     """
     faults: list[str] = []
+    if path.is_fifo() or path.is_char_device() or path.is_block_device():
+        raise SceneError(f'"{path}" is a pipe or a device; save what it gives in a file')
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         scene = _checked(table, Scene, "", faults)
@@ -264,7 +267,10 @@ def read_scene(path: Path) -> Scene:
     if faults:
         raise SceneError(f"{path}: {'; '.join(faults)}")
     here = path.resolve().parent
-    return _with_paths(scene, lambda found: os.path.normpath(here / Path(found).expanduser()))
+    try:
+        return _with_paths(scene, lambda found: os.path.normpath(here / usable_path(found)))
+    except ValueError as refusal:
+        raise SceneError(f"{path}: {refusal}") from None
 
 
 def scene_text(scene: Scene, folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""What each stage of a run cost, and what the scene did not need: the contents of `--explain`."""
+"""What ran, how long each stage took, and what the scene did not need: the contents of `--explain`."""
 
 import functools
 import time
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
-__all__ = ["Trace", "derived"]
+__all__ = ["Trace", "Traced", "derived"]
 
 
 class Trace:
@@ -39,10 +39,12 @@ class Trace:
         self.left_out[what] = why
 
     def text(self) -> str:
-        """The stages with their times, then what was left out and why, a line each."""
-        lines = [f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in self.seconds.items()]
-        lines += [f"  left out     {what}: {why}" for what, why in self.left_out.items()]
-        return "what this run did:\n" + "\n".join(lines) + "\n"
+        """Each stage with its time, their sum, then what did not run and why; a line each."""
+        times = [*self.seconds.items(), ("in all", sum(self.seconds.values()))]
+        lines = ["what ran", *(f"  {1e3 * seconds:8.2f} ms  {name}" for name, seconds in times)]
+        if self.left_out:
+            lines += ["what did not run", *(f"  {what}: {why}" for what, why in self.left_out.items())]
+        return "\n".join(lines) + "\n"
 
 
 class Traced(Protocol):

@@ -1,4 +1,4 @@
-"""Commands run as a user types them, in this process, with all that they say on either stream."""
+"""Commands run as a user types them, in this process, with what they print on either stream."""
 
 import os
 import shutil
@@ -48,7 +48,7 @@ STICK = """<?xml version="1.0"?>
 
 
 class Outcome(NamedTuple):
-    """How a command ended, and what it said."""
+    """How a command ended, and what it printed."""
 
     code: int
     out: str
@@ -56,7 +56,7 @@ class Outcome(NamedTuple):
 
 
 def run(capfd: pytest.CaptureFixture[str], *words: object) -> Outcome:
-    """Run a command in this process. Both streams are read as files, so what a C++ library prints is seen as well."""
+    """Run a command in this process. Both streams are read as files, so that what a C++ library prints is read too."""
     capfd.readouterr()
     with pytest.raises(SystemExit) as end:
         main([str(word) for word in words])
@@ -66,9 +66,9 @@ def run(capfd: pytest.CaptureFixture[str], *words: object) -> Outcome:
 
 
 def good(capfd: pytest.CaptureFixture[str], *words: object) -> str:
-    """Run a command that has to succeed without a word on standard error; what it prints."""
+    """Run a command that has to succeed and to print nothing on standard error; what it prints."""
     outcome = run(capfd, *words)
-    assert outcome._replace(out="") == Outcome(0, "", "")
+    assert outcome._replace(out="") == Outcome(0, "", ""), outcome.err
     return outcome.out
 
 

@@ -132,7 +132,7 @@ def test_package_found_above_the_open_folders_is_outside(tmp_path: Path):
     )
 
 
-def test_what_cannot_be_had(dog: Path):
+def test_meshes_that_are_missing(dog: Path):
     """A missing mesh, an unknown package and a web address each say so."""
     source = read(dog)
     said = {
@@ -151,7 +151,7 @@ def test_what_cannot_be_had(dog: Path):
 
 
 def test_given_package_has_to_exist(dog: Path):
-    """A slip in --package is found at once, not when a mesh is missed."""
+    """A mistake in --package is reported at once, not when a mesh is missing."""
     with pytest.raises(RobotError) as caught:
         read(dog, packages={"parts": "no/such/folder"})
     assert str(caught.value) == 'package "parts": there is no folder "no/such/folder"; correct --package parts=DIR'

@@ -1,4 +1,4 @@
-"""The check-up: each oddity of a robot file is found by name and told with its consequence, and a sound file has none."""
+"""The check-up: each fault of a robot file is reported by name with its consequence, and a sound file has none."""
 
 from pathlib import Path
 
@@ -12,15 +12,15 @@ from shockpc.robot.source import read_source
 FREE = Finding(
     "note",
     "every joint",
-    "zero armature (URDF has no place for it): joints count as free of their motors, and with geared or locked joints the "
-    "shock is another",
+    "zero armature (URDF has no place for it): joints are computed without the inertia of their motors; "
+    "with geared or locked joints the shock is different",
 )
 
 
 def findings(folder: Path, text: str, name: str = "dog.urdf") -> tuple[Finding, ...]:
     """What the check-up says of a file with this text, but for the armature that no URDF has."""
     (folder / name).write_text(text)
-    return tuple(finding for finding in check_robot(read_source(str(folder / name))) if finding != FREE)
+    return tuple(finding for finding in check_robot(load_robot(str(folder / name))) if finding != FREE)
 
 
 def inertia(xx: str, yy: str, zz: str, xy: str = "0", xz: str = "0", yz: str = "0") -> str:
@@ -29,9 +29,9 @@ def inertia(xx: str, yy: str, zz: str, xy: str = "0", xz: str = "0", yz: str = "
 
 
 @pytest.mark.parametrize("name", ["beam", "leg", "quadruped", "solo12", "bolt", "g1"])
-def test_sound_robots_have_nothing_but_the_note(name: str):
+def test_sound_robots_have_no_finding_but_the_armature(name: str):
     """The project's own models and some real ones: nothing but the zero armature of every URDF."""
-    assert check_robot(read_source(name)) == (FREE,)
+    assert check_robot(load_robot(name)) == (FREE,)
 
 
 INERTIAS = {
@@ -39,14 +39,14 @@ INERTIAS = {
         "0.1", "0.1", "0.3"
     ): "the principal moments are 0.1, 0.1 and 0.3 kg m², and no body has one above the sum of the other two",
     inertia("1", "1", "1", xy="2"): "the principal moments are -1, 1 and 3 kg m², and no body has a negative one",
-    inertia(*["1e-6"] * 6): "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a stand-in",
+    inertia(*["1e-6"] * 6): "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a placeholder",
     inertia("0", "0", "0"): "the inertia is zero, that of a point",
     inertia("-5e-20", "0", "1e-20"): "the inertia is zero, that of a point",
 }
 
 
 @pytest.mark.parametrize("text", INERTIAS)
-def test_inertias_that_no_body_has(text: str, tmp_path: Path):
+def test_impossible_inertias_of_links_are_found(text: str, tmp_path: Path):
     """A tensor that no distribution of mass has is a warning that names the link."""
     found = findings(tmp_path, arm(tip=link("tip", inertia=text)))
     assert found == (Finding("warning", 'link "tip"', f"{INERTIAS[text]}; shock is computed from it all the same"),)
@@ -60,7 +60,7 @@ IMPOSSIBLE = {
 }
 
 
-def told(path: str, listed: str, name: str = "") -> tuple[str, ...]:
+def inertia_warning(path: str, listed: str, name: str = "") -> tuple[str, ...]:
     """What an analysis says of bodies with such moments."""
     return (
         f"{path.rpartition('/')[2]}: no body has such principal moments: {listed}. None can be negative or above the sum of the "
@@ -70,14 +70,14 @@ def told(path: str, listed: str, name: str = "") -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("text", IMPOSSIBLE)
-def test_an_analysis_tells_of_bodies_that_cannot_be(text: str, tmp_path: Path):
-    """The check-up's faults of a moving body are a warning of every analysis, with the moments."""
+def test_bodies_with_impossible_inertias_are_a_warning(text: str, tmp_path: Path):
+    """The faults of a moving body are a warning of the loaded robot, with the moments."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm(tip=link("tip", inertia=text)))
-    assert load_robot(str(path)).warnings == told(str(path), f'"tip" ({IMPOSSIBLE[text]} kg m²)')
+    assert load_robot(str(path)).warnings == inertia_warning(str(path), f'"tip" ({IMPOSSIBLE[text]} kg m²)')
 
 
-def test_an_analysis_tells_of_many_such_bodies_in_one_line(tmp_path: Path):
+def test_many_such_bodies_are_one_warning(tmp_path: Path):
     """Four by name, in the order of the tree, and how many more."""
     parts = [link("base")]
     for name in "abcdef":
@@ -85,19 +85,19 @@ def test_an_analysis_tells_of_many_such_bodies_in_one_line(tmp_path: Path):
     path = tmp_path / "dog.urdf"
     path.write_text(urdf(*parts))
     listed = ", ".join(f'"{name}" (0.1, 0.1, 0.3 kg m²)' for name in "abcd")
-    assert load_robot(str(path)).warnings == told(str(path), f"{listed} and 2 more")
+    assert load_robot(str(path)).warnings == inertia_warning(str(path), f"{listed} and 2 more")
 
 
-def test_what_is_fixed_to_a_body_counts_with_it(tmp_path: Path):
-    """A sensor with an odd inertia on a heavy body makes no odd body: the check-up tells of it, an analysis does not."""
+def test_inertia_of_a_body_includes_what_is_fixed_to_it(tmp_path: Path):
+    """A sensor with an impossible inertia on a heavy body is a finding of the check-up, and no warning of an analysis."""
     path = tmp_path / "dog.urdf"
     sensor = link("sensor", "0.01", inertia("0.001", "0.001", "0.003")) + joint("screws", "tip", "sensor", "fixed")
     path.write_text(arm().replace("</robot>", f"{sensor}</robot>"))
-    assert [finding.where for finding in check_robot(read_source(str(path))) if finding.level == "warning"] == ['link "sensor"']
+    assert [finding.where for finding in check_robot(load_robot(str(path))) if finding.level == "warning"] == ['link "sensor"']
     assert load_robot(str(path)).warnings == ()
 
 
-def test_real_robots_with_bodies_that_cannot_be():
+def test_real_robots_with_impossible_inertias():
     """Four of the robots known by name are told of; what others have wrong is too small to matter, or sound with what it is on."""
     odd = {
         "romeo_small": '"RShoulderYawLink" (0.000662, 0.000679, 0.00657 kg m²), "RElbowYawLink" (0.000211, 0.000347, 0.00213 kg m²)'
@@ -105,14 +105,14 @@ def test_real_robots_with_bodies_that_cannot_be():
     for name in ("romeo_small", "anymal_b", "hyq", "tiago", "pr2", "talos", "baxter", "panda"):
         robot = load_robot(name)
         found = tuple(warning for warning in robot.warnings if "principal moments" in warning)
-        assert found == (told(str(robot.source.path), odd[name], name) if name in odd else ())
+        assert found == (inertia_warning(str(robot.source.path), odd[name], name) if name in odd else ())
     for name, count in (("icub", 10), ("icub_reduced", 7), ("romeo_laas_small", 4)):
         (found_,) = (warning for warning in load_robot(name).warnings if "principal moments" in warning)
         assert found_.count(" kg m²)") == 4
         assert (f" and {count - 4} more. None" in found_) == (count > 4)
 
 
-def test_small_bodies_are_no_points(tmp_path: Path):
+def test_zero_inertia_is_relative_to_the_mass(tmp_path: Path):
     """What counts as no inertia at all goes by the mass: a grain of sand has one."""
     path = tmp_path / "dog.urdf"
     grain = inertia("1e-15", "1e-15", "1e-15")
@@ -124,13 +124,13 @@ def test_small_bodies_are_no_points(tmp_path: Path):
 @pytest.mark.parametrize(
     "text", [inertia("0.1", "0.1", "0.2"), inertia("0.1", "0.1", "0"), inertia("0.1", "0.1", "0.2012"), INERTIA]
 )
-def test_inertias_that_a_body_can_have(text: str, tmp_path: Path):
+def test_possible_inertias_are_accepted(text: str, tmp_path: Path):
     """A flat plate, a rod, numbers rounded to two digits: all right."""
     assert findings(tmp_path, arm(tip=link("tip", inertia=text))) == ()
     assert load_robot(str(tmp_path / "dog.urdf")).warnings == ()
 
 
-def test_equal_faults_share_a_line(tmp_path: Path):
+def test_links_with_the_same_fault_are_one_finding(tmp_path: Path):
     """Many links with the same fault are one finding, the first three by name."""
     parts = [link("base")]
     for name in "abcde":
@@ -175,7 +175,7 @@ def test_masses_out_of_range(tmp_path: Path):
         Finding(
             "warning",
             'body "dust"',
-            "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it stands for nothing real, neither does its shock",
+            "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it is a placeholder, its shock has no meaning",
         ),
     )
 
@@ -264,11 +264,11 @@ def test_mjcf(tmp_path: Path):
     assert findings(tmp_path, geared, "dog.xml") == (lost,)
 
 
-def test_real_faults_of_real_robots():
+def test_known_faults_of_real_robots_are_found():
     """ANYmal B's base, HyQ's feet and romeo's fingers are found by name."""
-    found = {name: check_robot(read_source(name)) for name in ("anymal_b", "hyq", "romeo")}
+    found = {name: check_robot(load_robot(name)) for name in ("anymal_b", "hyq", "romeo")}
     stand_in = (
-        "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a stand-in; "
+        "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a placeholder; "
         "shock is computed from it all the same"
     )
     assert Finding("warning", 'link "base"', stand_in) in found["anymal_b"]

@@ -79,3 +79,12 @@ def test_errors_survive_pickling(error):
 def test_unknown_names_help_on(known, where, text):
     """The nearest names; all of them where they are few; and always the command that lists them."""
     assert str(UnknownName("frame", "LF_fot", known, where, "shockpc robots hyq")) == text
+
+
+def test_names_in_messages_are_printable_and_not_longer_than_a_line():
+    """A name from a file may hold anything; a message is one line, and what was asked is recognised by its ends."""
+    error = UnknownName("frame", "a" * 60 + "b" * 60, ("x\x1b[2Jy", "c\nd"), "", "shockpc robots r")
+    assert str(error).isprintable()
+    assert f'"{"a" * 40}…{"b" * 39}"' in str(error)
+    assert r'"x\x1b[2Jy", "c\nd"' in str(error)
+    assert error.name == "a" * 60 + "b" * 60

@@ -1,10 +1,14 @@
-"""xacro: expanded without ROS, inside the open folders, and without running what a file would like to run."""
+"""xacro: expanded without ROS in a child process with limits, which reads nothing outside the open folders."""
 
+import os
+import threading
+import time
 from pathlib import Path
 
 import pytest
 from robot_texts import arm, joint, link, xacro
 
+import shockpc.robot.xacro
 from shockpc.errors import RobotError
 from shockpc.robot.source import RobotSource, read_source
 
@@ -41,16 +45,31 @@ def test_arguments_and_their_defaults(folder: Path):
 
 
 def test_xacro_by_content(tmp_path: Path):
-    """A xacro file is one by what is in it, and a URDF that only declares the namespace is none."""
+    """A file with expressions is expanded whatever its suffix; a URDF that only declares the namespace is left as it is."""
     path = tmp_path / "dog.urdf"
     path.write_text(PAYLOAD)
     assert '<mass value="1.5"/>' in read_source(str(path)).xml
+    path.write_text(xacro('<xacro:macro name="base">', link("base", mass="2"), "</xacro:macro><xacro:base/>"))
+    assert '<mass value="2"/>' in read_source(str(path)).xml
     path.write_text(xacro(link("base", mass="2")))
     assert "xmlns:xacro" in read_source(str(path)).xml
 
 
+@pytest.mark.parametrize("text", [arm(), xacro(link("base"))], ids=["undeclared", "declared"])
+def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
+    """They are ignored with a warning where the links are complete without them."""
+    path = tmp_path / "dog.urdf"
+    path.write_text(text.replace("</robot>", '<xacro:include filename="none.xacro"/><xacro:wheel r="${2*r}"/></robot>'))
+    source = read_source(str(path))
+    assert source.warnings == (
+        "dog.urdf: <xacro:include>, <xacro:wheel> ignored, because the links are complete without xacro; "
+        "if not, name the file .xacro",
+    )
+    assert "<xacro:" not in source.xml
+
+
 def test_mesh_paths_stay_as_found(folder: Path):
-    """The URDF names meshes as its author did, though xacrodoc would make the paths absolute."""
+    """The URDF names meshes as its author did, which a figure resolves later."""
     mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
     text = PAYLOAD.replace("</robot>", link("a", more=mesh.format("package://dog/a.stl") + mesh.format("b.stl")) + "</robot>")
     text = text.replace("</robot>", joint("j", "base", "a") + "</robot>")
@@ -88,7 +107,7 @@ def test_optional_include_may_be_missing(folder: Path):
 
 
 def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
-    """Talk of xacro goes into the warnings, each once, and not to the terminal."""
+    """Messages of xacro become warnings, each once, and nothing is printed."""
     text = PAYLOAD.replace("<link", '<xacro:property name="pi" value="3"/>${xacro.message(\'built for dogs\')}<link', 1)
     assert read(folder, text).warnings == (
         "dog.urdf.xacro: xacro: redefining global symbol: pi",
@@ -113,14 +132,12 @@ def test_argument_for_a_file_without_any(folder: Path):
     """A xacro file may have no arguments at all."""
     text = xacro('<xacro:property name="m" value="1"/>', link("base", mass="${m}"))
     assert refusal(folder, text, xacro={"m": "2"}) == (
-        "dog.urdf.xacro has no xacro arguments, so --xacro m=… means nothing to it; leave it out"
+        "dog.urdf.xacro has no xacro arguments, so --xacro m=… has no effect; leave it out"
     )
 
 
 HOLDS_TEXT = "an argument or property holds a text where arithmetic needs a number: "
 TEXTS = {
-    "2 * m": 'the xacro expression ${2 * m} multiplies by "abc", which is no number; '
-    "correct the argument or property that holds it",
     "m / 2": HOLDS_TEXT + "unsupported operand type(s) for /: 'str' and 'int' when evaluating expression 'm / 2'",
     "-m": HOLDS_TEXT + "bad operand type for unary -: 'str' when evaluating expression '-m'",
     "m**2": HOLDS_TEXT + "unsupported operand type(s) for ** or pow(): 'str' and 'int' when evaluating expression 'm**2'",
@@ -130,7 +147,7 @@ TEXTS = {
 
 @pytest.mark.parametrize("expression", TEXTS)
 def test_texts_where_arithmetic_needs_numbers(expression: str, folder: Path):
-    """An argument that is no number is told as such, wherever it is used."""
+    """An argument that is no number is named as the cause, wherever it is used."""
     mass = '<xacro:property name="m" value="$(arg payload)"/>'
     text = xacro('<xacro:arg name="payload" default="1.5"/>', mass, link("base", mass=f"${{{expression}}}"))
     assert refusal(folder, text, xacro={"payload": "abc"}) == f"dog.urdf.xacro: {TEXTS[expression]}"
@@ -138,7 +155,10 @@ def test_texts_where_arithmetic_needs_numbers(expression: str, folder: Path):
 
 REFUSED = {
     xacro(link("base", mass="$(arg payload)")): (
-        'dog.urdf.xacro: xacro argument "payload" has no value; give it one: --xacro payload=VALUE'
+        'dog.urdf.xacro: xacro argument "payload" has no value; give: --xacro payload:=VALUE'
+    ),
+    xacro(link("base", mass="$(arg payload)"), link("leg", mass="$(arg leg)")): (
+        'dog.urdf.xacro: xacro arguments "leg", "payload" have no value; give: --xacro leg:=VALUE --xacro payload:=VALUE'
     ),
     xacro('<xacro:include filename="none.xacro"/>'): ('dog.urdf.xacro includes "{folder}/none.xacro", which does not exist'),
     xacro('<xacro:include filename="$(find cat)/a.xacro"/>'): (
@@ -208,7 +228,7 @@ def test_broken_included_file(folder: Path):
     ],
 )
 def test_nothing_outside_the_folders(text: str, called: str, leads: str, folder: Path, tmp_path: Path):
-    """No include, YAML, glob or symbolic link leads out of the open folders, and whether a file is there is not told."""
+    """No include, YAML, glob or symbolic link leads out of the open folders, whether the file exists or not."""
     (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
     called = called.format(dog=folder, top=tmp_path)
     assert refusal(folder, text.replace("{top}", str(tmp_path))) == (
@@ -220,3 +240,120 @@ def test_nothing_outside_the_folders(text: str, called: str, leads: str, folder:
 def test_plain_urdf_called_xacro(folder: Path):
     """A .xacro file without any xacro in it is a URDF."""
     assert read(folder, arm()).robot_name == "r"
+
+
+def test_dirname_is_the_files_own(folder: Path):
+    """$(dirname) is the folder of the file that says it."""
+    (folder / "numbers.yaml").write_text("mass: 3\n")
+    text = xacro(link("base", mass="${xacro.load_yaml('$(dirname)/numbers.yaml')['mass']}"))
+    assert '<mass value="3"/>' in read(folder, text).xml
+
+
+def test_threads_do_not_mix(folder: Path):
+    """Two robots expanded at once keep their own arguments."""
+    path = folder / "dog.urdf.xacro"
+    path.write_text(PAYLOAD)
+    found: dict[str, bool] = {}
+
+    def expand(payload: str) -> None:
+        found[payload] = all(
+            f'<mass value="{payload}"/>' in read_source(str(path), xacro={"payload": payload}).xml for _ in range(3)
+        )
+
+    threads = [threading.Thread(target=expand, args=(str(k),)) for k in range(1, 5)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == dict.fromkeys(("1", "2", "3", "4"), True)
+
+
+def test_expressions_compute(folder: Path):
+    """Arithmetic, comprehensions, text and arguments work, in both ways to write them."""
+    numbers = {
+        "$(eval 2 * payload)": "3.0",
+        "${sum([x**2 for x in [1, 2]]) if False else 2 * len('ab')}": "4",
+        "${python.sum([x**2 for x in [1, 2]])}": "5",
+        "${radians(180) / pi}": "1.0",
+        "${int(dict(a=7)['a'])}": "7",
+        "${2**-n}": "0.125",
+        "$(eval 2**3)": "8",
+    }
+    properties = '<xacro:arg name="payload" default="1.5"/><xacro:property name="n" value="3"/>'
+    for expression, value in numbers.items():
+        assert f'<mass value="{value}"/>' in read(folder, xacro(properties, link("base", mass=expression))).xml
+
+
+INSIDE = "${(lambda: xacro.load_yaml.__globals__)()"
+ATTACKS = {
+    INSIDE + "['__builtins__']['open']('{secret}').read()}": 'an expression asks for "open"',
+    INSIDE + "['__builtins__']['__import__']('socket')}": 'an expression asks for "import"',
+    INSIDE + "['os'].system('touch {made}')}": 'an expression asks for "os.system"',
+    INSIDE + "['os'].mkdir('{made}')}": 'an expression asks for "os.mkdir"',
+    INSIDE + "['os'].fork()}": 'an expression asks for "os.fork"',
+    INSIDE + "['os'].remove('{secret}')}": 'an expression asks for "os.remove"',
+    INSIDE + "['os'].environ['SECRET']}": "'SECRET'",
+    "$(eval open)": None,
+    "${__import__('os')}": "Use of invalid name(s)",
+    "${[x.__class__ for x in [1]].nothing}": "has no attribute",
+    "${python.open('{secret}')}": "name 'open' is not defined",
+    "$(env SECRET)": "environment variable 'SECRET' is not set",
+    "$(optenv SECRET none)": None,
+}
+
+
+@pytest.mark.parametrize("expression", ATTACKS)
+def test_expressions_open_nothing(expression: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """No file is opened, made or removed, no process is started, no environment is read."""
+    monkeypatch.setenv("SECRET", "classified")
+    secret, made = tmp_path / "secret.yaml", tmp_path / "made"
+    written = expression.replace("{secret}", str(secret)).replace("{made}", str(made)).replace("&", "&amp;").replace('"', "&quot;")
+    text = xacro(link("base"), f'<link name="{written}"/>', joint("j", "base", "x", "fixed"))
+    message = refusal(folder, text)
+    assert (ATTACKS[expression] or "which does not exist") in message, message
+    assert "classified" not in message
+    assert secret.exists()
+    assert not made.exists()
+
+
+ENDLESS = {
+    "time": "${9**9**9}",
+    "memory": "${len('ab' * 3 * 10**9)}",
+    "list": "${len([0] * 10**9)}",
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_time_and_memory_are_limited(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
+    """After some seconds, or when it takes more memory than it may have, with one message."""
+    monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0)
+    begin = time.monotonic()
+    message = refusal(folder, xacro(link("base", mass=ENDLESS[name])))
+    assert message.startswith("dog.urdf.xacro: xacro ")
+    assert "grows without end" in message
+    assert time.monotonic() - begin < 5.0
+
+
+def test_links_are_limited(folder: Path):
+    """A macro that doubles itself would give millions."""
+    macros = "".join(
+        f'<xacro:macro name="m{k}" params="n"><xacro:m{k - 1} n="${{n}}a"/><xacro:m{k - 1} n="${{n}}b"/></xacro:macro>'
+        for k in range(1, 12)
+    )
+    text = xacro('<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>', macros, '<xacro:m11 n="l"/>')
+    assert refusal(folder, text) == "dog.urdf.xacro: xacro cannot expand it: it has 2048 links, more than 2000"
+
+
+def test_a_child_that_crashes_is_an_error(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Whatever ends it: there is no result, and one message says so."""
+    child = tmp_path / "child.py"
+    child.write_text("import os\nos.abort()\n")
+    monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", child)
+    assert refusal(folder, PAYLOAD).startswith("dog.urdf.xacro: xacro ended without a result")
+
+
+def test_included_pipes_are_refused(folder: Path):
+    """A pipe as include, YAML file or package.xml is refused and not waited for."""
+    os.mkfifo(folder / "pipe")
+    for text in (xacro('<xacro:include filename="pipe"/>'), xacro(link("base", mass="${xacro.load_yaml('pipe')}"))):
+        assert refusal(folder, text) == f'"{folder}/pipe" is a pipe or a device; save what it gives in a file'

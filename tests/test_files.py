@@ -1,4 +1,4 @@
-"""Files: whole or not at all, as readable as any other, in a folder that was tried before."""
+"""Files: complete or not at all, as readable as any other, without those of an earlier run, in a folder that was checked before."""
 
 import csv
 import errno
@@ -12,11 +12,10 @@ from pathlib import Path
 import pytest
 from commands import ROBOTS
 
-import shockpc.show.folder
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.document import to_json
-from shockpc.show.files import check_folder, make_folder, write_text, write_whole
-from shockpc.show.folder import write_profile
+from shockpc.show.files import MANIFEST, check_folder, make_folder, write_folder, write_text
+from shockpc.show.folder import write_landings
 from shockpc.show.tables.text import markdown_report
 
 
@@ -41,35 +40,21 @@ def test_file_is_as_readable_as_any_other(tmp_path):
     assert os.umask(before) == before
 
 
-def test_file_is_replaced_as_a_whole(tmp_path):
-    """While it is written the old one stands; the part lies beside it, hidden, with the same suffix."""
-    path = tmp_path / "shock.svg"
-    path.write_text("old")
-
-    def fill(part: Path) -> None:
-        assert part.parent == path.parent
-        assert (part.name[0], part.suffix) == (".", ".svg")
-        part.write_text("new")
-        assert path.read_text() == "old"
-
-    write_whole(path, fill)
-    assert path.read_text() == "new"
-    assert [file.name for file in tmp_path.iterdir()] == ["shock.svg"]
-
-
 @pytest.mark.parametrize("stop", [failure(errno.ENOSPC), KeyboardInterrupt(), ValueError("a bug")], ids=repr)
-def test_nothing_is_left_of_a_file_that_fails(tmp_path, stop):
-    """Whatever goes wrong: a full disk, Ctrl-C, a fault of our own."""
+def test_nothing_is_left_of_a_file_that_fails(tmp_path, monkeypatch, stop):
+    """A full disk, Ctrl-C or a bug before the new file gets its name: the old one is as it was, and nothing lies beside it."""
     path = tmp_path / "a.txt"
     path.write_text("old")
 
-    def fill(part: Path) -> None:
-        part.write_text("half of it")
+    def refuse(part, _):
+        assert (part.parent, part.name[0], part.suffix) == (path.parent, ".", ".txt")
+        assert part.read_text() == "new"
         raise stop
 
+    monkeypatch.setattr(Path, "replace", refuse)
     expected = OutputError if isinstance(stop, OSError) else type(stop)
     with pytest.raises(expected) as refusal:
-        write_whole(path, fill)
+        write_text(path, "new")
     if isinstance(stop, OSError):
         assert str(refusal.value) == f'"{path}" cannot be written: No space left on device'
     assert path.read_text() == "old"
@@ -101,7 +86,7 @@ def test_folder_is_tried_and_left_as_it_was(tmp_path):
     ("place", "text"),
     [
         ("file", '"HERE/file" is a file; name a folder with --out'),
-        ("file/a/b", '"HERE/file/a/b" would lie in "HERE/file", which is a file; name a folder with --out'),
+        ("file/a/b", '"HERE/file/a/b" would be inside "HERE/file", which is a file; name a folder with --out'),
     ],
 )
 def test_folder_that_is_a_file(tmp_path, place, text):
@@ -135,6 +120,56 @@ def test_folder_is_made_with_those_above_it(tmp_path):
     assert str(refusal.value) == f'folder "{tmp_path}/file" cannot be made: File exists'
 
 
+@pytest.mark.parametrize(
+    "act", [lambda path: check_folder(path, "--out"), make_folder, lambda path: write_text(path / "a.txt", "a")]
+)
+def test_a_path_with_a_nul_character_is_refused(act):
+    """No file system accepts it; the message shows where it is."""
+    with pytest.raises(OutputError, match=r'^"a\\x00b.* cannot be the path of a file: it holds a NUL character$'):
+        act(Path("a\0b"))
+
+
+# A folder of results
+
+
+def listing(folder: Path) -> set[str]:
+    """The files in a folder, save the list of them."""
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file() and path.name != MANIFEST}
+
+
+def test_old_and_new_results_never_mix(tmp_path):
+    """What an earlier run wrote and this one does not is removed, with its empty folders; other files stay."""
+    write_folder(tmp_path / "out", {"a.csv": "1", "lf/b.csv": "2", "rf/c.csv": b"3"})
+    (tmp_path / "out/mine.txt").write_text("mine")
+    (tmp_path / "out/rf/mine.txt").write_text("mine")
+    write_folder(tmp_path / "out", {"a.csv": "4", "d.csv": "5"})
+    assert listing(tmp_path / "out") == {"a.csv", "d.csv", "mine.txt", "rf/mine.txt"}
+    assert (tmp_path / "out/a.csv").read_text() == "4"
+    assert not (tmp_path / "out/lf").exists()
+
+
+@pytest.mark.parametrize("name", ["../b.txt", "/b.txt", "link/b.txt", ""])
+def test_a_list_of_files_cannot_reach_out_of_its_folder(tmp_path, name):
+    """Whatever it says, nothing outside the folder is removed."""
+    outside = tmp_path / "b.txt"
+    outside.write_text("mine")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/link").symlink_to(tmp_path)
+    (tmp_path / "out" / MANIFEST).write_text(f"{name}\n{outside}\n")
+    write_folder(tmp_path / "out", {"a.csv": "1"})
+    assert outside.read_text() == "mine"
+
+
+def test_a_folder_in_the_place_of_a_file_stops_before_anything_is_written(tmp_path):
+    (tmp_path / "b.csv").mkdir()
+    with pytest.raises(OutputError) as refusal:
+        write_folder(tmp_path, {"a.csv": "1", "b.csv": "2"})
+    assert str(refusal.value) == (
+        f'"{tmp_path}/b.csv" is a folder, but a file has to be written there; move it, or name another with --out'
+    )
+    assert listing(tmp_path) == set()
+
+
 # The folder of a landing
 
 
@@ -150,56 +185,42 @@ def rows(path: Path) -> list[list[str]]:
     return list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
 
 
-def test_folder_of_a_landing(tmp_path, profile, monkeypatch):
+FILES = {"profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md", "shock.svg", "shock.png"}
+
+
+def test_folder_of_a_landing(tmp_path, profile):
     """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do not move."""
-    drawn = []
-    monkeypatch.setattr(shockpc.show.folder, "save_figure", lambda *words: drawn.append(words))
     folder = tmp_path / "new" / "out"
-    write_profile(profile, folder)
-    assert drawn == [(profile, folder)]
-    assert {file.name for file in folder.iterdir()} >= {"profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md"}
+    write_landings([profile], ["lf_foot"], folder)
+    assert listing(folder) == FILES
     assert (folder / "profile.json").read_text(encoding="utf-8") == to_json([profile])
     assert (folder / "report.md").read_text(encoding="utf-8") == markdown_report([profile], figure="shock.svg")
+    assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
     document = json.loads(to_json([profile]))
     bodies = rows(folder / "bodies.csv")
-    assert bodies[0][0] == "body"
     assert [row[0] for row in bodies[1:]] == [body["body"] for body in document["bodies"]]
     assert [float(row[bodies[0].index("shock at CoM [-]")]) for row in bodies[1:]] == [b["shock_com"] for b in document["bodies"]]
     points = rows(folder / "points.csv")
     assert [(row[0], row[1], float(row[5])) for row in points[1:]] == [
         (p["frame"], p["body"], p["shock"]) for p in document["points"]
     ]
-    contacts = rows(folder / "contacts.csv")
-    assert [row[0] for row in contacts[1:]] == ["lf_foot"]
+    assert [row[0] for row in rows(folder / "contacts.csv")[1:]] == ["lf_foot"]
 
 
-def test_pattern_narrows_the_report_and_its_bodies(tmp_path, profile, monkeypatch):
+def test_several_landings_and_then_one(tmp_path, profile):
+    """A folder for each and a summary; one landing later, only its own files."""
+    write_landings([profile, profile], ["a", "b"], tmp_path)
+    assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in FILES} | {"summary.csv", "summary.md"}
+    write_landings([profile], ["a"], tmp_path)
+    assert listing(tmp_path) == FILES
+
+
+def test_pattern_narrows_the_report_and_its_bodies(tmp_path, profile):
     """Tables of bodies, for people and for spreadsheets alike; the other files are whole."""
-    monkeypatch.setattr(shockpc.show.folder, "save_figure", lambda *_: None)
-    write_profile(profile, tmp_path, "lf_*")
+    write_landings([profile], ["lf_foot"], tmp_path, "lf_*")
     assert (tmp_path / "report.md").read_text(encoding="utf-8") == markdown_report([profile], "lf_*", figure="shock.svg")
     assert (tmp_path / "profile.json").read_text(encoding="utf-8") == to_json([profile])
     narrow = rows(tmp_path / "bodies.csv")
     assert [row[0] for row in narrow] == ["body", "lf_leg"]
-    write_profile(profile, tmp_path)
-    whole = rows(tmp_path / "bodies.csv")
-    assert [row[0] for row in whole] == ["body", *profile.bodies]
-    assert narrow == [row for row in whole if row[0] in ("body", "lf_leg")]
-
-
-def test_figure_is_there(tmp_path, profile):
-    """What the report shows is in the folder."""
-    write_profile(profile, tmp_path)
-    assert "](shock.svg)" in (tmp_path / "report.md").read_text(encoding="utf-8")
-    assert (tmp_path / "shock.svg").read_bytes().startswith(b"<?xml")
-    assert (tmp_path / "shock.png").read_bytes().startswith(b"\x89PNG\r\n")
-    assert not [file for file in tmp_path.iterdir() if file.name.startswith(".")]
-
-
-@pytest.mark.parametrize(
-    "act", [lambda path: check_folder(path, "--out"), make_folder, lambda path: write_text(path / "a.txt", "a")]
-)
-def test_a_path_with_a_nul_character_is_refused(act):
-    """No file system accepts it; the message shows where it is."""
-    with pytest.raises(OutputError, match=r'^"a\\0b.* cannot be the path of a file: it holds a NUL character$'):
-        act(Path("a\0b"))
+    write_landings([profile], ["lf_foot"], tmp_path)
+    assert narrow == [row for row in rows(tmp_path / "bodies.csv") if row[0] in ("body", "lf_leg")]

@@ -8,10 +8,10 @@ import pytest
 import trees
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from shockpc.model.bodies import body_jumps
 from trees import MJCF_KINDS, SLIDES, Hit, Joint, Landing, Mechanism
 
 from shockpc.core.beam import centre_of_percussion
-from shockpc.model.bodies import body_jumps
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
 from shockpc.model.rows import point_block, row_jacobian

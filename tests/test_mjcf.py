@@ -280,7 +280,7 @@ def test_limits_are_in_radians_and_metres(tmp_path: Path):
     robot = from_text(tmp_path, READ["three joints of one body"])
     assert [part.kind for part in robot.joints[1].parts] == ["prismatic", "revolute", "ball"]
     assert robot.joints[1].parts[1].limits == pytest.approx((-np.pi / 18, np.pi / 9))
-    assert robot.joint_names == ("b_joint+mid+b_joint_",)
+    assert robot.joint_names == ("b_joint_1+mid+b_joint_3",)
 
 
 def test_mass_does_not_depend_on_collision(tmp_path: Path):
@@ -466,6 +466,10 @@ REFUSED = {
         'body "b" takes its mass from mesh "m", which cannot be read',
         "outside the folders",
     ),
+    mjcf(floating(body("b", '<inertial pos="0 0 0" mass="1e200" diaginertia="1e308 1e308 1e308"/>'))): (
+        'body "b": its mass reaches 1e+200',
+    ),
+    mjcf(floating(body("b", at='pos="0 0 1e100"'))): ('body "b": its pos reaches 1e+100',),
     mjcf(floating(body("universe", joints='<joint name="universe"/>'))): ('joint "universe"', "rename"),
     among('<equality><joint name="n" joint1="j" joint2="k" polycoef="0 1 0.5 0 0"/></equality>'): (
         'the equality joint "n" couples joints by a curve, polycoef 0 1 0.5 0 0',

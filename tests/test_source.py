@@ -1,5 +1,6 @@
 """Reading a robot file: what is accepted, and the whole text of every refusal."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -26,7 +27,7 @@ def refusal(tmp_path: Path, text: str | bytes, name: str = "dog.urdf") -> str:
 
 @pytest.mark.parametrize("name", [entry.name for entry in catalogue() if entry.name not in NOT_ROBOTS])
 def test_every_known_robot_reads_and_builds(name: str, capfd: pytest.CaptureFixture[str]):
-    """Every robot known by name is read, builds, has mass, and nothing of the C++ parser's talk reaches the terminal."""
+    """Every robot known by name is read, builds and has mass, and the C++ parser prints nothing."""
     source = read_source(name)
     model = build_model(source)
     assert source.name == name
@@ -44,7 +45,7 @@ def test_what_is_read(tmp_path: Path):
     assert (source.srdf, source.packages, source.folders, source.warnings) == (tmp_path / "dog.srdf", {}, (tmp_path,), ())
 
 
-def test_content_decides_not_the_suffix(tmp_path: Path):
+def test_format_is_found_by_content(tmp_path: Path):
     """A URDF is a URDF whatever its file is called."""
     path = tmp_path / "dog.xml"
     path.write_text(arm())
@@ -109,13 +110,61 @@ def test_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     path = tmp_path / "dog.urdf"
     path.write_text(arm())
 
-    def refuse(_: Path) -> bytes:
+    def refuse(*_: object) -> int:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(os, "open", refuse)
     with pytest.raises(RobotError) as caught:
         read_source(str(path))
     assert str(caught.value) == f'"{path}" cannot be read: Permission denied; check its permissions'
+
+
+def test_only_regular_files_of_some_size_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A pipe would be waited for, a device has no end."""
+    os.mkfifo(tmp_path / "pipe.urdf")
+    for path in (tmp_path / "pipe.urdf", Path("/dev/zero")):
+        with pytest.raises(RobotError, match=r"is a pipe or a device; save what it gives in a file$"):
+            read_source(str(path))
+    with open(tmp_path / "large.urdf", "wb") as file:
+        file.truncate(65 * 2**20)
+    with pytest.raises(RobotError, match=r"has 65 MB; files of up to 64 MB are read$"):
+        read_source(str(tmp_path / "large.urdf"))
+
+
+BEFORE = (b"\xef\xbb\xbf", b"\xef\xbb\xbf\xef\xbb\xbf", b"\n", b"\r\n \xef\xbb\xbf\n")
+
+
+@pytest.mark.parametrize("before", BEFORE)
+def test_marks_and_blanks_before_a_document(before: bytes, tmp_path: Path):
+    """Byte-order marks and blank lines; a DOCTYPE behind them is found all the same."""
+    path = tmp_path / "dog.urdf"
+    path.write_bytes(before + b'<?xml version="1.0" encoding="utf-8"?>' + arm().encode())
+    assert read_source(str(path)).robot_name == "r"
+    assert build_model(read_source(str(path))).nv == 7
+    assert "a DOCTYPE can define entities" in refusal(tmp_path, before + b"<!DOCTYPE robot><robot/>")
+
+
+def test_declared_encodings(tmp_path: Path):
+    """A Latin-1 file keeps its names; an encoding that is not known is refused."""
+    text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
+    path = tmp_path / "dog.urdf"
+    path.write_bytes(text.encode("iso-8859-1"))
+    assert build_model(read_source(str(path))).existFrame("Fuß")
+    (tmp_path / "dog.xacro").write_bytes(text.encode("iso-8859-1"))
+    assert 'link name="Fuß"' in read_source(str(tmp_path / "dog.xacro")).xml
+    assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC")) == (
+        "dog.urdf is in the encoding EBCDIC, which is not read; save the file as UTF-8 text"
+    )
+
+
+def test_srdf_beside_the_robot_has_to_be_inside(tmp_path: Path):
+    """One that a symbolic link leads to elsewhere is not read."""
+    (tmp_path / "away.srdf").write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
+    (tmp_path / "dog").mkdir()
+    path = tmp_path / "dog" / "dog.urdf"
+    path.write_text(arm())
+    (tmp_path / "dog" / "dog.srdf").symlink_to(tmp_path / "away.srdf")
+    assert read_source(str(path)).srdf is None
 
 
 def test_names_and_paths_that_are_not_there(tmp_path: Path):
@@ -127,12 +176,12 @@ def test_names_and_paths_that_are_not_there(tmp_path: Path):
 
 
 def test_xacro_arguments_for_a_plain_urdf(tmp_path: Path):
-    """Arguments that nothing reads are not swallowed."""
+    """Arguments that have no effect are refused."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm())
     with pytest.raises(RobotError) as caught:
         read_source(str(path), xacro={"payload": "1"})
-    assert str(caught.value) == "dog.urdf is not a xacro file, so --xacro payload=… means nothing to it; leave it out"
+    assert str(caught.value) == "dog.urdf is not a xacro file, so --xacro payload=… has no effect; leave it out"
 
 
 def test_given_srdf(tmp_path: Path):
@@ -150,7 +199,7 @@ def test_given_srdf(tmp_path: Path):
 
 
 def test_srdf_for_an_mjcf(tmp_path: Path):
-    """Nothing would read it, so it is not swallowed; one that lies beside the file is none of its own."""
+    """It would have no effect, so it is refused; one that lies beside the file is ignored."""
     path = tmp_path / "dog.xml"
     path.write_text(mjcf(floating(body("b"))))
     postures = tmp_path / "dog.srdf"
@@ -159,12 +208,12 @@ def test_srdf_for_an_mjcf(tmp_path: Path):
     with pytest.raises(RobotError) as caught:
         read_source(str(path), srdf=postures)
     assert str(caught.value) == (
-        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf means nothing to it; leave it out, or write "
+        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf has no effect; leave it out, or write "
         "its postures as <key> elements of a <keyframe>"
     )
 
 
-SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "trimesh", "xacro", "xacrodoc", "importlib.metadata")
+SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "trimesh", "xacro", "importlib.metadata")
 
 
 @pytest.mark.parametrize("module", ["catalogue", "source"])

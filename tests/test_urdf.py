@@ -1,12 +1,17 @@
-"""URDF: what a parser would drop or choke on is put right or refused, by the name of the link or joint at fault."""
+"""URDF: what the parser would drop is corrected or refused, by the name of the link or joint at fault."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
+import mujoco
+import numpy as np
+import pinocchio as pin
 import pytest
 from robot_texts import INERTIA, LIMIT, arm, joint, link, urdf
 
 from shockpc.errors import RobotError
 from shockpc.robot.build import build_model
+from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import load_robot
 from shockpc.robot.source import read_source
 
@@ -20,7 +25,7 @@ def refusal(tmp_path: Path, text: str) -> str:
     return str(caught.value)
 
 
-def test_robot_without_a_name_gets_the_files(tmp_path: Path):
+def test_robot_without_a_name_is_named_after_its_file(tmp_path: Path):
     """URDF's parser refuses a nameless robot; the file's stem serves."""
     path = tmp_path / "dog.v2.urdf"
     path.write_text(arm().replace(' name="r"', ""))
@@ -38,7 +43,7 @@ def test_blanks_around_numbers_are_harmless(tmp_path: Path, capfd: pytest.Captur
 
 
 def test_prefixes_need_no_declaration(tmp_path: Path):
-    """Old files carry prefixed elements without a namespace; the URDF parser does not mind, nor do we."""
+    """Old files hold prefixed elements without a namespace; they are ignored."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm().replace("</robot>", "<controller:gazebo_ros/></robot>"))
     assert read_source(str(path)).robot_name == "r"
@@ -51,14 +56,14 @@ def test_broken_shapes_are_left_out_with_a_warning(tmp_path: Path, capfd: pytest
     source = read_source(str(path))
     assert source.warnings == (
         'dog.urdf: link "tip": a <visual> without a valid shape is left out; '
-        "figures and extremes do without it, the numbers are the same",
+        "it is missing in figures and extremes; no other number changes",
     )
     assert build_model(source).inertias[2].mass == 1.0
     assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize(("leader", "said"), [("nobody", '"nobody", which does not exist'), ("elbow", "itself")])
-def test_mimic_of_nothing_moves_freely(leader: str, said: str, tmp_path: Path):
+def test_mimic_without_a_leader_moves_freely(leader: str, said: str, tmp_path: Path):
     """A follower without a leader is a joint of its own, and that is said."""
     path = tmp_path / "dog.urdf"
     path.write_text(arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="{leader}"/>')))
@@ -97,13 +102,13 @@ TREE = {
     urdf(link("a", mass="0")): "dog.urdf: no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
     urdf(link("a"), "<link/>"): "dog.urdf: <link> number 2 has no name; give it one",
     arm(elbow=joint("", "base", "tip")): "dog.urdf: <joint> number 1 has no name; give it one",
-    urdf(link("a"), link("a")): 'dog.urdf: two links are called "a"; names are how bodies are told apart, so rename one',
+    urdf(link("a"), link("a")): 'dog.urdf: two links are called "a"; names have to be unique, so rename one',
     urdf(link("a"), link("b"), link("c"), joint("j", "a", "b"), joint("j", "a", "c")): (
-        'dog.urdf: two joints are called "j"; names are how bodies are told apart, so rename one'
+        'dog.urdf: two joints are called "j"; names have to be unique, so rename one'
     ),
-    urdf(link("universe")): 'dog.urdf: link "universe" has the name that the world goes by; rename it',
+    urdf(link("universe")): 'dog.urdf: link "universe" has the name that Pinocchio gives to the world; rename it',
     arm(elbow=joint("root_joint", "base", "tip")): (
-        'dog.urdf: joint "root_joint" has the name that the free base goes by; rename it'
+        'dog.urdf: joint "root_joint" has the name that Pinocchio gives to the free base; rename it'
     ),
     arm(elbow=joint("elbow", "base", "hand")): (
         'dog.urdf: joint "elbow": its child is link "hand", which does not exist; every joint has to join two links of the file'
@@ -119,13 +124,13 @@ TREE = {
         'dog.urdf: 7 links have no parent: "a", "b", "c", "d", "e", …; a robot has one root, so join the others to it'
     ),
     urdf(link("a"), link("b"), joint("j", "a", "b"), joint("k", "b", "a")): (
-        'dog.urdf: joints "j", "k" form a circle that hangs on no root link; a URDF is a tree, so cut it open'
+        'dog.urdf: joints "j", "k" form a circle that no root link carries; a URDF is a tree, so remove one of its joints'
     ),
     urdf(link("a"), link("b"), link("c"), joint("j", "b", "c"), joint("k", "c", "b")): (
-        'dog.urdf: joints "j", "k" form a circle that hangs on no root link; a URDF is a tree, so cut it open'
+        'dog.urdf: joints "j", "k" form a circle that no root link carries; a URDF is a tree, so remove one of its joints'
     ),
     urdf(link("a"), link("b"), joint("j", "b", "b")): (
-        'dog.urdf: joint "j" forms a circle that hangs on no root link; a URDF is a tree, so cut it open'
+        'dog.urdf: joint "j" forms a circle that no root link carries; a URDF is a tree, so remove one of its joints'
     ),
     urdf(link("a"), link("b"), link("c"), joint("j", "a", "b"), joint("k", "a", "c"), joint("l", "b", "c")): (
         'dog.urdf: link "c" is the child of two joints, "k" and "l"; a URDF is a tree, so cut the loop at one of them'
@@ -139,7 +144,7 @@ TREE = {
 
 @pytest.mark.parametrize("text", TREE)
 def test_not_a_tree_of_bodies(text: str, tmp_path: Path):
-    """A URDF that does not hang together is refused by the name of the link or joint at fault."""
+    """A URDF that is not connected is refused by the name of the link or joint at fault."""
     assert refusal(tmp_path, text) == TREE[text]
 
 
@@ -170,7 +175,7 @@ NUMBERS = {
         'link "tip": <inertial> origin xyz is "0 0"; it has to be 3 finite numbers, such as 0 0 0.5'
     ),
     arm(elbow=joint("elbow", "base", "tip", axis="0 0 0")): (
-        'joint "elbow": its axis is 0 0 0, so it has no direction to move in; give it one'
+        'joint "elbow": its axis is 0 0 0, so it has no direction; give it one'
     ),
     arm(elbow=joint("elbow", "base", "tip", axis="0 nan 0")): (
         'joint "elbow": axis is "0 nan 0"; it has to be 3 finite numbers, such as 0 0 0.5'
@@ -218,3 +223,32 @@ def test_refusals_are_silent(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     for text in (*TREE, *NUMBERS):
         refusal(tmp_path, text)
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ["a1", "go2", "laikago", "panda", "quadruped", "solo12", "talos", "ur5"])
+def test_mujoco_reads_the_same_robot(name: str):
+    """A second reader of URDF: masses, and the inertia matrix of the joints in a posture drawn at random, with the base held."""
+    robot = load_robot(name)
+    root = parse_xml(robot.source.xml, name)
+    for link_ in root.iter("link"):
+        for part in (*link_.findall("visual"), *link_.findall("collision")):
+            link_.remove(part)
+    for joint_ in root.iter("joint"):
+        for mimic in joint_.findall("mimic"):
+            joint_.remove(mimic)
+    model = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode")).compile()
+    data, q = mujoco.MjData(model), np.array(pin.neutral(robot.model))
+    columns = np.empty(model.nv, dtype=int)
+    rng = np.random.default_rng(1)
+    for number in range(model.njnt):
+        joint_ = robot.joint(model.joint(number).name)
+        columns[model.jnt_dofadr[number]] = joint_.v.start
+        data.qpos[model.jnt_qposadr[number]] = value = rng.uniform(-1.0, 1.0)
+        q[joint_.q] = (np.cos(value), np.sin(value)) if joint_.kind == "continuous" else value
+    mujoco.mj_forward(model, data)
+    theirs = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, theirs)
+    ours = pin.crba(robot.model, robot.model.createData(), q)
+    ours = (np.triu(ours) + np.triu(ours, 1).T)[np.ix_(columns, columns)]
+    np.testing.assert_allclose(ours - np.diag(robot.model.armature[columns]), theirs, atol=1e-11 * np.abs(theirs).max())
+    assert model.nv == robot.model.nv - 6

@@ -145,8 +145,16 @@ def neighbours(mechanism, root):
     return order
 
 
-def written(mechanism, root=0, seed=0, dialect="urdf"):
-    """The mechanism hung on `root`, with link frames and joint values that do not matter, drawn from the seed."""
+def written(mechanism, root=0, seed=0, dialect="urdf", mimics=()):
+    """The mechanism hung on `root`, with link frames and joint values that do not matter, drawn from the seed.
+
+    Args:
+        mechanism: bodies and joints.
+        root: body that becomes the base.
+        seed: of the link frames and joint values.
+        dialect: "urdf" or "mjcf".
+        mimics: (follower, leader, multiplier) of joints that follow others, by the bodies that they carry; URDF only.
+    """
     rng = np.random.default_rng(seed)
     n = len(mechanism.mass)
     R = random_rotations(rng, n)
@@ -157,17 +165,22 @@ def written(mechanism, root=0, seed=0, dialect="urdf"):
         x[body] = joint.point
     joints, values = [], {}
     for body, parent, joint in order:
-        value = 0.0 if joint.kind == "spherical" else rng.uniform(-1.5, 1.5)
+        value = 0.0 if joint.kind in ("spherical", "planar") else rng.uniform(-1.5, 1.5)
         axis = R[body].T @ joint.axis
         turned = pin.exp3(axis * value) if joint.kind in ("revolute", "continuous") else np.eye(3)
         rotation = R[parent].T @ R[body] @ turned.T
         slid = joint.axis * value if joint.kind == "prismatic" else np.zeros(3)
         joints.append((body, parent, joint.kind, R[parent].T @ (x[body] - slid - x[parent]), rotation, axis))
-        if joint.kind != "spherical":
+        if joint.kind not in ("spherical", "planar"):
             values[f"joint{body}"] = value
+    follows = {
+        follower: (leader, multiplier, values.pop(f"joint{follower}") - multiplier * values[f"joint{leader}"])
+        for follower, leader, multiplier in mimics
+    }
     com = [R[i].T @ (mechanism.com[i] - x[i]) for i in range(n)]
     inertia = [R[i].T @ mechanism.inertia[i] @ R[i] for i in range(n)]
-    text = {"urdf": _urdf, "mjcf": _mjcf}[dialect](root, joints, mechanism.mass.tolist(), com, inertia)
+    bodies = (mechanism.mass.tolist(), com, inertia)
+    text = _mjcf(root, joints, *bodies) if dialect == "mjcf" else _urdf(root, joints, follows, *bodies)
     quaternion = tuple(float(c) for c in pin.Quaternion(R[root]).coeffs())
     posture = Posture(base_position=tuple(x[root].tolist()), base_quaternion=quaternion, joints=values)
     return Written(text, posture, x, R)
@@ -177,7 +190,7 @@ def _numbers(values):
     return " ".join(repr(float(value)) for value in values)
 
 
-def _urdf(root, joints, mass, com, inertia):
+def _urdf(root, joints, follows, mass, com, inertia):
     lines = ['<robot name="tree">']
     for i in [root, *(joint[0] for joint in joints)]:
         I = inertia[i].tolist()  # noqa: E741 - the field's own symbol
@@ -188,6 +201,9 @@ def _urdf(root, joints, mass, com, inertia):
         )
     for body, parent, kind, offset, rotation, axis in joints:
         limit = "" if kind == "continuous" else '<limit lower="-9" upper="9" effort="1" velocity="1"/>'
+        if body in follows:
+            leader, multiplier, start = follows[body]
+            limit += f'<mimic joint="joint{leader}" multiplier="{multiplier!r}" offset="{start!r}"/>'
         lines.append(
             f'<joint name="joint{body}" type="{kind}"><parent link="body{parent}"/><child link="body{body}"/>'
             f'<origin xyz="{_numbers(offset)}" rpy="{_numbers(pin.rpy.matrixToRpy(rotation))}"/>'
@@ -200,7 +216,7 @@ def _mjcf(root, joints, mass, com, inertia):
     children = {}
     for joint in joints:
         children.setdefault(joint[1], []).append(joint)
-    kinds = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
+    kinds = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball", "planar": ""}
 
     def body(i, opening):
         I = inertia[i].tolist()  # noqa: E741
@@ -208,9 +224,13 @@ def _mjcf(root, joints, mass, com, inertia):
         inner = [f'{opening}<inertial pos="{_numbers(com[i])}" mass="{mass[i]!r}" fullinertia="{full}"/>']
         for child, _, kind, offset, rotation, axis in children.get(i, []):
             x, y, z, w = pin.Quaternion(rotation).coeffs()
-            along = "" if kind == "spherical" else f' axis="{_numbers(axis)}"'
             head = f'<body name="body{child}" pos="{_numbers(offset)}" quat="{_numbers((w, x, y, z))}">'
-            inner.append(body(child, f'{head}<joint name="joint{child}" type="{kinds[kind]}"{along}/>'))
+            across = np.linalg.svd(axis[None])[2][1:]
+            parts = [("slide", across[0]), ("slide", across[1]), ("hinge", axis)] if kind == "planar" else [(kinds[kind], axis)]
+            for letter, (name, along) in zip("abc" if kind == "planar" else ("",), parts, strict=True):
+                head += f'<joint name="joint{child}{letter}" type="{name}"'
+                head += "/>" if kind == "spherical" else f' axis="{_numbers(along)}"/>'
+            inner.append(body(child, head))
         return "\n".join([*inner, "</body>"])
 
     tree = body(root, f'<body name="body{root}"><freejoint name="base"/>')

@@ -1,23 +1,16 @@
-"""How far to trust a number, and what it costs: error against run time, measured on cases that are meant to hurt.
+"""Error against run time of several methods on stiff and extreme landings.
 
-    cases/        what is hard, as data: families of scenes with one parameter each
-    build         robots of the families, from a list of links to a file
-    exact         a scene's numbers at full length: placements, inertias and rows with a hundred digits
-    reference     the answer to fifty digits and more, by elimination along the tree in maximal coordinates
-    accuracy      the error of every body against it
-    system        what a method is given: a posture and what is held in it
-    methods       the rivals, in one tuple
-    simulate      landing by simulation: a stiff contact on Pinocchio's ABA …
-    mujoco_peer   … and in MuJoCo
-    timing        warmed up, repeated, median and quartiles
-    measure       part 1 and 2 of the report: every case by every method
-    percussion    part 2 also: centre and radius of percussion of bodies that hardly turn
-    saving        part 3: what leaving out saves
-    throughput    part 4: many postures, against peers on the same work
-    compliant     one's own scene: from which stiffness on the rigid answer holds
-    random_trees  trees that nobody would think of, and their landings
-    soak          such trees by the thousand
-    report        Markdown, CSV, JSON and figures
+    cases/        families of landings with one parameter each
+    build         robots of the families
+    reference     the proven answer, and the package's path in double precision
+    system        what a method is given
+    methods       the methods: the package, numpy, Pinocchio
+    mujoco_peer   landing simulated in MuJoCo, and the impulsive equation with its matrices
+    measure       error and run time of every method on a case
+    throughput    many postures against Pinocchio and MuJoCo
+    costs         run time of an analysis and of the command
+    report        chart, tables, Markdown and CSV
+    run           the suite, and one landing of one's own
 
-Nothing in the product imports this package, and what no user needs lives here and not there.
+Nothing else in the package but the command line imports it.
 """

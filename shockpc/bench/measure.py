@@ -1,156 +1,179 @@
-"""One case by every method: how wrong, how long, and what came of it."""
+"""One landing by every method: true error and run time."""
 
-from dataclasses import asdict, dataclass, field
-from typing import Any
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.bench.accuracy import body_errors
-from shockpc.bench.cases import Case
-from shockpc.bench.methods import Method
-from shockpc.bench.reference import Reference, reference
-from shockpc.bench.system import System, Unsuited, system_of
-from shockpc.bench.timing import Timing, timed
+from shockpc.bench.cases.family import Case
+from shockpc.bench.methods import PROVEN, Method
+from shockpc.bench.reference import reference
+from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
-from shockpc.errors import ShockError, SolveError
-from shockpc.health import PROMISED, TRUSTED
+from shockpc.errors import ShockError
+from shockpc.exact.proof import motion
+from shockpc.landing import Landing
+from shockpc.results.accuracy import rotation_lengths
 
-__all__ = ["OUTCOMES", "CaseResult", "MethodResult", "measure"]
+__all__ = ["ACCURATE", "OUTCOMES", "CaseResult", "MethodResult", "Timing", "body_errors", "measure", "timed"]
+
+ACCURATE = 1e-9
+"""Largest error of a result that counts as accurate, relative to the motion of each body."""
+
+AT_REST = 1e-13
+"""A body that moves by less than this share of the fastest one is compared with the fastest one."""
+
+LONG = 0.2
+"""A run of this many seconds is not repeated to warm up [s]."""
 
 OUTCOMES = {
-    "right": "every body within 1e-9 of the truth",
-    "told": "worse, and it said so",
-    "wrong": "worse, and it said nothing",
-    "near": "a simulation, as near as its ground is hard",
-    "nan": "not a number",
-    "failed": "an exception of a library",
-    "refused": "a message in words",
-    "invented": "an answer where there is none",
-    "unsuited": "cannot take such a scene",
+    "accurate": f"error of every body at most {ACCURATE:g}",
+    "inaccurate": "a larger error, without a warning",
+    "approximate": "a simulation, whose error depends on how hard its contact is",
+    "not finite": "NaN or infinity",
+    "exception": "an exception of a library",
+    "refused": "an error message: the landing has no unique solution",
+    "unfounded": "numbers for a landing that has no unique solution",
+    "unsuited": "the method cannot take such a landing",
 }
-"""What can come of a method on a case."""
-
-UNANSWERABLE = 1e-6
-"""A case whose exact solution leaves more than this of a row's speed has no answer: its rows contradict one another."""
+"""Outcomes of a method on a case."""
 
 
-@dataclass(frozen=True)
-class MethodResult:
-    """What a method made of a case.
+class Timing(NamedTuple):
+    """Run time.
+
+    Attributes:
+        median: of all runs [s].
+        low: first quartile [s].
+        high: third quartile [s].
+        runs: how many.
+    """
+
+    median: float
+    low: float
+    high: float
+    runs: int
+
+
+class MethodResult(NamedTuple):
+    """Result of a method on a case.
 
     Attributes:
         method: its name.
-        kind: "product", "direct" or "simulation".
         outcome: a key of `OUTCOMES`.
-        error: largest over the bodies, relative to the body's own motion [1]; None without numbers.
-        whole: largest over the bodies, relative to the fastest body's motion [1].
-        estimate: what the method itself expects at worst [1]; None if it does not say.
-        margin: largest over the bodies of error / (10 estimate + 1e-14): above 1 the estimate's promise is broken.
-        timing: of the run; None if it failed.
-        message: what it said when it failed.
+        error: largest over the bodies, relative to the body's own motion [1]; the proven bound for the package's printed numbers;
+            None without numbers or without a reference.
+        timing: None if it failed.
+        message: why it failed.
+        simulates: whether it simulates the landing.
     """
 
     method: str
-    kind: str
     outcome: str
     error: float | None = None
-    whole: float | None = None
-    estimate: float | None = None
-    margin: float | None = None
     timing: Timing | None = None
     message: str = ""
+    simulates: bool = False
 
 
-@dataclass(frozen=True)
-class CaseResult:
-    """What came of a case.
+class CaseResult(NamedTuple):
+    """Results of all methods on a case.
 
     Attributes:
-        name: of the case.
         family: of the case.
         variant: of the case.
-        value: of the parameter.
-        label: the value as it is shown.
-        answer: whether the case has one.
-        rank: independent rows of the reference, exactly; 0 if it has no answer.
-        rows: all its rows, those that tie followers to their leaders too; 0 if it has no answer.
+        label: value of the case's parameter.
+        rows: "rank of rows", or empty if the case has no answer.
         results: one for each method.
     """
 
-    name: str
     family: str
     variant: str
-    value: float
     label: str
-    answer: bool
-    rank: int
-    rows: int
-    results: tuple[MethodResult, ...] = field(default=())
+    rows: str
+    results: tuple[MethodResult, ...]
 
-    def table(self) -> dict[str, Any]:
-        """As plain tables, for JSON."""
-        return asdict(self) | {"results": [asdict(r) | {"timing": r.timing and r.timing._asdict()} for r in self.results]}
 
-    @staticmethod
-    def from_table(table: dict[str, Any]) -> "CaseResult":
-        """Back from JSON."""
-        results = [
-            MethodResult(**(row | {"timing": None if row["timing"] is None else Timing(**row["timing"])}))
-            for row in table["results"]
-        ]
-        return CaseResult(**(table | {"results": tuple(results)}))
+def timed(run: Callable[[], Any], budget: float, most: int = 1000) -> tuple[Any, Timing]:
+    """Run until the budget is spent, three times at least unless one run is long, and give the last result.
+
+    The first run loads and fills caches; it counts only if it is not repeated.
+
+    Args:
+        run: the work.
+        budget: time to spend [s]; at zero it runs once.
+        most: runs.
+    """
+    start = time.perf_counter()
+    result = run()
+    first = time.perf_counter() - start
+    if first > max(LONG, budget) or budget <= 0.0:
+        return result, Timing(first, first, first, 1)
+    seconds: list[float] = []
+    while len(seconds) < most and (len(seconds) < 3 or sum(seconds) < budget):
+        start = time.perf_counter()
+        result = run()
+        seconds.append(time.perf_counter() - start)
+    low, median, high = (float(value) for value in np.quantile(seconds, (0.25, 0.5, 0.75)))
+    return result, Timing(median, low, high, len(seconds))
+
+
+def body_errors(landing: Landing, exact: Array, jumps: Array) -> Array:
+    """Error (nb,) of the jump of every body, |Δ - Δ*| / |Δ*| with |Δ|² = |v|² + (r |ω|)² and r the radius of gyration.
+
+    A body slower than `AT_REST` of the fastest one is compared with the fastest one.
+
+    Args:
+        landing: of which robot.
+        exact: (nb, 6) proven jumps, body coordinates at the body frames' origins.
+        jumps: (nb, 6) jumps of a method.
+    """
+    length = rotation_lengths(landing)
+    size, off = (motion(jump[..., None], length)[:, 0] for jump in (exact, jumps - exact))
+    return np.asarray(off / np.where(size > AT_REST * size.max(), size, size.max() or 1.0))
 
 
 def measure(case: Case, methods: tuple[Method, ...], budget: float) -> CaseResult:
-    """Solve a case exactly and by every method.
+    """Solve a case by every method.
 
     Args:
         case: the case.
-        methods: the rivals.
+        methods: the methods.
         budget: time to spend on each method's clock [s].
     """
     robot, scene = case.build()
-    head = (case.name, case.family, case.variant, case.value, case.label)
+    head = (case.family, case.variant, case.label)
     try:
         system = system_of(robot, scene)
     except ShockError as refusal:
-        return CaseResult(*head, False, 0, 0, (MethodResult(methods[0].name, methods[0].kind, "refused", message=str(refusal)),))
+        return CaseResult(*head, "", (MethodResult(PROVEN, "refused", message=str(refusal)),))
     try:
-        truth = reference(robot, system.scene, system.landing)
-    except SolveError:
-        truth = None
-    answer = truth is not None and truth.violation < UNANSWERABLE
-    results = tuple(_try(system, truth if answer else None, method, budget) for method in methods)
-    rank, rows = (truth.rank, len(truth.impulse)) if truth is not None and answer else (0, 0)
-    return CaseResult(*head, answer, rank, rows, results)
+        exact = reference(system.landing.scene, robot)[..., 3]
+    except ShockError:
+        exact = None
+    results = tuple(_try(system, exact, method, budget) for method in methods)
+    return CaseResult(*head, "" if exact is None else str(len(system.b)), results)
 
 
-def _try(system: System, truth: Reference | None, method: Method, budget: float) -> MethodResult:
+def _try(system: System, exact: Array | None, method: Method, budget: float) -> MethodResult:
     """One method on one system."""
     try:
-        prepared = method.prepare(system)
-        raw, timing = timed(prepared.run, budget)
-        jumps = prepared.read(raw)
-    except Unsuited as reason:
-        return MethodResult(method.name, method.kind, "unsuited", message=str(reason))
+        with np.errstate(all="ignore"):
+            prepared = method.prepare(system)
+            raw, timing = timed(prepared.run, budget)
+            jumps = prepared.read(raw)
+    except UnsuitedError as reason:
+        return MethodResult(method.name, "unsuited", message=str(reason))
     except ShockError as refusal:
-        return MethodResult(method.name, method.kind, "refused", message=str(refusal))
+        return MethodResult(method.name, "refused", message=str(refusal))
     except np.linalg.LinAlgError as failure:
-        return MethodResult(method.name, method.kind, "failed", message=str(failure))
-    told = prepared.warned(raw)
+        return MethodResult(method.name, "exception", message=str(failure))
     if not np.all(np.isfinite(jumps)):
-        return MethodResult(method.name, method.kind, "nan", timing=timing)
-    if truth is None:
-        return MethodResult(method.name, method.kind, "told" if told else "invented", timing=timing)
-    found = body_errors(system.robot, truth, jumps)
-    error, whole = float(found.own.max()), float(found.whole.max())
-    estimate = prepared.estimate(raw)
-    worse = "near" if method.kind == "simulation" else "told" if told else "wrong"
-    outcome = "right" if error <= TRUSTED else worse
-    expected, margin = (None, None) if estimate is None else _held_against(found.own, estimate)
-    return MethodResult(method.name, method.kind, outcome, error, whole, expected, margin, timing)
-
-
-def _held_against(errors: Array, estimate: Array) -> tuple[float, float]:
-    """The worst estimate, and how near the promise came to being broken at any body."""
-    return float(estimate.max()), float(np.max(errors / (PROMISED * estimate + 1e-14)))
+        return MethodResult(method.name, "not finite", timing=timing)
+    if exact is None:
+        return MethodResult(method.name, "unfounded", timing=timing)
+    bound = raw.proof.bounds.max() if method.name == PROVEN else body_errors(system.landing, exact, jumps).max()
+    error = float(bound)
+    outcome = "accurate" if error <= ACCURATE else "approximate" if method.simulates else "inaccurate"
+    return MethodResult(method.name, outcome, error, timing, simulates=method.simulates)

@@ -1,170 +1,232 @@
-"""The report that a sceptic can rerun: Markdown, CSV, JSON and figures."""
+"""The report: a chart of error against run time, one table for each family, the costs of the package; Markdown and CSV."""
 
-import json
-import re
-from dataclasses import asdict, dataclass
+import importlib.metadata
+import os
+import platform
+import sys
+from collections import Counter
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from statistics import median
+from typing import NamedTuple
 
+import shockpc
 from shockpc.bench.cases import FAMILIES, Family
-from shockpc.bench.cases.contacts import THROUGH_COM
-from shockpc.bench.header import LIMITS
-from shockpc.bench.measure import CaseResult
-from shockpc.bench.percussion import Radius
-from shockpc.bench.saving import PARTS, Saving
-from shockpc.bench.tables import everything, family_sheet, outcomes, percussion, precision, promise, savings, throughput
-from shockpc.bench.throughput import CLOCK, PeerResult
-from shockpc.health import TRUSTED
-from shockpc.show.figure.curves import Curve, save_curves
-from shockpc.show.figure.panels import Panel, save_panels
-from shockpc.show.files import write_text
+from shockpc.bench.costs import Cost
+from shockpc.bench.measure import ACCURATE, OUTCOMES, CaseResult, MethodResult
+from shockpc.bench.throughput import PeerResult
+from shockpc.show.figure.error_time import save_error_time
+from shockpc.show.files import make_folder, write_text
+from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown
 
-__all__ = ["Bench", "summary", "write_report"]
+__all__ = ["Bench", "costs_sheet", "landing_sheet", "methods_sheet", "save_chart", "throughput_sheet", "write_report"]
+
+LIBRARIES = ("pin", "numpy", "python-flint", "mujoco", "example-robot-data")
+
+LIMITS = (
+    "bodies are rigid and the impact takes no time; a real one takes milliseconds",
+    "contacts stick or slide along given directions; whether friction suffices is reported, not enforced",
+    "a drive is free, has a reflected inertia, or is locked; gearboxes that slip are not modelled",
+    "all contacts come to rest together, in all directions; restitution is Newton's, for each contact",
+    "masses and placements are taken as exact; their own uncertainty is usually the larger error by far",
+    "impulses of contacts whose rows are dependent are not unique, and are not given",
+)
+"""What the numbers of the report do not cover."""
 
 
-@dataclass(frozen=True)
-class Bench:
+class Bench(NamedTuple):
     """All that was measured.
 
     Attributes:
-        header: name and value of what a rerun depends on.
-        cases: of the suite, every one by every direct method.
-        work: the cases of part 1, by simulation besides.
-        savings: part 3.
-        peers: part 4.
-        percussion: centres and radii of percussion where the strike passes the centre of mass.
+        cases: of all families, by every method.
+        costs: of the package.
+        peers: many postures.
+        seconds: duration of the whole [s].
     """
 
-    header: list[tuple[str, str]]
     cases: list[CaseResult]
-    work: list[CaseResult]
-    savings: list[Saving]
+    costs: list[Cost]
     peers: list[PeerResult]
-    percussion: list[Radius]
+    seconds: float
 
 
 def write_report(bench: Bench, folder: Path) -> None:
-    """Write report.md, its figures, summary.md, bench.json, and cases, work, throughput, saving and percussion as CSV.
+    """Write report.md, error-against-run-time.svg and cases.csv.
 
     Raises:
         OutputError: the folder cannot be written.
     """
-    families = [one for one in FAMILIES if any(case.family == one.name for case in bench.cases)]
-    _work_figure(bench.work, folder / "error-against-run-time.svg")
-    for one in families:
-        _family_figure(one, [case for case in bench.cases if case.family == one.name], folder / _figure(one))
-    write_text(folder / "cases.csv", as_csv(everything(bench.cases)))
-    write_text(folder / "work.csv", as_csv(everything(bench.work)))
-    write_text(folder / "throughput.csv", as_csv(throughput(bench.peers)))
-    write_text(folder / "saving.csv", as_csv(savings(bench.savings)))
-    write_text(folder / "percussion.csv", as_csv(percussion(bench.percussion)))
-    write_text(folder / "bench.json", json.dumps(_document(bench), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    write_text(folder / "summary.md", summary(bench))
-    write_text(folder / "report.md", _markdown(bench, families))
+    make_folder(folder)
+    save_chart(bench.cases, folder / "error-against-run-time.svg")
+    write_text(folder / "cases.csv", as_csv(_everything(bench.cases)))
+    write_text(folder / "report.md", _markdown(bench))
 
 
-def summary(bench: Bench) -> str:
-    """What the README shows of it."""
-    sheets = (promise(bench.cases), outcomes(bench.cases), savings(bench.savings), throughput(bench.peers))
-    return "\n".join(as_markdown(sheet) for sheet in sheets)
+def save_chart(cases: list[CaseResult], path: Path) -> None:
+    """Draw error against run time of every method on every case."""
+    series: dict[str, list[tuple[float, float]]] = {}
+    for case in cases:
+        for r in case.results:
+            if r.error is not None and r.timing is not None:
+                series.setdefault(r.method.split(", τ")[0], []).append((r.timing.median, r.error))
+    save_error_time(path, "Error against run time; for shockpc's printed numbers the proven bound", series, ACCURATE)
 
 
-def _document(bench: Bench) -> dict[str, Any]:
-    """The report as plain tables; a number that is not finite becomes a null."""
-    document = {
-        "schema": "shockpc.bench/1",
-        "header": dict(bench.header),
-        "cases": [case.table() for case in bench.cases],
-        "work": [case.table() for case in bench.work],
-        "saving": [asdict(one) for one in bench.savings],
-        "throughput": [asdict(one) for one in bench.peers],
-        "percussion": [asdict(one) for one in bench.percussion],
-    }
-    finite: dict[str, Any] = json.loads(json.dumps(document), parse_constant=lambda _: None)
-    return finite
+def methods_sheet(cases: list[CaseResult]) -> Sheet:
+    """How often each method had which outcome, and its run time."""
+    results: dict[str, list[MethodResult]] = {}
+    for case in cases:
+        for r in case.results:
+            results.setdefault(r.method, []).append(r)
+    rows: list[tuple[Cell, ...]] = []
+    for name, own in results.items():
+        counted = Counter(r.outcome for r in own)
+        times = [r.timing.median for r in own if r.timing is not None]
+        errors = [r.error for r in own if r.error is not None]
+        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(times)) if times else None, _size(errors)))
+    notes = tuple(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
+    return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, notes)
 
 
-def _markdown(bench: Bench, families: list[Family]) -> str:
-    """The report as people read it."""
-    parts = ["# Error against run time", ""]
-    parts += ["| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in bench.header), ""]
+def costs_sheet(costs: list[Cost]) -> Sheet:
+    """Run time of the package."""
+    rows: list[tuple[Cell, ...]] = [
+        (
+            one.what,
+            f"{one.milliseconds:.3g}",
+            one.target or None,
+            None if one.ratio is None else f"{one.ratio:.2f}",
+            None if one.memory is None else f"{one.memory:.0f}",
+        )
+        for one in costs
+    ]
+    return Sheet("run time of the package", ("what", "median [ms]", "target", "× import pinocchio", "memory [MB]"), rows)
+
+
+def throughput_sheet(peers: list[PeerResult]) -> Sheet:
+    """Many postures."""
+    base = {r.robot: r.timing.median for r in peers if r.peer.startswith("Pinocchio") and r.timing is not None}
+    rows: list[tuple[Cell, ...]] = []
+    for r in peers:
+        each, ratio = None, None
+        if r.timing is not None:
+            each, ratio = f"{1e6 * r.timing.median:.1f}", f"{r.timing.median / base[r.robot]:.2f}"
+        rows.append((r.robot, r.peer, r.work, each, ratio, _size([r.difference]), r.message or None))
+    header = ("robot", "method", "result", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
+    return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
+
+
+def landing_sheet(case: CaseResult) -> Sheet:
+    """All methods on one landing."""
+    rows: list[tuple[Cell, ...]] = []
+    for r in case.results:
+        clock: tuple[Cell, ...] = (None, None)
+        if r.timing is not None:
+            clock = (_micro(r.timing.median), f"{_micro(r.timing.low)}–{_micro(r.timing.high)}")
+        rows.append((r.method, _size([r.error]), *clock, r.outcome, r.message or None))
+    header = ("method", "error [-]", "median run time [µs]", "quartiles [µs]", "outcome", "remark")
+    return Sheet("error against run time on this landing", header, rows, NOTES)
+
+
+NOTES = (
+    "error: of the velocity jump, largest over the bodies, relative to the body's own motion; for shockpc's printed numbers the "
+    "proven bound",
+    "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the difference from the rigid impact "
+    "becomes smaller with it",
+)
+
+
+def _family_sheet(family: Family, cases: list[CaseResult]) -> Sheet:
+    """One family: a row for each case, a column for each method that solves for the jump."""
+    methods = list(dict.fromkeys(r.method for case in cases for r in case.results if not r.simulates))
+    rows: list[tuple[Cell, ...]] = []
+    for case in cases:
+        by_name = {r.method: r for r in case.results}
+        cells = [by_name.get(name) for name in methods]
+        errors = [None if r is None else r.outcome if r.error is None else _rounded(r.error) for r in cells]
+        rows.append((case.label, case.variant, *errors))
+    refused = {r.message for case in cases for r in case.results[:1] if r.message}
+    return Sheet(f"{family.title}: error", (family.parameter, "variant", *methods), rows, tuple(sorted(refused)))
+
+
+def _everything(cases: list[CaseResult]) -> Sheet:
+    """Every case by every method, for a spreadsheet."""
+    header = ("family", "variant", "value", "method", "outcome", "error", "median_s", "low_s", "high_s", "runs", "message")
+    rows: list[tuple[Cell, ...]] = []
+    for case in cases:
+        for r in case.results:
+            clock: tuple[Cell, ...] = (None,) * 4 if r.timing is None else (*r.timing[:3], float(r.timing.runs))
+            rows.append((case.family, case.variant, case.label, r.method, r.outcome, r.error, *clock, r.message))
+    return Sheet("every case by every method", header, rows)
+
+
+def _markdown(bench: Bench) -> str:
+    """The report as text."""
+    parts = ["# Error against run time", "", "| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in _header(bench)), ""]
     parts += [
-        "Errors are those of the jump of each body (velocity of the centre of mass, rotation at the radius of gyration), relative",
-        "to the body's own motion, the worst body of a case; against a reference with a hundred digits that is put back into every",
-        "equation. Times go from q to the velocities of all bodies, in one thread: first run left out, median and quartiles of the",
-        "others. Simulations land without gravity, whose share would grow with the time that is simulated, until the contact is at",
-        "rest; the harder it is, the nearer they come.",
+        "The reference is the answer that `shockpc` proves by ball arithmetic. Run times are from q to the velocities of all",
+        "bodies, in one thread, without the first run; those of `shockpc, proven` include the proof.",
         "",
-        "## Limits of the method",
-        "",
-        *(f"- {limit}" for limit in LIMITS),
-        "",
-        "## 1. Error against run time",
+        *(f"- {note}" for note in NOTES),
         "",
         "![error against run time](error-against-run-time.svg)",
         "",
+        as_markdown(methods_sheet(bench.cases)),
+        "",
+        "## Families",
+        "",
     ]
-    for case in bench.work:
-        parts += [as_markdown(precision(case)), ""]
-    parts += ["## 2. Stiff and extreme cases", "", as_markdown(promise(bench.cases)), "", as_markdown(outcomes(bench.cases)), ""]
-    for one in families:
-        parts += [f"## {one.title}", "", f"Hard: {one.hard}.", "", f"![{one.name}]({_figure(one)})", ""]
-        parts += [as_markdown(family_sheet(one, [case for case in bench.cases if case.family == one.name])), ""]
-        if one is THROUGH_COM:
-            parts += [as_markdown(percussion(bench.percussion)), ""]
-    parts += ["## 3. What leaving out saves", "", "Forced on are:", "", *(f"- {part}" for part in PARTS), ""]
-    parts += [as_markdown(savings(bench.savings)), ""]
-    parts += ["## 4. Speed against peers on the same work", ""]
-    parts += [*CLOCK, "", as_markdown(throughput(bench.peers))]
+    for family in FAMILIES:
+        own = [case for case in bench.cases if case.family == family.name]
+        if own:
+            parts += [as_markdown(_family_sheet(family, own)), "", f"Difficulty: {family.hard}.", ""]
+    parts += ["## Costs", "", as_markdown(costs_sheet(bench.costs)), "", as_markdown(throughput_sheet(bench.peers)), ""]
+    parts += ["## Limits of the method", "", *(f"- {limit}" for limit in LIMITS), ""]
     return "\n".join(parts)
 
 
-def _figure(family: Family) -> str:
-    """The file of a family's figure."""
-    return f"{family.name.replace(' ', '-')}.svg"
+def _header(bench: Bench) -> list[tuple[str, str]]:
+    """Name and value of everything that the results may depend on."""
+    return [
+        ("shockpc", shockpc.__version__),
+        *((name, _version(name)) for name in LIBRARIES),
+        ("Python", platform.python_version()),
+        ("CPU", f"{_cpu()}, {os.cpu_count()} cores; OPENBLAS_NUM_THREADS {os.environ.get('OPENBLAS_NUM_THREADS', 'not set')}"),
+        ("system", platform.platform()),
+        ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+        ("duration", f"{bench.seconds:.0f} s for {len(bench.cases)} cases"),
+    ]
 
 
-def _family_figure(family: Family, cases: list[CaseResult], path: Path) -> None:
-    """Error and estimate over the parameter, a colour for each variant."""
-    curves = []
-    seen = sorted({case.value for case in cases})
-    joined = not family.labels
-    for k, variant in enumerate(family.variants):
-        own = [case for case in cases if case.variant == variant]
-        x = tuple(float(seen.index(case.value)) if family.labels else case.value for case in own)
-        curves.append(Curve(variant, x, tuple(case.results[0].error for case in own), k, joined=joined))
-        estimates = tuple(case.results[0].estimate for case in own)
-        curves.append(Curve(f"{variant}: estimate", x, estimates, k, dashed=True, joined=joined))
-    names = tuple(family.labels[int(value)] for value in seen) if family.labels else ()
-    save_curves(path, family.title, "" if names else family.parameter, "error of the worst body [-]", curves, names)
+def _version(name: str) -> str:
+    """Version of an installed distribution."""
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
 
 
-def _work_figure(cases: list[CaseResult], path: Path) -> None:
-    """A panel for each case of part 1; a colour for each kind of method, a mark for each method, a line for each simulation."""
-    looks: dict[str, tuple[int, int]] = {}
-    for name in dict.fromkeys(_series(r.method) for case in cases for r in case.results):
-        colour = next(k for k, kind in enumerate(KINDS) if name.startswith(kind))
-        looks[name] = (colour, sum(used == colour for used, _ in looks.values()))
-    panels = []
-    for case in cases:
-        points: dict[str, list[tuple[float, float]]] = {}
-        absent: dict[str, list[str]] = {}
-        for r in case.results:
-            name = _series(r.method)
-            if r.error is not None and r.timing is not None:
-                points.setdefault(name, []).append((1e6 * r.timing.median, r.error))
-            elif name not in absent.setdefault(r.outcome, []):
-                absent[r.outcome].append(name)
-        panels.append(Panel(f"{case.family}\n{case.variant}: {case.label}", points, absent))
-    title = "Error against run time; lines join landings simulated on harder and harder ground"
-    save_panels(path, title, "run time [µs]", "error of the worst body [-]", looks, panels, TRUSTED)
+def _cpu() -> str:
+    """Name of the processor."""
+    if sys.platform == "linux":
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
 
 
-KINDS = ("shockpc", "pin.", "simulated on ABA", "simulated in MuJoCo", "")
-"""How the names of methods begin that share a colour."""
+def _micro(seconds: float) -> str:
+    """A time in microseconds."""
+    return f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:.0f}"
 
 
-def _series(method: str) -> str:
-    """A method without the time constant of its contact, which is what varies along a line."""
-    return re.sub(r", τ = [^,]+", "", method)
+def _rounded(error: float) -> str:
+    """An error; the reference itself is rounded to doubles."""
+    return f"{error:.0e}" if error >= 1e-16 else "< 1e-16"
+
+
+def _size(errors: list[float | None] | list[float]) -> Cell:
+    """The largest of some errors."""
+    known = [error for error in errors if error is not None]
+    return f"{max(known):.1e}" if known else None

@@ -1,119 +1,92 @@
-"""The whole bench: cases, what leaving out saves, peers, report. Every finished part is kept, so that a run can be broken off."""
+"""The benchmark: the standing suite, and one landing of one's own."""
 
-import os
 import sys
-from collections.abc import Callable
-from dataclasses import asdict
+import time
 from pathlib import Path
-from typing import Any, NamedTuple
 
-from shockpc.bench.cases import Case, family, suite
-from shockpc.bench.cases.contacts import THROUGH_COM
-from shockpc.bench.cases.robots import FOOTED
-from shockpc.bench.header import header
+from shockpc.bench.cases import FAMILIES, Case, Family
+from shockpc.bench.costs import analysis_costs, command_costs
 from shockpc.bench.measure import CaseResult, measure
 from shockpc.bench.methods import DIRECT, Method
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.bench.percussion import Radius, radii
-from shockpc.bench.report import Bench, write_report
-from shockpc.bench.saving import SCENES, Saving, measure_saving
-from shockpc.bench.simulate import SIMULATED
-from shockpc.bench.store import Store, fingerprint
-from shockpc.bench.throughput import WORK, PeerResult, Work, compete
-from shockpc.bench.timing import Timing
+from shockpc.bench.report import Bench, landing_sheet, save_chart, write_report
+from shockpc.bench.throughput import SCENES, compete
+from shockpc.robot.robot import Robot
+from shockpc.scene import Scene
+from shockpc.show.files import make_folder, write_text
+from shockpc.show.tables.sheets import Sheet
+from shockpc.show.tables.text import as_csv, as_markdown
 
-__all__ = ["Plan", "plan_of", "run_bench"]
+__all__ = ["bench_landing", "run_suite"]
+
+SIMULATED_CASES = ("robots / one foot / anymal_b", "robots / all feet / talos", "corners / sticking / 4")
+"""Cases that are simulated as well."""
 
 
-class Plan(NamedTuple):
-    """What is to be measured.
+def run_suite(
+    out: Path, families: tuple[Family, ...] = FAMILIES, postures: int = 512, budget: float = 0.003, runs: int = 5
+) -> Bench:
+    """Measure every case of every family and write the report into a folder.
 
-    Attributes:
-        name: of the suite.
-        cases: by every direct method.
-        work: cases of part 1, by simulation besides.
-        scenes: of part 3.
-        peers: works of part 4, with how many postures.
-        budget: time to spend on each clock [s].
+    Args:
+        out: folder.
+        families: of cases.
+        postures: in the comparison of many postures.
+        budget: time to spend on each method's clock on each case [s].
+        runs: of each command.
+
+    Raises:
+        OutputError: the folder cannot be written.
+        SolveError: a command failed.
     """
-
-    name: str
-    cases: tuple[Case, ...]
-    work: tuple[Case, ...]
-    scenes: tuple[str, ...]
-    peers: tuple[tuple[Work, int], ...]
-    budget: float
-
-
-def plan_of(name: str) -> Plan:
-    """The suite "quick", within two minutes, or "full"."""
-    quick = name == "quick"
-    # Two real robots, and one each of what breaks methods: repeated rows, masses far apart, a long chain.
-    work = (
-        family("robots").case("one foot", FOOTED.index("anymal_b")),
-        family("robots").case("all feet", FOOTED.index("talos")),
-        family("corners").case("sticking", 4),
-        family("mass ratio").case("struck heavy, rooted light", 1e8),
-        family("links").case("struck at the end", 50),
-    )
-    peers = tuple((one, one.quick if quick else one.full) for one in WORK)
-    return Plan(name, tuple(suite(name)), work, tuple(SCENES), peers, 0.02 if quick else 0.2)
+    start = time.perf_counter()
+    make_folder(out)
+    cases = []
+    for family in families:
+        _say(family.name)
+        cases += [measure(case, _methods(case), budget) for case in family.cases()]
+    _say("costs")
+    costs = [*analysis_costs(100.0 * budget), *command_costs(runs)]
+    peers = []
+    for name in SCENES:
+        _say(f"many postures of {name}")
+        peers += compete(name, postures, 100.0 * budget)
+    _say("")
+    bench = Bench(cases, costs, peers, time.perf_counter() - start)
+    write_report(bench, out)
+    return bench
 
 
-def run_bench(plan: Plan, folder: Path, command: str) -> Bench:
-    """Measure and write the report into a folder; parts that an earlier run of the same plan left there are taken over.
+def bench_landing(robot: Robot, scene: Scene, out: Path | None = None, budget: float = 0.1) -> Sheet:
+    """Error against run time of every method on one landing.
+
+    Args:
+        robot: the robot.
+        scene: the landing.
+        out: folder for the table (landing.csv, landing.md) and the chart; none is written without it.
+        budget: time to spend on each method's clock [s].
 
     Raises:
         OutputError: the folder cannot be written.
     """
-    settings = f"{plan.name} {plan.budget} {os.environ.get('OMP_NUM_THREADS')}"
-    store = Store(folder / "parts", fingerprint(settings))
-    steps = len(plan.cases) + len(plan.work) + len(plan.scenes) + len(plan.peers) + 1
-    done = 0
-
-    def part(name: str, make: Callable[[], Any]) -> Any:
-        """A part as plain tables: kept from before, or made and kept."""
-        nonlocal done
-        done += 1
-        _say(f"[{done}/{steps}] {name}")
-        found = store.get(name)
-        if found is None:
-            found = make()
-            store.put(name, found)
-        return found
-
-    def solved(kind: str, case: Case, methods: tuple[Method, ...]) -> CaseResult:
-        return CaseResult.from_table(part(f"{kind} {case.name}", lambda: measure(case, methods, plan.budget).table()))
-
-    cases = [solved("case", case, DIRECT) for case in plan.cases]
-    work = [solved("work", case, (*DIRECT, *SIMULATED, *MUJOCO)) for case in plan.work]
-    struck = [case for case in plan.cases if case.family == THROUGH_COM.name]
-    rows = part("percussion", lambda: [asdict(one) for case in struck for one in radii(case)])
-    percussion = [Radius(**row) for row in rows]
-    savings, peers = [], []
-    for scene in plan.scenes:
-        savings += [Saving(**row) for row in part(f"saving {scene}", lambda scene=scene: _saving(scene))]  # type: ignore[misc]
-    for one, n in plan.peers:
-        rows = part(f"peers {one.name}", lambda one=one, n=n: _peers(one, n, 20.0 * plan.budget))  # type: ignore[misc]
-        peers += [PeerResult(**(row | {"timing": row["timing"] and Timing(**row["timing"])})) for row in rows]
-    _say("")
-    bench = Bench(header(command, plan.name), cases, work, savings, peers, percussion)
-    write_report(bench, folder)
-    return bench
+    case = Case("landing", robot.name, "", lambda: (robot, scene))
+    result: CaseResult = measure(case, (*DIRECT, *MUJOCO), budget)
+    sheet = landing_sheet(result)
+    if out is not None:
+        make_folder(out)
+        save_chart([result], out / "error-against-run-time.svg")
+        write_text(out / "landing.csv", as_csv(sheet))
+        write_text(out / "landing.md", as_markdown(sheet))
+    return sheet
 
 
-def _saving(scene: str) -> list[dict[str, Any]]:
-    """Part 3 as plain tables."""
-    return [asdict(one) for one in measure_saving(scene)]
-
-
-def _peers(work: Work, n: int, budget: float) -> list[dict[str, Any]]:
-    """Part 4 as plain tables."""
-    return [asdict(one) | {"timing": one.timing and one.timing._asdict()} for one in compete(work, n, budget)]
+def _methods(case: Case) -> tuple[Method, ...]:
+    """The methods that a case of the suite is solved by."""
+    return (*DIRECT, *MUJOCO) if case.name in SIMULATED_CASES else DIRECT
 
 
 def _say(text: str) -> None:
     """Progress, on a terminal only: one line that replaces the last."""
     if sys.stderr.isatty():
-        sys.stderr.write(f"\r\x1b[K{text[:100]}")
+        sys.stderr.write(f"\r\x1b[K{text}")
         sys.stderr.flush()

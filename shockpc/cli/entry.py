@@ -1,30 +1,27 @@
-"""The door of the `shockpc` command: what its process does before and after a run, so that a run takes no longer than it must."""
+"""The entry point of the `shockpc` command: prepares the process, runs the command line, ends with its exit code."""
 
-import gc
 import os
 import sys
+
+from shockpc.cli.main import main
+from shockpc.cli.signals import listen
+from shockpc.cli.streams import prepare_streams
 
 __all__ = ["entry"]
 
 
 def entry() -> None:
     """Run the command line and end the process with its exit code."""
-    # The matrices are small: threads of a linear algebra library would only wait for one another.
+    listen()
+    # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Thousands of objects come to stay while libraries are imported; looking among them for garbage costs a tenth of a short run.
-    gc.disable()
-    code: object = 0
+    prepare_streams()
+    code: object = None
     try:
-        from shockpc.cli.main import main
-
         main()
     except SystemExit as end:
         code = end.code
-    except KeyboardInterrupt:
-        # While libraries are imported; the command itself has its own answer.
-        sys.stderr.write("shockpc: interrupted; no file was left half-written\n")
-        code = 130
-    # Everything is written by now; taking down the libraries one by one would cost another tenth.
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()
+    # All output is written. Finalising the libraries would take a seventh of a short run, and can change the exit code.
     os._exit(code if isinstance(code, int) else 0)

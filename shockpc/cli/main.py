@@ -1,96 +1,89 @@
-"""The command line: a thin door to the same verbs as the library. Here the root error is caught, once."""
+"""Run a command; the library's root error is caught here, once, and every run ends with its exit code."""
 
 import contextlib
 import io
 import os
 import sys
-from collections.abc import Callable
-from typing import TextIO
 
-import typer
+from shockpc.cli.signals import interrupted_code, was_interrupted
+from shockpc.cli.streams import deliver
+from shockpc.errors import ShockError
+from shockpc.printed import printable
 
-from shockpc.cli.analyze import analyze
-from shockpc.cli.bench import bench
-from shockpc.cli.paper import paper
-from shockpc.cli.robots import robots
-from shockpc.cli.schema import schema
-from shockpc.errors import OutputError, ShockError
-
-__all__ = ["app", "main"]
+__all__ = ["main"]
 
 FAULTY = 3
-INTERRUPTED = 130
-
-app = typer.Typer(
-    help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-)
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
-for command in COMMANDS.values():
-    app.command()(command)
+TYPER_INTERRUPTED = 130
+"""What Typer returns, without a message, when a command raises KeyboardInterrupt."""
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command and leave with its exit code: 0 done, 2 bad arguments or files, 3 no verdict, 130 interrupted.
+    """Run a command and leave with its exit code.
 
     What a command prints is kept until it has ended, so that one which fails prints its message and nothing else.
     """
     words = sys.argv[1:] if arguments is None else arguments
-    said = io.StringIO()
+    printed = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said):
-            code = app(words or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
-        if code == INTERRUPTED:  # typer turns Ctrl-C into this code, and says nothing
-            raise KeyboardInterrupt
-        _deliver(said.getvalue())
-    except typer.TyperException as refusal:
-        code = _complain(_usage(refusal, words), ShockError.exit_code)
-    except ShockError as refusal:
-        code = _complain(str(refusal), refusal.exit_code)
-    except (KeyboardInterrupt, typer.Abort):
-        code = _complain("interrupted; no file was left half-written", INTERRUPTED)
-    except Exception:
-        # Python would end with 1, which means that a gate is exceeded.
-        import traceback
+        from shockpc.cli.app import app_for
 
-        traceback.print_exc()
-        code = _complain("this is a fault in shockpc itself, not in what you gave it; please report the lines above", FAULTY)
+        with contextlib.redirect_stdout(printed):
+            code = app_for(words)(words or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
+        if code == TYPER_INTERRUPTED:
+            raise KeyboardInterrupt
+        deliver(printed.getvalue())
+    except KeyboardInterrupt:
+        code = _stopped()
+    except Exception as error:
+        code = _stopped() if was_interrupted() else _failed(error, words)
     sys.exit(code)
 
 
-def _deliver(text: str) -> None:
-    """Write to standard output, in UTF-8 whatever the terminal says: a JSON document is the same bytes everywhere.
-
-    Raises:
-        OutputError: it takes nothing, on a full disk for example. A reader that has gone (… | head) is no error.
-    """
-    out: TextIO | None = sys.stdout
-    if out is None:
-        raise OutputError("standard output is closed; open it, or write files with --out")
-    if isinstance(out, io.TextIOWrapper):
-        out.reconfigure(encoding="utf-8", errors="backslashreplace")
-    try:
-        out.write(text)
-        out.flush()
-    except OSError as refusal:
-        # Python must not try again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
-        if not isinstance(refusal, BrokenPipeError):
-            raise OutputError(f"standard output cannot be written: {refusal.strerror}") from None
+def _stopped() -> int:
+    """Report that the run was interrupted; the exit code."""
+    return _complain("interrupted; no incomplete file was left", interrupted_code())
 
 
-def _usage(refusal: Exception, words: list[str]) -> str:
-    """A fault in how a command was typed, with the command that says what is valid."""
-    text = refusal.format_message() if hasattr(refusal, "format_message") else str(refusal)
+def _failed(error: Exception, words: list[str]) -> int:
+    """Report an error; the exit code."""
+    if hasattr(error, "format_message"):  # Typer's errors in how a command was typed
+        return _complain(_usage(error.format_message(), words), ShockError.exit_code)
+    if isinstance(error, ShockError):
+        return _complain(str(error), error.exit_code)
+    if isinstance(error, OSError) and error.filename is not None:
+        return _complain(f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code)
+    import traceback
+
+    traceback.print_exception(error)
+    # Python's own exit code would be 1, which means that a result exceeds a limit.
+    return _complain("this is an error in shockpc itself, not in your input; please report the lines above", FAULTY)
+
+
+def _usage(text: str, words: list[str]) -> str:
+    """An error in how a command was typed, with the command that lists what is valid."""
+    from shockpc.cli.app import COMMANDS
+
+    if text.startswith("No such command") and _is_robot(words[0]):
+        return f'"{words[0]}" is not a command. To analyze it: shockpc analyze {words[0]} --contact NAME'
     stop = "" if text.endswith((".", "?")) else "."
     command = " ".join(["shockpc", *(word for word in words[:1] if word in COMMANDS)])
     return f"{text[:1].lower()}{text[1:]}{stop} To see what is valid: {command} --help"
 
 
+def _is_robot(word: str) -> bool:
+    """Whether a word is a robot or a scene, or looks like one."""
+    from shockpc.robot.catalogue import find_robot
+
+    if os.sep in word or "." in word:
+        return True
+    try:
+        find_robot(word)
+    except ShockError:
+        return False
+    return True
+
+
 def _complain(message: str, code: int) -> int:
-    """One message on standard error."""
-    sys.stderr.write(f"shockpc: {message}\n")
+    """One message on standard error, on one line whatever the names in it hold."""
+    sys.stderr.write(f"shockpc: {printable(message)}\n")
     return code

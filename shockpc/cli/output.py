@@ -1,6 +1,6 @@
-"""What a run of `shockpc analyze` leaves behind: standard output, files, scenes."""
+"""What a run of `shockpc analyze` produces: standard output, files, scenes."""
 
-import enum
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,22 +8,17 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from shockpc.result import ShockProfile
     from shockpc.robot.robot import Robot
+    from shockpc.scene import Scene
 
-__all__ = ["Format", "check_pattern", "check_places", "save_scenes", "shown", "write_files"]
+__all__ = ["body_pattern", "check_places", "file_names", "save_scenes", "scene_files", "shown", "write_files"]
 
-
-class Format(enum.StrEnum):
-    """What standard output carries."""
-
-    TABLE = "table"
-    JSON = "json"
-    CSV = "csv"
-    MARKDOWN = "markdown"
+LONGEST = 200
+"""Bytes of a contact's name that become a part of a file's name."""
 
 
 def check_places(out: Path | None, save_scene: Path | None) -> None:
     """See that results can be written before anything is computed."""
-    from shockpc.cli.build import ROBOT_SUFFIXES, is_scene_file
+    from shockpc.cli.scenes import ROBOT_SUFFIXES
     from shockpc.errors import OutputError
     from shockpc.show.files import check_folder
 
@@ -34,35 +29,60 @@ def check_places(out: Path | None, save_scene: Path | None) -> None:
             raise OutputError(f'"{save_scene}" is a folder; name a file with --save-scene, such as landing.toml')
         if save_scene.suffix.casefold() in ROBOT_SUFFIXES:
             raise OutputError(f'"{save_scene}" would be read as a robot; name a scene with --save-scene, such as landing.toml')
-        if save_scene.exists() and not is_scene_file(str(save_scene)):
-            raise OutputError(f'"{save_scene}" is there already and holds no scene; name another file with --save-scene')
         if not save_scene.parent.exists():
             raise OutputError(f'there is no folder "{save_scene.parent}" for --save-scene; make it, or name another file')
         check_folder(save_scene.parent, "--save-scene")
 
 
-def check_pattern(robot: "Robot", pattern: str) -> None:
-    """A pattern that fits no body would leave nothing to show."""
-    from shockpc.errors import UnknownName
+def scene_files(scenes: "list[Scene]", path: Path, force: bool) -> list[Path]:
+    """The files that --save-scene writes: the file itself for one landing, else a file each, named after the contact.
+
+    Raises:
+        OutputError: one of them is there already, and may not be replaced.
+    """
+    from shockpc.errors import OutputError
+
+    files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
+    present = [file for file in files if os.path.lexists(file)]
+    if present and not force:
+        raise OutputError(f'"{present[0]}" exists already; replace it with --force, or name another file with --save-scene')
+    return files
+
+
+def body_pattern(robot: "Robot", pattern: str) -> str:
+    """The pattern of --bodies. A link that is fixed to another body stands for that body.
+
+    Raises:
+        UnknownName: it matches neither a body nor a link.
+        SceneError: it matches links of several bodies, and no body.
+    """
+    from shockpc.errors import SceneError, UnknownName
     from shockpc.show.tables.sheets import fits
 
     names = [body.name for body in robot.bodies]
-    if not any(fits(name, pattern) for name in names):
+    if any(fits(name, pattern) for name in names):
+        return pattern
+    carriers = [body.name for body in robot.bodies if any(fits(link, pattern) for link in body.links)]
+    if not carriers:
         raise UnknownName("body", pattern, names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+    if len(carriers) > 1:
+        listed = ", ".join(f'"{name}"' for name in carriers)
+        raise SceneError(f'--bodies: no body matches "{pattern}", and links that match are part of {listed}; name one of these')
+    return carriers[0]
 
 
-def shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -> str:
-    """What goes to standard output. CSV has no place for warnings, so those go to standard error."""
-    if format_ is Format.JSON:
+def shown(profiles: "list[ShockProfile]", format_: str, bodies: str | None) -> str:
+    """What goes to standard output. A CSV file cannot hold warnings, so they go to standard error."""
+    if format_ == "json":
         from shockpc.show.document import to_json
 
         return to_json(profiles)
     from shockpc.show.tables.text import csv_report, markdown_report, text_report
 
-    if format_ is Format.MARKDOWN:
+    if format_ == "markdown":
         return markdown_report(profiles, bodies)
-    if format_ is Format.CSV:
-        for warning in dict.fromkeys(warning for profile in profiles for warning in profile.health.warnings):
+    if format_ == "csv":
+        for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
             sys.stderr.write(f"shockpc: warning: {warning}\n")
         return csv_report(profiles, bodies)
     return text_report(profiles, bodies)
@@ -70,39 +90,28 @@ def shown(profiles: "list[ShockProfile]", format_: Format, bodies: str | None) -
 
 def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -> None:
     """One landing into the folder itself; several into a folder each, with a summary beside them."""
-    from shockpc.show.files import write_text
-    from shockpc.show.folder import write_profile
-    from shockpc.show.tables.sheets import summary_sheet
-    from shockpc.show.tables.text import as_csv, as_markdown
+    from shockpc.show.folder import write_landings
 
-    if len(profiles) == 1:
-        write_profile(profiles[0], out, bodies)
-        return
-    for profile, name in zip(profiles, _file_names(profiles), strict=True):
-        write_profile(profile, out / name, bodies)
-    summary = summary_sheet(profiles)
-    write_text(out / "summary.csv", as_csv(summary))
-    write_text(out / "summary.md", as_markdown(summary))
+    write_landings(profiles, file_names([profile.scene for profile in profiles]), out, bodies)
 
 
-def save_scenes(profiles: "list[ShockProfile]", path: Path) -> None:
-    """One landing into the file itself; several into a file each, named after the contact."""
+def save_scenes(profiles: "list[ShockProfile]", files: list[Path]) -> None:
+    """Write the scene of each landing into its file."""
     from shockpc.scene import scene_text
     from shockpc.show.files import write_text
 
-    for profile, name in zip(profiles, _file_names(profiles), strict=True):
-        target = path if len(profiles) == 1 else path.with_stem(f"{path.stem}.{name}")
-        write_text(target, scene_text(profile.scene, target.parent))
+    for profile, file in zip(profiles, files, strict=True):
+        write_text(file, scene_text(profile.scene, file.parent))
 
 
-def _file_names(profiles: "list[ShockProfile]") -> list[str]:
-    """The landings' contacts as names of files, each its own; never one that leads out of its folder or hides in it."""
-    from shockpc.show.tables.sheets import contact_name
-
+def file_names(scenes: "list[Scene]") -> list[str]:
+    """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
     names: list[str] = []
-    for profile in profiles:
-        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact_name(profile))
+    for scene in scenes:
+        contact = "+".join(contact.frame for contact in scene.contact)
+        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact)
         name = f"_{name[1:]}" if name.startswith(".") else name
+        name = name.encode()[:LONGEST].decode(errors="ignore")
         taken = {known.casefold() for known in names}
-        names.append(next(n for n in (name, *(f"{name}-{k}" for k in range(2, len(profiles) + 2))) if n.casefold() not in taken))
+        names.append(next(n for n in (name, *(f"{name}-{k}" for k in range(2, len(scenes) + 2))) if n.casefold() not in taken))
     return names

@@ -1,10 +1,13 @@
-"""`shockpc paper`: the figures and claims of the paper, computed."""
+"""`shockpc paper`: recompute the figures of the paper that the method is from."""
 
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from shockpc.cli.declare import option
+from shockpc.cli.parse import path
 
 __all__ = ["paper"]
 
@@ -15,10 +18,11 @@ def paper(
         typer.Argument(metavar="[FIGURE]...", help="Numbers of figures: 1, 2, 3, 5; all by default.", show_default=False),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write figures, tables and the scenes of all panels into this folder.")
+        Path | None,
+        option("Write figures, tables and the scenes of all panels into this folder.", group="Output", metavar="DIR", parser=path),
     ] = None,
 ) -> None:
-    """Compute the figures of the paper and its claims."""
+    """Recompute the figures of the paper and check its claims."""
     from shockpc.paper.results import figure_result
     from shockpc.paper.scenes import paper_figures
     from shockpc.show.files import check_folder

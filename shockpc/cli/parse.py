@@ -1,72 +1,149 @@
-"""Words of the command line to values; every refusal names the option and shows what would be valid."""
+"""Texts of the command line to values; every refusal says what would be valid."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
-from shockpc.errors import SceneError
+import typer
 
-__all__ = ["assignment", "number", "package_folders", "vector", "xacro_arguments"]
+from shockpc.paths import usable_path
+
+__all__ = [
+    "Definition",
+    "Setting",
+    "Vector",
+    "definition",
+    "finite",
+    "folder_definition",
+    "path",
+    "plane_or_normal",
+    "robot_name",
+    "setting",
+    "vector",
+]
 
 
-def number(option: str, text: str) -> float:
+PLANES = ("xz", "yz", "xy")
+"""The planes that have a name."""
+
+
+class Vector(NamedTuple):
+    """Three numbers typed with commas between them."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Setting(NamedTuple):
+    """NAME=NUMBER."""
+
+    name: str
+    value: float
+
+
+class Definition(NamedTuple):
+    """NAME=TEXT, or NAME:=TEXT as xacro writes it."""
+
+    name: str
+    value: str
+
+
+def finite(text: str) -> float:
     """A finite number.
 
     Raises:
-        SceneError: it is not one.
+        typer.BadParameter: it is not one.
     """
     try:
         value = float(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise SceneError(f'{option}: "{text}" is not a finite number')
+        raise typer.BadParameter(f'"{text}" is not a finite number')
     return value
 
 
-def vector(option: str, text: str, valid: str) -> tuple[float, float, float]:
-    """Three numbers with commas between them.
+def vector(example: str) -> Callable[[str], Vector]:
+    """A parser of three numbers with commas between them; the example, such as "0,0,-0.02", is for its messages."""
 
-    Args:
-        option: what it was typed for.
-        text: as typed.
-        valid: what would be valid, such as "0,0,-0.02", for the message.
+    def parse(text: str) -> Vector:
+        parts = text.split(",")
+        if len(parts) != 3:
+            raise typer.BadParameter(f'"{text}" is not three numbers with commas between them, such as {example}')
+        return Vector(*map(finite, parts))
 
-    Raises:
-        SceneError: they are not.
-    """
-    parts = text.split(",")
-    if len(parts) != 3:
-        raise SceneError(f'{option}: "{text}" is not three numbers with commas between them, such as {valid}')
-    x, y, z = (number(option, part) for part in parts)
-    return x, y, z
+    return parse
 
 
-def assignment(option: str, text: str, form: str, valid: str) -> tuple[str, str]:
-    """NAME=VALUE, or NAME:=VALUE as xacro writes it.
-
-    Args:
-        option: what it was typed for.
-        text: as typed.
-        form: what the option takes, such as "JOINT=VALUE", for the message.
-        valid: an example, for the message.
+def plane_or_normal(text: str) -> str | Vector:
+    """The name of a plane, or a normal.
 
     Raises:
-        SceneError: there is no name or no value.
+        typer.BadParameter: it is neither.
     """
-    name, equals, value = text.partition("=")
-    name = name.removesuffix(":").strip()
-    if not (name and equals and value.strip()):
-        raise SceneError(f'{option}: "{text}" is not {form}, such as {valid}')
-    return name, value.strip()
+    if text in PLANES:
+        return text
+    if "," not in text:
+        raise typer.BadParameter(f'"{text}" is not a plane; valid are {", ".join(PLANES)} or a normal such as 0,-1,0')
+    return vector("0,-1,0")(text)
 
 
-def xacro_arguments(texts: Iterable[str]) -> dict[str, str]:
-    """The values of --xacro, by name."""
-    return dict(assignment("--xacro", text, "NAME:=VALUE", "payload:=1.5") for text in texts)
+def setting(form: str, example: str) -> Callable[[str], Setting]:
+    """A parser of NAME=NUMBER.
+
+    Args:
+        form: what the option takes, such as "JOINT=VALUE", for its messages.
+        example: a valid value, for its messages.
+    """
+
+    def parse(text: str) -> Setting:
+        name, value = definition(form, example)(text)
+        try:
+            return Setting(name, finite(value))
+        except typer.BadParameter as refusal:
+            raise typer.BadParameter(f"{name}: {refusal.message}") from None
+
+    return parse
 
 
-def package_folders(texts: Iterable[str]) -> dict[str, str]:
-    """The folders of --package, by name; a shell leaves the ~ behind the = to us."""
-    pairs = (assignment("--package", text, "NAME=DIR", "dog_description=../dog") for text in texts)
-    return {name: str(Path(folder).expanduser()) for name, folder in pairs}
+def definition(form: str, example: str) -> Callable[[str], Definition]:
+    """A parser of NAME=TEXT or NAME:=TEXT; form and example are for its messages."""
+
+    def parse(text: str) -> Definition:
+        name, equals, value = text.partition("=")
+        name = name.removesuffix(":").strip()
+        if not (name and equals and value.strip()):
+            raise typer.BadParameter(f'"{text}" is not {form}, such as {example}')
+        return Definition(name, value.strip())
+
+    return parse
+
+
+def folder_definition(text: str) -> Definition:
+    """The package and its folder in NAME=DIR. A shell leaves a `~` after the equals sign as it is, so it is expanded here."""
+    name, folder = definition("NAME=DIR", "dog_description=../dog")(text)
+    return Definition(name, str(path(folder)))
+
+
+def path(text: str) -> Path:
+    """A path that a file or folder can have.
+
+    Raises:
+        typer.BadParameter: none can.
+    """
+    try:
+        return usable_path(text)
+    except ValueError as refusal:
+        raise typer.BadParameter(str(refusal)) from None
+
+
+def robot_name(text: str) -> str:
+    """A robot's name or path as it was typed, because `./dog` is a path and `dog` a name.
+
+    Raises:
+        typer.BadParameter: it cannot be a path, so it is no name either.
+    """
+    path(text)
+    return text

@@ -1,1 +1,1 @@
-"""From a name or a path to a robot's text: found, read safely, checked. Knows no Pinocchio."""
+"""From a name or a file to a `Robot`: found, read inside the open folders, checked, built. No mechanics."""

@@ -3,11 +3,12 @@
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.couplings import Built, Mimic, leaders_first
-from shockpc.robot.markup import parse_markup
+from shockpc.robot.files import parse_xml
 from shockpc.robot.source import RobotSource
-from shockpc.robot.srdf import rotor_armature, srdf_postures
+from shockpc.robot.srdf import read_srdf
 
 __all__ = ["FREE_FLYER", "build", "build_model"]
 
@@ -21,7 +22,7 @@ def build(source: RobotSource) -> Built:
         RobotError: the format's own reader refuses the text.
     """
     if source.kind == "mjcf":
-        from shockpc.robot.mjcf import build_mjcf
+        from shockpc.robot.mjcf_model import build_mjcf
 
         built = build_mjcf(source)
     else:
@@ -44,17 +45,16 @@ def _build_urdf(source: RobotSource) -> Built:
         model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
     except (ValueError, RuntimeError, IndexError) as refusal:
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {' '.join(str(refusal).split())}") from None
-    postures = {}
+    postures: dict[str, Array] = {}
     if source.srdf is not None:
-        postures = srdf_postures(source.srdf, model)
-        model.armature = rotor_armature(source.srdf, model)
+        postures, model.armature = read_srdf(source.srdf, model)
     return Built(model, postures, _mimics(source, model), (), None, ())
 
 
 def _mimics(source: RobotSource, model: pin.Model) -> tuple[Mimic, ...]:
     """The joints of a URDF that mimic others. A fixed joint follows nothing; one that follows a fixed joint keeps its offset."""
     found: list[Mimic] = []
-    for joint in parse_markup(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ():
+    for joint in parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ():
         for mimic in joint.findall("mimic"):
             if model.existJointName(joint.get("name", "")):
                 multiplier, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))

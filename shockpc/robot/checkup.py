@@ -1,4 +1,4 @@
-"""The check-up of a robot file: all that is odd in it but does not keep it from being computed, each with its consequence.
+"""The check-up of a robot: all that is odd in its file but does not keep it from being computed, each with its consequence.
 
 What does keep it is refused while it is read. Nothing is corrected here.
 """
@@ -7,14 +7,14 @@ from collections.abc import Iterable, Iterator
 from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
-import pinocchio as pin
+import numpy as np
 
 from shockpc.errors import RobotError
-from shockpc.robot.build import build_model
-from shockpc.robot.inertias import inertia_fault, written_inertias
-from shockpc.robot.markup import parse_markup
+from shockpc.robot.files import parse_xml
+from shockpc.robot.inertias import inertia_fault
+from shockpc.robot.robot import Robot
 from shockpc.robot.source import RobotSource, resolve_asset
-from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.urdf import vector
 
 __all__ = ["Finding", "check_robot"]
 
@@ -23,7 +23,7 @@ _LIGHT = 1e-6  # of the whole robot
 
 
 class Finding(NamedTuple):
-    """One thing worth knowing about a robot file.
+    """One thing worth knowing about a robot.
 
     Attributes:
         level: "error" where strikes cannot be computed, "warning" where numbers may mislead, "note" otherwise.
@@ -36,86 +36,67 @@ class Finding(NamedTuple):
     text: str
 
 
-def check_robot(source: RobotSource) -> tuple[Finding, ...]:
-    """Check a robot file for what may mislead.
+def check_robot(robot: Robot) -> tuple[Finding, ...]:
+    """Check a robot for what may mislead.
 
     Args:
-        source: the robot as read.
+        robot: the robot.
 
     Returns:
         What was found, errors first, then warnings, then notes; empty if there is nothing.
-
-    Raises:
-        RobotError: Pinocchio cannot build the robot.
     """
-    root, model = parse_markup(source.xml, source.path.name), build_model(source)
-    found = [
-        *_bodies_without_mass(model),
-        *_inertias(root),
-        *_links_without_inertia(root),
-        *_armature(model, source.kind),
-        *_joints(root),
-        *_meshes(source, root),
-    ]
-    order = ("error", "warning", "note")
-    return tuple(sorted(found, key=lambda finding: order.index(finding.level)))
+    root = parse_xml(robot.source.xml, robot.source.path.name)
+    found = (*_masses(robot), *_links(root), *_joints(robot, root), *_meshes(robot.source, root))
+    return tuple(sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.level)))
 
 
-def _bodies_without_mass(model: pin.Model) -> Iterator[Finding]:
+def _masses(robot: Robot) -> Iterator[Finding]:
     """Moving bodies without mass, and masses far from all the others."""
-    names = {joint: model.names[joint] for joint in range(1, model.njoints)}
-    for frame in reversed(list(model.frames)):
-        if frame.parentJoint in names and frame.type == frame.type.BODY:
-            names[frame.parentJoint] = frame.name
-    masses = {joint: float(model.inertias[joint].mass) for joint in names}
-    beyond = dict(masses)  # with all that hangs on it
-    for joint in reversed(names):
-        if model.parents[joint] in beyond:
-            beyond[model.parents[joint]] += beyond[joint]
-    idle = [names[joint] for joint in names if beyond[joint] == 0]
+    names, masses = [body.name for body in robot.bodies], robot.masses
+    beyond = np.array(masses)  # with all that hangs on each body
+    for body in reversed(range(len(names))):
+        if robot.parents[body] >= 0:
+            beyond[robot.parents[body]] += beyond[body]
+    idle = [name for name, total in zip(names, beyond, strict=True) if total == 0]
     if idle:
-        one = len(idle) == 1
+        verb, them = ("moves", "it") if len(idle) == 1 else ("move", "them")
         yield Finding(
             "error",
             _named("body", idle),
-            f"{'moves' if one else 'move'} without mass, and so does all that hangs on {'it' if one else 'them'}, so the inertia "
-            "matrix cannot be inverted; give mass, or make the joint fixed",
+            f"{verb} without mass, and so does all that hangs on {them}, so the inertia matrix cannot be inverted; give mass, or "
+            "make the joint fixed",
         )
-    carriers = [names[joint] for joint in names if masses[joint] == 0 and beyond[joint] > 0]
+    carriers = [name for name, mass, total in zip(names, masses, beyond, strict=True) if mass == 0 < total]
     if carriers:
         said = "moves without mass of its own; its shock" if len(carriers) == 1 else "move without mass of their own; their shock"
         yield Finding("note", _named("body", carriers), f"{said} follows from what hangs on the joints beyond")
-    total = sum(masses.values())
-    for joint, mass in masses.items():
-        next_mass = max((other for key, other in masses.items() if key != joint), default=mass)
+    for body, (name, mass) in enumerate(zip(names, masses, strict=True)):
+        others = np.delete(masses, body)
+        next_mass = float(others.max()) if len(others) else mass
         if mass > _HEAVY * next_mass > 0:
-            yield Finding(
-                "warning",
-                _named("body", [names[joint]]),
-                f"{mass:g} kg is {mass / next_mass:.0f} times the next heaviest; if it is meant in grams, every shock is wrong",
+            text = f"{mass:g} kg is {mass / next_mass:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
+            yield Finding("warning", _named("body", [name]), text)
+        elif 0 < mass < _LIGHT * robot.mass:
+            text = (
+                f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg; if it is a placeholder, "
+                "its shock has no meaning"
             )
-        elif 0 < mass < _LIGHT * total:
-            yield Finding(
-                "warning",
-                _named("body", [names[joint]]),
-                f"{mass:g} kg is less than a millionth of the robot's {total:g} kg; if it stands for nothing real, "
-                "neither does its shock",
-            )
+            yield Finding("warning", _named("body", [name]), text)
 
 
-def _inertias(root: Element) -> Iterator[Finding]:
-    """Inertias that no body has; links with the same fault share a finding."""
+def _links(root: Element) -> Iterator[Finding]:
+    """Links of a URDF with inertias that no body has, those with the same fault together; and links that weigh nothing."""
     faults: dict[str, list[str]] = {}
-    for link, mass, entries in written_inertias(root):
-        fault = inertia_fault(mass, entries)
-        if fault is not None:
-            faults.setdefault(fault, []).append(link)
+    for link in root.iter("link"):
+        mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
+        if mass is not None and inertia is not None and float(mass.get("value", "")) > 0:
+            rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+            tensor = np.array([[float(inertia.get(entry, "")) for entry in row] for row in rows])
+            fault = inertia_fault(float(mass.get("value", "")), tensor)
+            if fault is not None:
+                faults.setdefault(fault, []).append(link.get("name", ""))
     for fault, links in faults.items():
         yield Finding("warning", _named("link", links), f"{fault}; shock is computed from it all the same")
-
-
-def _links_without_inertia(root: Element) -> Iterator[Finding]:
-    """Links of a URDF that can be seen or hit and weigh nothing."""
     names = [
         link.get("name", "")
         for link in root.findall("link")
@@ -126,48 +107,40 @@ def _links_without_inertia(root: Element) -> Iterator[Finding]:
         yield Finding("note", _named("link", names), f"{verb} as without mass")
 
 
-def _armature(model: pin.Model, kind: str) -> Iterator[Finding]:
-    """Rotors that nobody wrote down."""
-    if model.armature.any():
-        return
-    why = "URDF has no place for it" if kind == "urdf" else "no joint gives one"
-    yield Finding(
-        "note",
-        "every joint",
-        f"zero armature ({why}): joints count as free of their motors, and with geared or locked joints the shock is another",
-    )
-
-
-def _joints(root: Element) -> Iterator[Finding]:
-    """Followers, limits and axes of a URDF's joints."""
-    for joint in root.findall("joint"):
-        where = _named("joint", [joint.get("name", "")])
-        for mimic in joint.findall("mimic"):
-            rule = f"multiplier {mimic.get('multiplier', '1')} and offset {mimic.get('offset', '0')}"
-            yield Finding("note", where, f'mimics "{mimic.get("joint")}" with {rule}; it adds no freedom of its own')
-        for limit in joint.findall("limit") if joint.get("type") in ("revolute", "prismatic") else ():
-            lower, upper = (float(limit.get(key, "0")) for key in ("lower", "upper"))
-            if lower > upper:
-                said = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"
-                yield Finding("warning", where, said)
-            elif lower == upper:
-                said = f"both its limits are {lower:g}, so every other posture is outside them; it is computed all the same"
-                yield Finding("note", where, said)
-        for axis in joint.findall("axis"):
-            length = sum(value * value for value in vector(axis.get("xyz"), 3) or ()) ** 0.5
-            if joint.get("type") != "fixed" and abs(length - 1) > 1e-3:
-                yield Finding("note", where, f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used")
+def _joints(robot: Robot, root: Element) -> Iterator[Finding]:
+    """Missing armature, followers, limits, and axes that are no unit vectors."""
+    if not robot.model.armature.any():
+        why = "URDF has no place for it" if robot.source.kind == "urdf" else "no joint gives one"
+        yield Finding(
+            "note",
+            "every joint",
+            f"zero armature ({why}): joints are computed without the inertia of their motors; "
+            "with geared or locked joints the shock is different",
+        )
+    for mimic in robot.mimics:
+        rule = f"multiplier {mimic.multiplier:g} and offset {mimic.offset:g}"
+        yield Finding("note", _named("joint", [mimic.joint]), f'mimics "{mimic.leader}" with {rule}; it adds no freedom of its own')
+    for joint in robot.joints:
+        lower, upper = joint.limits
+        if lower > upper:
+            said = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"
+            yield Finding("warning", _named("joint", [joint.name]), said)
+        elif lower == upper:
+            said = f"both its limits are {lower:g}, so every other posture is outside them; it is computed all the same"
+            yield Finding("note", _named("joint", [joint.name]), said)
+    for element in root.findall("joint"):
+        for axis in element.findall("axis"):
+            length = float(np.linalg.norm(vector(axis.get("xyz"), 3) or ()))
+            if element.get("type") != "fixed" and abs(length - 1) > 1e-3:
+                said = f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
+                yield Finding("note", _named("joint", [element.get("name", "")]), said)
 
 
 def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
-    """Meshes that cannot be had."""
-    uris = [
-        mesh.get("filename") or mesh.get("file") or ""
-        for mesh in root.iter("mesh")
-        if "filename" in mesh.attrib or "file" in mesh.attrib
-    ]
+    """Meshes that cannot be read."""
+    uris = {uri: None for mesh in root.iter("mesh") for key in ("filename", "file") if (uri := mesh.get(key))}
     lost: list[str] = []
-    for uri in dict.fromkeys(uris):
+    for uri in uris:
         try:
             resolve_asset(source, uri)
         except RobotError:
@@ -175,7 +148,7 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
     if lost:
         yield Finding(
             "warning",
-            f"{len(lost)} of {len(set(uris))} meshes",
+            f"{len(lost)} of {len(uris)} meshes",
             f"missing, or outside the folders that may be read: {_listed(lost)}; figures draw boxes of equal inertia instead, "
             "no number changes. If they lie in a package, say where: --package NAME=DIR",
         )

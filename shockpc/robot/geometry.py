@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeAlias
-from xml.etree.ElementTree import Element, fromstring
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
@@ -19,6 +19,7 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
+from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.meshes import Mesh, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Robot
 from shockpc.robot.source import RobotSource, resolve_asset
@@ -148,7 +149,7 @@ def inertia_box(body: Body) -> Shape | None:
 def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
     """Read the shapes of a URDF, each in the frame of its link."""
     load = _mesh_loader(source)
-    for link in fromstring(source.xml).iter("link"):
+    for link in parse_xml(source.xml, source.path.name).iter("link"):
         name = link.get("name", "")
         for element in link.findall(kind):
             shape = element.find("geometry/*")
@@ -228,8 +229,8 @@ def _mesh_loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
         except RobotError as refusal:
             raise ValueError(str(refusal)) from None
         try:
-            mesh = read_mesh(path.read_bytes(), path.suffix.lower().removeprefix("."))
-        except (OSError, ValueError) as refusal:
+            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
+        except (RobotError, ValueError) as refusal:
             raise ValueError(f'"{uri}": {refusal}') from None
         return mesh, hull_corners(mesh.vertices)
 

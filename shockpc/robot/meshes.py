@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.robot.markup import parse_markup
+from shockpc.robot.files import parse_xml
 
 __all__ = ["FORMATS", "Mesh", "hull_corners", "read_mesh"]
 
@@ -107,7 +107,7 @@ def hull_corners(vertices: Array) -> Array:
 
 def _collada_shape(data: bytes) -> tuple[bytes, float]:
     """Reduce a COLLADA document to what its triangles depend on, and return its unit [m]."""
-    root = parse_markup(data.decode("utf-8-sig"), "the file")
+    root = parse_xml(data.decode("utf-8-sig"), "the file")
     if root.tag != "COLLADA":
         raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
     for element in root.iter():

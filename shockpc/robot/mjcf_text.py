@@ -6,8 +6,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.robot.markup import read_markup
-from shockpc.robot.reach import Reach
+from shockpc.robot.files import OpenFolders, read_xml
 
 __all__ = ["insert_includes", "without_files"]
 
@@ -18,12 +17,12 @@ _UNUSED_ATTRIBUTES = ("material", "texture")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
 
-def insert_includes(root: Element, reach: Reach) -> str:
+def insert_includes(root: Element, folders: OpenFolders) -> str:
     """Replace every <include> by the contents of its file, and write the path of every mesh relative to the main file.
 
     Args:
         root: the <mujoco> element, changed in place.
-        reach: what the file may read.
+        folders: what the file may read.
 
     Returns:
         The text of the whole model.
@@ -31,7 +30,7 @@ def insert_includes(root: Element, reach: Reach) -> str:
     Raises:
         RobotError: an included file is missing, outside the open folders, or included twice.
     """
-    _include(root, reach, [reach.file])
+    _include(root, folders, [folders.file])
     meshdir, strip = "", False
     for compiler in root.findall("compiler"):
         meshdir = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", meshdir))
@@ -43,31 +42,31 @@ def insert_includes(root: Element, reach: Reach) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _include(parent: Element, reach: Reach, opened: list[Path]) -> None:
+def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
     """Insert included files below one element. MuJoCo finds all of them from the folder of the main file."""
     for child in list(parent):
         if child.tag != "include":
-            _include(child, reach, opened)
+            _include(child, folders, opened)
             continue
         named = child.get("file", "")
-        path = reach.require(reach.file.parent / named, named)
+        path = folders.resolve(folders.file.parent / named, named)
         if path in opened:
-            raise RobotError(f'{reach.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names')
+            raise RobotError(f'{folders.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names')
         if not path.is_file():
-            raise RobotError(f'{reach.file.name} includes "{named}", which does not exist')
+            raise RobotError(f'{folders.file.name} includes "{named}", which does not exist')
         opened.append(path)
-        part = read_markup(path).root
-        _include(part, reach, opened)
+        part = read_xml(path).root
+        _include(part, folders, opened)
         place = list(parent).index(child)
         parent[place : place + 1] = list(part)
 
 
-def without_files(root: Element, reach: Reach, parts: dict[str, bytes]) -> str:
+def without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) -> str:
     """Take out of a model what names files and changes neither mass nor motion: textures, materials, height fields, sensors.
 
     Args:
         root: its <mujoco> element, includes inserted; changed in place.
-        reach: what the file may read.
+        folders: what the file may read.
         parts: receives the texts of the models that it attaches.
 
     Returns:
@@ -86,18 +85,18 @@ def without_files(root: Element, reach: Reach, parts: dict[str, bytes]) -> str:
         for key, value in parent.attrib.items():
             if parent.tag != "key" and key not in ("name", "model") and any(_NOT_FINITE.fullmatch(word) for word in value.split()):
                 called = f' "{parent.get("name")}"' if "name" in parent.attrib else ""
-                raise RobotError(f'{reach.file.name}: {parent.tag}{called}: {key} is "{value}"; it has to be finite numbers')
+                raise RobotError(f'{folders.file.name}: {parent.tag}{called}: {key} is "{value}"; it has to be finite numbers')
     for element in root.iter():
         if "file" in element.attrib and element.tag not in ("mesh", "model"):
             raise RobotError(
-                f'{reach.file.name}: <{element.tag}> names the file "{element.get("file")}", which is not read here; write out '
+                f'{folders.file.name}: <{element.tag}> names the file "{element.get("file")}", which is not read here; write out '
                 "what it stands for"
             )
     for model in root.findall("asset/model[@file]"):
         named = model.get("file", "")
-        path = reach.require(reach.file.parent / named, named)
-        inner = Reach(path, reach.packages, reach.folders)
-        part = read_markup(path).root
+        path = folders.resolve(folders.file.parent / named, named)
+        inner = OpenFolders(path, folders.packages, folders.folders)
+        part = read_xml(path).root
         insert_includes(part, inner)
         for mesh in part.findall("asset/mesh[@file]"):
             mesh.set("file", str(path.parent / mesh.get("file", "")))

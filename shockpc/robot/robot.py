@@ -112,7 +112,7 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot ready to be struck.
+    """A robot as loaded.
 
     Attributes:
         name: as the file says.
@@ -126,7 +126,7 @@ class Robot:
         drawn: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
         free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
         mass: of all bodies [kg].
-        warnings: what the file's reader met, and inertias that no body has.
+        warnings: of the file's reader, and of inertias that no body has.
     """
 
     name: str
@@ -208,12 +208,10 @@ class Robot:
     def moves(self) -> np.ndarray:
         """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of all that it hangs on."""
         moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
-        for i, body in enumerate(self.bodies):
-            parent = self.model.parents[body.joint]
-            if parent > 0:
-                moves[i] = moves[parent - 1]
-            joint = self.model.joints[body.joint]
-            moves[i, joint.idx_v : joint.idx_v + joint.nv] = True
+        for i, joint in enumerate(self.joints):
+            if joint.parent >= 0:
+                moves[i] = moves[joint.parent]
+            moves[i, joint.v] = True
         moves.flags.writeable = False
         return moves
 
@@ -255,7 +253,7 @@ def load_robot(
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
 ) -> Robot:
-    """Load a robot from a file (URDF, xacro or MJCF, told by content) or by name.
+    """Load a robot from a file (URDF, xacro or MJCF, recognised by its content) or by name.
 
     Args:
         robot: a path, or a name that `shockpc robots` lists.
@@ -274,8 +272,8 @@ def load_robot(
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
     free_base = model.joints[1].shortname() == FREE_FLYER
     bodies = _bodies(model)
-    weights = ([b.name for b in bodies], [b.mass for b in bodies], [b.inertia for b in bodies])
-    refuse_extremes(source, *weights)
+    weighed = [(body.name, body.mass, body.inertia) for body in bodies]
+    refuse_extremes(source.path.name, weighed)
     frames = _frames(model, bodies)
     return Robot(
         name=source.robot_name,
@@ -289,7 +287,7 @@ def load_robot(
         drawn=built.start,
         free_base=free_base,
         mass=sum(body.mass for body in bodies),
-        warnings=(*source.warnings, *built.warnings, *inertia_warning(source, *weights)),
+        warnings=(*source.warnings, *built.warnings, *inertia_warning(source, weighed)),
     )
 
 

@@ -1,7 +1,4 @@
-"""Read a robot file safely: URDF, xacro or MJCF, told apart by what is in it, checked before Pinocchio sees it.
-
-Nothing is read outside the robot's own folder and the folders given with it, no XML entity expands, no mesh is opened.
-"""
+"""Read a robot file: URDF, xacro or MJCF, by its contents; checked before Pinocchio or MuJoCo sees it. No mesh is opened."""
 
 import os
 from collections.abc import Mapping
@@ -12,11 +9,9 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from shockpc.errors import RobotError
-from shockpc.robot.assets import locate_asset
 from shockpc.robot.catalogue import find_robot, find_srdf
-from shockpc.robot.markup import Markup, is_xacro, parse_markup, read_markup
-from shockpc.robot.reach import Reach, reach_of
-from shockpc.robot.urdf import check_urdf, tidy_urdf
+from shockpc.robot.files import Markup, OpenFolders, open_folders, parse_xml, read_xml
+from shockpc.robot.urdf import check_urdf, normalise_urdf
 
 __all__ = ["RobotSource", "read_source", "resolve_asset"]
 
@@ -59,6 +54,11 @@ class RobotSource:
     folders: tuple[Path, ...]
     warnings: tuple[str, ...]
 
+    @property
+    def open_folders(self) -> OpenFolders:
+        """What may be read along with it."""
+        return OpenFolders(self.path, self.packages, self.folders)
+
 
 def read_source(
     robot: str,
@@ -77,23 +77,23 @@ def read_source(
 
     Raises:
         UnknownName: no robot has that name.
-        RobotError: the file is missing, not a robot, not valid, or reaches outside the folders that may be read.
+        RobotError: the file is missing, not a robot, not valid, or names a file outside the folders that may be read.
     """
     found, name = find_robot(robot)
     path = Path(os.path.realpath(found))
-    markup = read_markup(path)
-    reach = reach_of(path, packages)
+    markup = read_xml(path)
+    folders = open_folders(path, packages)
     warnings: tuple[str, ...] = ()
-    expanded = markup.root.tag == "robot" and (path.suffix == ".xacro" or is_xacro(markup.root))
-    if expanded:
+    if markup.root.tag == "robot" and (path.suffix == ".xacro" or _uses_xacro(markup.root)):
         from shockpc.robot.xacro import expand_xacro
 
-        text, warnings = expand_xacro(markup, reach, xacro)
-        markup = Markup(text, parse_markup(text, path.name))
+        text, warnings = expand_xacro(markup, folders, xacro)
+        markup = Markup(text, parse_xml(text, path.name))
     elif xacro:
-        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… means nothing to it; leave it out")
+        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
+    text, root = markup
     stem = path.name.split(".")[0]
-    text, root = markup.text, markup.root
+    robot_name = root.get("name" if root.tag == "robot" else "model") or stem
     kind: Literal["urdf", "mjcf"] = "urdf"
     postures: Path | None = None
     if root.tag == "mujoco":
@@ -101,26 +101,40 @@ def read_source(
 
         if srdf is not None:
             raise RobotError(
-                f"{path.name} is an MJCF, whose postures are its keyframes, so the SRDF {Path(srdf).name} means nothing to it; "
+                f"{path.name} is an MJCF, whose postures are its keyframes, so the SRDF {Path(srdf).name} has no effect; "
                 "leave it out, or write its postures as <key> elements of a <keyframe>"
             )
         kind = "mjcf"
-        text = insert_includes(root, reach)
-        robot_name = root.get("model") or stem
+        text = insert_includes(root, folders)
     elif root.tag == "robot":
         _refuse_srdf(root, path)
-        changed, told = tidy_urdf(root, path.name, stem)
+        changed, more = normalise_urdf(root, path.name, stem)
         check_urdf(root, path.name)
         text = ElementTree.tostring(root, encoding="unicode") if changed else text
-        warnings += told
-        robot_name = root.get("name") or stem
+        warnings += more
         postures = _given_srdf(srdf) if srdf is not None else find_srdf(path, robot_name)
+        if postures is not None and srdf is None and not folders.contain(postures):
+            postures = None  # a link that leads out of the folders
     else:
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")
         raise RobotError(
             f"{path.name} begins with <{root.tag}>: {what}. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
         )
-    return RobotSource(path, name, kind, text, robot_name, postures, reach.packages, reach.folders, warnings)
+    return RobotSource(path, name, kind, text, robot_name, postures, folders.packages, folders.folders, warnings)
+
+
+def _uses_xacro(root: ElementTree.Element) -> bool:
+    """Whether a file has to be expanded: one whose links carry no mass, or numbers that are expressions, without xacro.
+
+    Expanded files often keep a <xacro:…> element or two that mean nothing any more; their links are complete.
+    """
+    elements = list(root.iter())
+    if not any(key.startswith("xacro:") for element in elements for key in (element.tag, *element.attrib)):
+        return False
+    plain = [element for link in root.findall("link") + root.findall("joint") for element in link.iter()]
+    written = [value for element in plain for value in (element.tag, *element.attrib, *element.attrib.values())]
+    whole = root.find("link/inertial/mass") is not None
+    return not whole or any(value.startswith("xacro:") or "${" in value or "$(" in value for value in written)
 
 
 def resolve_asset(source: RobotSource, uri: str) -> Path:
@@ -136,7 +150,7 @@ def resolve_asset(source: RobotSource, uri: str) -> Path:
     Raises:
         RobotError: it is missing, its package is unknown, or it lies outside those folders. No number needs it.
     """
-    return locate_asset(Reach(source.path, source.packages, source.folders), uri)
+    return source.open_folders.asset(uri)
 
 
 def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
@@ -151,7 +165,7 @@ def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
 def _given_srdf(srdf: str | Path) -> Path:
     """An SRDF that was asked for: it has to be one."""
     path = Path(os.path.realpath(os.path.expanduser(srdf)))
-    root = read_markup(path).root
+    root = read_xml(path).root
     if root.tag != "robot" or root.find("link") is not None:
         raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
     return path

@@ -6,51 +6,34 @@ name apart.
 
 import math
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
-from shockpc.robot.markup import read_markup
+from shockpc.robot.files import read_xml
+from shockpc.robot.urdf import vector
 
-__all__ = ["rotor_armature", "srdf_postures"]
-
-
-def rotor_armature(path: Path, model: pin.Model) -> Array:
-    """Reflected inertia (nv,) that an SRDF's <rotor_params> give, gear_ratio² times the rotor's inertia, over the model's own.
-
-    The attribute that holds the rotor's inertia is called mass there [kg m²].
-
-    Raises:
-        RobotError: a number is missing, or is none that a rotor can have.
-    """
-    armature = np.array(model.armature)
-    for entry in read_markup(path).root.iterfind("rotor_params/joint"):
-        name = entry.get("name", "")
-        if not model.existJointName(name):
-            continue
-        mass, gear = entry.get("mass", ""), entry.get("gear_ratio", "")
-        inertia, ratio = _numbers(mass), _numbers(gear)
-        if len(inertia) != 1 or len(ratio) != 1 or inertia[0] < 0.0:
-            raise RobotError(
-                f'{path.name}: the rotor of joint "{name}" has mass "{mass}" and gear_ratio "{gear}"; '
-                "it takes one number each, the inertia of the rotor [kg m²] not below zero"
-            )
-        joint = model.joints[model.getJointId(name)]
-        armature[joint.idx_v : joint.idx_v + joint.nv] = ratio[0] ** 2 * inertia[0]
-    return armature
+__all__ = ["read_srdf"]
 
 
-def srdf_postures(path: Path, model: pin.Model) -> dict[str, Array]:
-    """Configurations (nq,) by name: what a state does not set is neutral; joints that the model does not have are passed over.
+def read_srdf(path: Path, model: pin.Model) -> tuple[dict[str, Array], Array]:
+    """Read an SRDF; joints that the model does not have are passed over.
 
-    States of one name (an arm's and a leg's) make one posture.
+    Args:
+        path: the file.
+        model: the robot's.
+
+    Returns:
+        Configurations (nq,) by name, in which what a state does not set is neutral, and states of one name (an arm's and a leg's)
+        make one posture; and the reflected inertia (nv,) that its <rotor_params> give, over the model's own.
 
     Raises:
-        RobotError: the file cannot be read, or gives a joint a number of values that it cannot take.
+        RobotError: the file cannot be read, or a number is missing or cannot be what it is to be.
     """
-    root = read_markup(path).root
+    root = read_xml(path).root
     if root.tag != "robot":
         raise RobotError(f"{path.name} begins with <{root.tag}>, so it is no SRDF; give a file with <robot> and <group_state>")
     postures: dict[str, Array] = {}
@@ -58,25 +41,36 @@ def srdf_postures(path: Path, model: pin.Model) -> dict[str, Array]:
         name = state.get("name", "")
         q = postures.setdefault(name, np.asarray(pin.neutral(model)))
         for entry in state.iter("joint"):
-            joint_name, text = entry.get("name", ""), entry.get("value", "")
-            if not model.existJointName(joint_name):
-                continue
-            joint = model.joints[model.getJointId(joint_name)]
-            values = _numbers(text)
-            if len(values) == 1 and joint.nq == 2:
-                values = [math.cos(values[0]), math.sin(values[0])]
-            if len(values) != joint.nq:
-                raise RobotError(
-                    f'{path.name}: posture "{name}" gives joint "{joint_name}" the value "{text}", but it takes {joint.nq} numbers'
-                )
-            q[joint.idx_q : joint.idx_q + joint.nq] = values
-    return {name: read_only(q) for name, q in postures.items()}
+            if model.existJointName(entry.get("name", "")):
+                joint = model.joints[model.getJointId(entry.get("name", ""))]
+                q[joint.idx_q : joint.idx_q + joint.nq] = _values(entry, joint.nq, f'{path.name}: posture "{name}"')
+    armature = np.array(model.armature)
+    for entry in root.iterfind("rotor_params/joint"):
+        if model.existJointName(entry.get("name", "")):
+            joint = model.joints[model.getJointId(entry.get("name", ""))]
+            armature[joint.idx_v : joint.idx_v + joint.nv] = _reflected_inertia(entry, path.name)
+    return {name: read_only(q) for name, q in postures.items()}, armature
 
 
-def _numbers(text: str) -> list[float]:
-    """Finite numbers with blanks between them; none at all if one is not."""
-    try:
-        values = [float(word) for word in text.split()]
-    except ValueError:
-        return []
-    return values if all(math.isfinite(value) for value in values) else []
+def _values(entry: Element, size: int, whose: str) -> tuple[float, ...]:
+    """The coordinates of a joint in a posture; a continuous joint may be given by its angle."""
+    text = entry.get("value", "")
+    angle = vector(text, 1)
+    if size == 2 and angle:
+        return math.cos(angle[0]), math.sin(angle[0])
+    values = vector(text, size)
+    if values is None:
+        raise RobotError(f'{whose} gives joint "{entry.get("name")}" the value "{text}", but it takes {size} numbers')
+    return values
+
+
+def _reflected_inertia(entry: Element, file: str) -> float:
+    """gear_ratio² times the rotor's inertia [kg m²]; the attribute that holds that inertia is called mass."""
+    mass, gear = entry.get("mass", ""), entry.get("gear_ratio", "")
+    inertia, ratio = vector(mass, 1), vector(gear, 1)
+    if inertia is None or ratio is None or inertia[0] < 0.0:
+        raise RobotError(
+            f'{file}: the rotor of joint "{entry.get("name")}" has mass "{mass}" and gear_ratio "{gear}"; '
+            "it takes one number each, the inertia of the rotor [kg m²] not below zero"
+        )
+    return ratio[0] ** 2 * inertia[0]

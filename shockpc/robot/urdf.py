@@ -1,18 +1,129 @@
-"""A URDF made fit to hand on: the tree must hold together, and what the parser would choke on harmlessly is put right.
+"""A URDF corrected where it carries no meaning, and refused where its parser would drop something without an error.
 
-The parser behind Pinocchio drops a body whose joint is part of a circle, and prints to the terminal, without raising; so
-the tree is checked here, by name. The numbers in it are the business of `urdf_numbers`.
+The parser behind Pinocchio drops a body whose joint is part of a circle, or whose <inertial> holds one bad number, and goes on;
+so the tree and the numbers are checked here, by name.
 """
 
+import math
+import re
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
-from shockpc.robot.urdf_numbers import SHAPES, check_numbers, vector
 
-__all__ = ["check_urdf", "tidy_urdf"]
+__all__ = ["LINKS", "check_urdf", "normalise_urdf", "vector"]
 
+_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+LINKS = 2000  # the parser recurses over links, and far beyond this it overruns its stack
+_ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+# Shapes of a <geometry>: attribute and how many numbers it holds.
+_SHAPES: dict[str, tuple[tuple[str, int], ...]] = {
+    "box": (("size", 3),),
+    "cylinder": (("radius", 1), ("length", 1)),
+    "capsule": (("radius", 1), ("length", 1)),
+    "sphere": (("radius", 1),),
+    "mesh": (("scale", 3),),
+}
+# Numbers of a link and of a joint: element, attributes, how many each holds, which of them must be there.
+_LINK_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
+    ("inertial/origin", ("xyz", "rpy"), 3, ()),
+    ("inertial/mass", ("value",), 1, ("value",)),
+    ("inertial/inertia", _INERTIA, 1, _INERTIA),
+)
+_JOINT_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
+    ("origin", ("xyz", "rpy"), 3, ()),
+    ("axis", ("xyz",), 3, ("xyz",)),
+    ("limit", ("lower", "upper", "effort", "velocity"), 1, ("effort", "velocity")),
+    ("dynamics", ("damping", "friction"), 1, ()),
+    ("mimic", ("multiplier", "offset"), 1, ()),
+    ("calibration", ("rising", "falling"), 1, ()),
+    ("safety_controller", ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), 1, ("k_velocity",)),
+)
+
+
+def vector(text: str | None, size: int) -> tuple[float, ...] | None:
+    """Read numbers as the parser would: plain decimals, separated by blanks, finite.
+
+    Args:
+        text: an attribute's value.
+        size: how many there have to be.
+
+    Returns:
+        The numbers, or None if the text is anything else.
+    """
+    words = (text or "").split()
+    if len(words) != size or not all(_NUMBER.fullmatch(word) for word in words):
+        return None
+    values = tuple(float(word) for word in words)
+    return values if all(math.isfinite(value) for value in values) else None
+
+
+def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
+    """Correct, in place, what carries no meaning but would make the parser fail or print.
+
+    Blanks around attribute values are removed; a robot without a name gets one. With a warning are removed: xacro elements that
+    are left over, a visual or collision without a valid shape, and a <mimic> that follows no joint of the file.
+
+    Args:
+        robot: the root element, changed in place.
+        file: the file's name, for messages.
+        name: the name for a robot that has none.
+
+    Returns:
+        Whether anything changed, and the warnings.
+
+    Raises:
+        RobotError: a joint mimics twice.
+    """
+    warnings = []
+    changed = not robot.get("name")
+    if changed:
+        robot.set("name", name)
+    for element in robot.iter():
+        for key, value in element.attrib.items():
+            if value != value.strip():
+                element.set(key, value.strip())
+                changed = True
+    left = [element for element in robot if element.tag.startswith("xacro:")]
+    if left:
+        tags = ", ".join(dict.fromkeys(f"<{element.tag}>" for element in left))
+        warnings.append(f"{file}: {tags} ignored, because the links are complete without xacro; if not, name the file .xacro")
+    for element in left:
+        robot.remove(element)
+    for link in robot.findall("link"):
+        for part in (*link.findall("visual"), *link.findall("collision")):
+            if not _has_shape(part):
+                link.remove(part)
+                warnings.append(
+                    f'{file}: link "{link.get("name")}": a <{part.tag}> without a valid shape is left out; '
+                    "it is missing in figures and extremes; no other number changes"
+                )
+    names = {joint.get("name") for joint in robot.findall("joint")}
+    for joint in robot.findall("joint"):
+        mimics = joint.findall("mimic")
+        if len(mimics) > 1:
+            raise RobotError(f'{file}: joint "{joint.get("name")}" has several <mimic>, and a joint can follow only one; keep one')
+        for mimic in mimics:
+            leader = mimic.get("joint", "")
+            if leader not in names or leader == joint.get("name"):
+                joint.remove(mimic)
+                said = "itself" if leader == joint.get("name") else f'"{leader}", which does not exist'
+                warnings.append(f'{file}: joint "{joint.get("name")}" mimics {said}; it is computed as a joint that moves freely')
+    return changed or bool(warnings), tuple(warnings)
+
+
+def _has_shape(part: Element) -> bool:
+    """Whether a visual or collision holds one shape whose numbers can be read, at a place that can be read."""
+    origin, shapes = part.find("origin"), list(part.iterfind("geometry/*"))
+    if len(shapes) != 1 or shapes[0].tag not in _SHAPES:
+        return False
+    shape = shapes[0]
+    default = {"scale": "1 1 1"}
+    wanted = [(shape.get(key, default.get(key)), size) for key, size in _SHAPES[shape.tag]]
+    wanted += [(origin.get(key, "0 0 0"), 3) for key in ("xyz", "rpy")] if origin is not None else []
+    return (shape.tag != "mesh" or bool(shape.get("filename"))) and all(vector(text, size) is not None for text, size in wanted)
 
 
 def check_urdf(robot: Element, file: str) -> None:
@@ -30,98 +141,32 @@ def check_urdf(robot: Element, file: str) -> None:
         raise RobotError(
             f"{file} has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them"
         )
+    if len(links) > LINKS:
+        raise RobotError(f"{file} has {len(links)} links, and up to {LINKS} are read; leave out those that neither move nor weigh")
     _check_names(links, "link", file)
     _check_names(joints, "joint", file)
-    _check_reserved(links, joints, file)
     _check_tree([link.get("name", "") for link in links], joints, file)
-    check_numbers(links, joints, file)
+    for link in links:
+        _check_link(link, f'{file}: link "{link.get("name")}"')
+    for joint in joints:
+        _check_joint(joint, f'{file}: joint "{joint.get("name")}"')
     if not any(float(mass.get("value", "0")) > 0 for link in links for mass in link.findall("inertial/mass")):
         raise RobotError(f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
 
 
-def tidy_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
-    """Put right, in place, what carries no meaning but would make the parser fail or print.
-
-    Blanks around attribute values go; a robot without a name gets one. With a warning go a visual or collision without a
-    valid shape, and a <mimic> that follows no joint of the file.
-
-    Args:
-        robot: the root element, changed in place.
-        file: the file's name, for messages.
-        name: the name for a robot that has none.
-
-    Returns:
-        Whether anything changed, and the warnings.
-
-    Raises:
-        RobotError: a joint mimics twice.
-    """
-    changed = False
-    warnings = []
-    if not robot.get("name"):
-        robot.set("name", name)
-        changed = True
-    for element in robot.iter():
-        for key, value in element.attrib.items():
-            if value != value.strip():
-                element.set(key, value.strip())
-                changed = True
-    for link in robot.findall("link"):
-        for part in (*link.findall("visual"), *link.findall("collision")):
-            if not _has_shape(part):
-                link.remove(part)
-                changed = True
-                warnings.append(
-                    f'{file}: link "{link.get("name")}": a <{part.tag}> without a valid shape is left out; '
-                    "figures and extremes do without it, the numbers are the same"
-                )
-    names = {joint.get("name") for joint in robot.findall("joint")}
-    for joint in robot.findall("joint"):
-        if len(joint.findall("mimic")) > 1:
-            raise RobotError(f'{file}: joint "{joint.get("name")}" has several <mimic>, and a joint can follow only one; keep one')
-        for mimic in joint.findall("mimic"):
-            leader = mimic.get("joint", "")
-            if leader not in names or leader == joint.get("name"):
-                joint.remove(mimic)
-                changed = True
-                said = "itself" if leader == joint.get("name") else f'"{leader}", which does not exist'
-                warnings.append(f'{file}: joint "{joint.get("name")}" mimics {said}; it is computed as a joint that moves freely')
-    return changed, tuple(warnings)
-
-
-def _has_shape(part: Element) -> bool:
-    """Whether a visual or collision holds one shape whose numbers can be read, at a place that can be read."""
-    origin, geometry = part.find("origin"), part.find("geometry")
-    shapes = [shape for shape in geometry if shape.tag in SHAPES] if geometry is not None else []
-    if len(shapes) != 1 or len(list(geometry if geometry is not None else ())) != 1:
-        return False
-    wanted = [(shapes[0].get(key), size) for key, size in SHAPES[shapes[0].tag]]
-    wanted += [(origin.get(key, "0 0 0"), 3) for key in ("xyz", "rpy")] if origin is not None else []
-    if shapes[0].tag == "mesh":
-        wanted.append((shapes[0].get("scale", "1 1 1"), 3))
-        return bool(shapes[0].get("filename")) and all(vector(text, size) is not None for text, size in wanted)
-    return all(vector(text, size) is not None for text, size in wanted)
-
-
 def _check_names(elements: list[Element], kind: str, file: str) -> None:
-    """Every link and every joint needs a name of its own."""
+    """Every link and every joint needs a name of its own, which is none of Pinocchio's."""
+    reserved = {"universe": "the world"} | ({"root_joint": "the free base"} if kind == "joint" else {})
     seen: set[str] = set()
     for number, element in enumerate(elements, start=1):
         name = element.get("name")
         if not name:
             raise RobotError(f"{file}: <{kind}> number {number} has no name; give it one")
         if name in seen:
-            raise RobotError(f'{file}: two {kind}s are called "{name}"; names are how bodies are told apart, so rename one')
+            raise RobotError(f'{file}: two {kind}s are called "{name}"; names have to be unique, so rename one')
+        if name in reserved and element.get("type") != "fixed":
+            raise RobotError(f'{file}: {kind} "{name}" has the name that Pinocchio gives to {reserved[name]}; rename it')
         seen.add(name)
-
-
-def _check_reserved(links: list[Element], joints: list[Element], file: str) -> None:
-    """Pinocchio's own names, taken by a link or a moving joint, would silently mean something else."""
-    for kind, name in (("link", "universe"), ("joint", "universe"), ("joint", "root_joint")):
-        for element in links if kind == "link" else joints:
-            if element.get("name") == name and element.get("type") != "fixed":
-                owner = "the world" if name == "universe" else "the free base"
-                raise RobotError(f'{file}: {kind} "{name}" has the name that {owner} goes by; rename it')
 
 
 def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
@@ -138,37 +183,84 @@ def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
         ends = {}
         for end in ("parent", "child"):
             element = joint.find(end)
-            link = element.get("link", "") if element is not None else ""
+            ends[end] = link = element.get("link", "") if element is not None else ""
             if link not in known:
                 said = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
                 raise RobotError(f'{file}: joint "{name}": {said}; every joint has to join two links of the file')
-            ends[end] = link
         if ends["child"] in above:
-            other = above[ends["child"]][1]
             raise RobotError(
-                f'{file}: link "{ends["child"]}" is the child of two joints, "{other}" and "{name}"; '
+                f'{file}: link "{ends["child"]}" is the child of two joints, "{above[ends["child"]][1]}" and "{name}"; '
                 "a URDF is a tree, so cut the loop at one of them"
             )
         above[ends["child"]] = (ends["parent"], name)
-    rooted: set[str] = set()
-    for link in above:
-        trail, met = [link], {link}
-        while trail[-1] in above and trail[-1] not in rooted and above[trail[-1]][0] not in met:
-            trail.append(above[trail[-1]][0])
-            met.add(trail[-1])
-        if trail[-1] not in above or trail[-1] in rooted:
-            rooted |= met
-        else:
-            circle = trail[trail.index(above[trail[-1]][0]) :]
-            through = _listed(sorted(above[member][1] for member in circle))
-            said = f"joints {through} form" if len(circle) > 1 else f"joint {through} forms"
-            raise RobotError(f"{file}: {said} a circle that hangs on no root link; a URDF is a tree, so cut it open")
-    roots = [link for link in links if link not in above]
+    reached = set(links) - set(above)
+    roots = [link for link in links if link in reached]
+    waiting = set(above)
+    while ready := {link for link in waiting if above[link][0] in reached}:
+        reached |= ready
+        waiting -= ready
+    if waiting:
+        trail = [next(link for link in links if link in waiting)]
+        while (parent := above[trail[-1]][0]) not in trail:
+            trail.append(parent)
+        circle = sorted(above[link][1] for link in trail[trail.index(parent) :])
+        said = f"joints {_listed(circle)} form" if len(circle) > 1 else f"joint {_listed(circle)} forms"
+        raise RobotError(f"{file}: {said} a circle that no root link carries; a URDF is a tree, so remove one of its joints")
     if len(roots) > 1:
         raise RobotError(
             f"{file}: {len(roots)} links have no parent: {_listed(roots[:5])}{', …' * (len(roots) > 5)}; "
             "a robot has one root, so join the others to it"
         )
+
+
+def _check_link(link: Element, whose: str) -> None:
+    """Mass and the six entries of the inertia: all there, all finite, none negative that cannot be."""
+    for inertial in link.findall("inertial"):
+        for tag in ("mass", "inertia"):
+            if inertial.find(tag) is None:
+                raise RobotError(f"{whose}: its <inertial> has no <{tag}>; add it, or drop the <inertial> of a link without mass")
+    _check_numbers(link, _LINK_NUMBERS, whose)
+    for mass in link.findall("inertial/mass"):
+        if float(mass.get("value", "")) < 0:
+            raise RobotError(f"{whose}: mass {mass.get('value')} kg is negative; no body has that")
+    for inertia in link.findall("inertial/inertia"):
+        for entry in ("ixx", "iyy", "izz"):
+            if float(inertia.get(entry, "")) < -_ROUNDING:
+                raise RobotError(f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; no body has that moment of inertia")
+
+
+def _check_joint(joint: Element, whose: str) -> None:
+    """Origin, axis, limits and all that a joint may hold beside them."""
+    _check_numbers(joint, _JOINT_NUMBERS, whose)
+    kind, axis = joint.get("type"), joint.find("axis")
+    direction = (vector(axis.get("xyz"), 3) if axis is not None else None) or (1.0, 0.0, 0.0)
+    if kind in ("revolute", "continuous", "prismatic", "planar") and not any(direction):
+        raise RobotError(f"{whose}: its axis is 0 0 0, so it has no direction; give it one")
+    if kind == "planar" and (direction[:2] != (0.0, 0.0) or direction[2] < 0):
+        shown = " ".join(f"{value:g}" for value in direction)
+        raise RobotError(
+            f"{whose}: planar with the normal {shown} (1 0 0 where none is written); Pinocchio moves every planar joint in "
+            'x and y. Turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
+        )
+    if kind in ("revolute", "prismatic") and joint.find("limit") is None:
+        instead = ", or make it continuous" if kind == "revolute" else ""
+        raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
+
+
+def _check_numbers(owner: Element, table: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...], whose: str) -> None:
+    """Refuse what is not a finite number, or not there though it must be, showing what stands in its place."""
+    for path, keys, size, required in table:
+        for element in owner.findall(path):
+            for key in keys:
+                text = element.get(key)
+                if (text is None and key not in required) or vector(text, size) is not None:
+                    continue
+                what = {"mass": "mass", "inertia": key, "axis": "axis"}.get(element.tag, f"<{element.tag}> {key}")
+                if element.tag == "origin":
+                    what = f"<{'inertial' if owner.tag == 'link' else 'joint'}> origin {key}"
+                found = "is missing" if text is None else f'is "{text}"'
+                wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
+                raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -1,174 +1,172 @@
-"""xacro to URDF, without ROS, and without reaching beyond the open folders.
+"""xacro to URDF, without ROS: in a child process that reads no file itself and ends within 10 s and 1 GB.
 
-xacro keeps its state in module globals, opens whatever a file names, and evaluates Python found in it. All three are fenced
-in here for the length of one call: the globals are set and put back, every file goes through `Reach`, every expression
-through `expressions`.
+The child asks for every file and package that a document names, and gets what lies in the open folders. Python expressions in the
+document run in the child, with no environment, where an audit hook refuses everything but computing (`xacro_child.py`).
 """
 
 import contextlib
 import difflib
-import errno
-import io
+import glob
+import importlib.util
+import json
 import os
 import re
+import subprocess
+import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from types import ModuleType
-from xml.dom import DOMException
+from typing import Any
 from xml.etree.ElementTree import Element
-from xml.parsers.expat import ExpatError
 
 from shockpc.errors import RobotError
-from shockpc.robot.expressions import checked_expression, checked_substitution
-from shockpc.robot.markup import Markup, parse_markup, read_text
-from shockpc.robot.reach import Reach
+from shockpc.robot.files import Markup, OpenFolders, parse_xml, read_text
+from shockpc.robot.urdf import LINKS
 
 __all__ = ["expand_xacro"]
 
-_LOCK = threading.RLock()  # xacro's globals and the standard streams are the whole process's
+SECONDS = 10.0
+MEMORY = 2**30
+_CHILD = Path(__file__).with_name("xacro_child.py")
+# xacro's lines about where something happened mean nothing without the file at hand.
+_PLACES = ("when ", "in file:", "included from:", "instantiated from:")
 
 
-def expand_xacro(markup: Markup, reach: Reach, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
+def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
     """Expand a xacro file.
 
     Args:
         markup: the file as read.
-        reach: what it may read; `reach.file` is the file itself.
+        folders: what it may read; `folders.file` is the file itself.
         arguments: values of its arguments.
 
     Returns:
         The URDF text, with mesh paths as found, and what xacro warned of.
 
     Raises:
-        RobotError: an argument is unknown or lacks a value, a file it includes is missing, not well-formed or outside the
-            open folders, or xacro cannot expand it.
+        RobotError: an argument is unknown or lacks a value, a file it includes is missing, not well-formed or outside the open
+            folders, or xacro cannot expand it within the limits.
     """
-    import xacro
-    import xacrodoc
-
-    name = reach.file.name
-    declared = set(_arguments(markup.text, markup.root))
-    said = io.StringIO()
-    failures = (
-        xacro.XacroException,
-        *(ArithmeticError, AssertionError, AttributeError, LookupError, NameError, OSError, RecursionError),
-        *(SyntaxError, TypeError, ValueError, ExpatError, DOMException),
-    )
-    with _LOCK, _fence(xacro, reach, declared), contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
-        try:
-            document = xacrodoc.XacroDoc.from_string(markup.text, subargs=dict(arguments), resolve_packages=False).dom
-            text = str(document.documentElement.toxml())
-        except failures as error:
-            raise _explained(error, name, xacro) from None
+    name = folders.file.name
+    declared: dict[str, bool] = {}
+    _declare(declared, markup.text, markup.root)
+    libraries = {
+        str(Path(spec.origin).parent.parent) for spec in map(importlib.util.find_spec, ("xacro", "yaml")) if spec and spec.origin
+    }
+    request = {
+        "text": markup.text,
+        "file": str(folders.file),
+        "arguments": dict(arguments),
+        "libraries": sorted(libraries),
+        "limits": [SECONDS, MEMORY, LINKS],
+    }
+    answer, in_time = _run(request, folders, declared)
+    if answer is None:
+        what = "ended without a result" if in_time else "did not end"
+        raise RobotError(
+            f"{name}: xacro {what} within {SECONDS:g} s and {MEMORY / 2**30:g} GB; look for a macro, an expression or a number "
+            "that grows without end"
+        )
+    if "error" in answer:
+        missing = sorted(each for each, has_default in declared.items() if not has_default and each not in arguments)
+        if missing and "has no value" in answer["error"]:
+            listed, typed = ", ".join(f'"{each}"' for each in missing), " ".join(f"--xacro {each}:=VALUE" for each in missing)
+            verb = "has" if len(missing) == 1 else "have"
+            raise RobotError(f"{name}: xacro argument{'s' * (len(missing) > 1)} {listed} {verb} no value; give: {typed}")
+        raise RobotError(answer["error"])
     for argument in arguments:
         if argument not in declared:
             raise _unknown_argument(argument, declared, name)
-    # Each of xacro's passes says the same again; the lines about where it happened mean nothing without the file at hand.
-    place = ("when ", "in file:", "included from:", "instantiated from:")
-    warnings = dict.fromkeys(line for line in said.getvalue().splitlines() if line.strip() and not line.startswith(place))
-    return text, tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
+    warnings = dict.fromkeys(line for line in answer["printed"].splitlines() if line.strip() and not line.startswith(_PLACES))
+    return answer["urdf"], tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
 
 
-@contextlib.contextmanager
-def _fence(xacro: ModuleType, reach: Reach, declared: set[str]) -> Iterator[None]:
-    """Put this call's reach, file and rules into xacro's globals, and take them out again."""
-    from xacro import substitution_args
+def _run(request: dict[str, Any], folders: OpenFolders, declared: dict[str, bool]) -> tuple[dict[str, Any] | None, bool]:
+    """The child's result, None without one; and whether it ended in time."""
+    answer, in_time = None, True
+    with (
+        contextlib.suppress(BrokenPipeError),  # what a dead child has not read
+        subprocess.Popen(
+            [sys.executable, "-I", "-S", "-B", "-X", "utf8", str(_CHILD)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            encoding="utf-8",
+            env={},
+        ) as child,
+    ):
+        clock = threading.Timer(SECONDS, child.kill)
+        clock.start()
+        try:
+            answer = _converse(child, request, folders, declared)
+        finally:
+            in_time = clock.is_alive()
+            clock.cancel()
+            child.kill()
+    return answer, in_time
 
-    def open_inside(filename: str, *_: object, **__: object) -> io.StringIO:
-        place = reach.require(Path(filename), filename)
-        if not os.path.exists(place):
-            raise FileNotFoundError(errno.ENOENT, "no such file", filename)
-        text = read_text(place)
-        if text.lstrip().startswith("<"):
-            declared.update(_arguments(text, parse_markup(text, place.name)))
-        return io.StringIO(text)
 
-    def find(package: str) -> str:
-        folder = reach.package(package)
-        if folder is None:
-            raise RobotError(
-                f'{reach.file.name}: $(find {package}): no package "{package}" among those given, in ROS_PACKAGE_PATH or '
-                f"above the file. Say where it is: --package {package}=DIR"
-            )
-        return str(folder)
-
-    python = xacro._global_symbols["python"]
-    swaps: list[tuple[dict[str, object], dict[str, object]]] = [
-        (
-            vars(xacro),
-            {
-                "open": open_inside,
-                "safe_eval": checked_expression(xacro.safe_eval, reach.file.name),
-                "filestack": [str(reach.file)],
-                "macrostack": [],
-            },
-        ),
-        (
-            vars(substitution_args),
-            {
-                "_eval_find": find,
-                "_eval": checked_substitution(substitution_args._eval, reach.file.name),
-                "_eval_dirname": lambda _: os.path.dirname(xacro.filestack[-1]),
-            },
-        ),
-        (substitution_args._eval_dict, {"find": find}),
-    ]
-    before = [(space, {key: space[key] for key in new if key in space}) for space, new in swaps]
-    builtins = dict(python)
+def _converse(
+    child: "subprocess.Popen[str]", request: dict[str, Any], folders: OpenFolders, declared: dict[str, bool]
+) -> dict[str, Any] | None:
+    """Answer the child's questions until it has a result; None if it dies."""
+    assert child.stdin is not None
+    assert child.stdout is not None
+    answer: dict[str, Any] = request
     try:
-        for space, new in swaps:
-            space.update(new)
-        # type and vars lead from any value to every class in the process.
-        for key in ("type", "vars"):
-            dict.pop(python, key, None)
-        yield
-    finally:
-        for (space, new), (_, old) in zip(swaps, before, strict=True):
-            for key in new:
-                space.pop(key, None)
-            space.update(old)
-        dict.update(python, builtins)
-        xacro.substitution_args_context.clear()
+        while True:
+            child.stdin.write(json.dumps(answer) + "\n")
+            child.stdin.flush()
+            line = child.stdout.readline()
+            if not line:
+                return None
+            question = json.loads(line)
+            if "read" in question:
+                answer = {"text": _read(question["read"], folders, declared)}
+            elif "glob" in question:
+                answer = {"files": sorted(glob.glob(question["glob"]))}
+            elif "find" in question:
+                answer = {"folder": _find(question["find"], folders)}
+            else:
+                return dict(question)
+    except (BrokenPipeError, ValueError):
+        return None
 
 
-def _arguments(text: str, root: Element) -> Iterator[str]:
-    """The arguments that a xacro document declares or uses."""
-    yield from (element.get("name", "") for element in root.iter("xacro:arg"))
-    yield from re.findall(r"\$\(\s*arg\s+([^\s)]+)\s*\)", text)
+def _read(filename: str, folders: OpenFolders, declared: dict[str, bool]) -> str | None:
+    """The text of a file that a document names, None if it does not exist; its arguments are added to those declared."""
+    place = folders.resolve(Path(filename), filename)
+    if not os.path.exists(place):
+        return None
+    text = read_text(place)
+    if text.startswith("<"):
+        _declare(declared, text, parse_xml(text, place.name))
+    return text
 
 
-def _unknown_argument(argument: str, declared: set[str], name: str) -> RobotError:
+def _find(package: str, folders: OpenFolders) -> str:
+    """The folder of a package."""
+    folder = folders.package(package)
+    if folder is None:
+        raise RobotError(
+            f'{folders.file.name}: $(find {package}): no package "{package}" among those given, in ROS_PACKAGE_PATH or '
+            f"above the file. Say where it is: --package {package}=DIR"
+        )
+    return str(folder)
+
+
+def _declare(declared: dict[str, bool], text: str, root: Element) -> None:
+    """Add the arguments that a xacro document declares, which have a default, and those that it uses."""
+    declared.update((element.get("name", ""), True) for element in root.iter("xacro:arg"))
+    for name in re.findall(r"\$\(\s*arg\s+([^\s)]+)\s*\)", text):
+        declared.setdefault(name, False)
+
+
+def _unknown_argument(argument: str, declared: Mapping[str, bool], name: str) -> RobotError:
     """The error for an argument that the file does not have."""
     if not declared:
-        return RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… means nothing to it; leave it out")
+        return RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… has no effect; leave it out")
     near = difflib.get_close_matches(argument, declared, n=1)
     nearest = f'; nearest: "{near[0]}"' if near else ""
     listed = ", ".join(f'"{known}"' for known in sorted(declared))
     return RobotError(f'{name} has no xacro argument "{argument}"{nearest}. It has {listed}')
-
-
-def _explained(error: BaseException, name: str, xacro: ModuleType) -> RobotError:
-    """Turn whatever xacro raised into one message: the innermost cause, and the file it happened in."""
-    from xacro.substitution_args import ArgException
-
-    cause: BaseException = error
-    while True:
-        if isinstance(cause, RobotError):
-            return cause
-        inner = getattr(cause, "exc", None)
-        if not isinstance(inner, BaseException):
-            break
-        cause = inner
-    files = [file for file in xacro.filestack or [] if file]
-    where = Path(files[-1]).name if files else name
-    if isinstance(cause, ArgException):
-        return RobotError(f'{where}: xacro argument "{cause}" has no value; give it one: --xacro {cause}=VALUE')
-    if isinstance(cause, FileNotFoundError):
-        return RobotError(f'{where} includes "{cause.filename}", which does not exist')
-    if isinstance(cause, RecursionError):
-        return RobotError(f"{where}: xacro does not come to an end; a macro or an include calls itself")
-    detail = " ".join(str(error).split()) or type(error).__name__
-    if isinstance(cause, TypeError) and any(word in detail for word in ("operand", "concatenate")):
-        return RobotError(f"{where}: an argument or property holds a text where arithmetic needs a number: {detail}")
-    return RobotError(f"{where}: xacro cannot expand it: {detail}")

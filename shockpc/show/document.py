@@ -1,9 +1,8 @@
-"""A profile as the JSON document that everybody reads: schema `shockpc.profile/1`.
+"""A profile as a JSON document, schema `shockpc.profile/1`.
 
-`null` stands where a thing does not exist: CoPc and RoPc of a body that does not turn in the plane, pitch of one that does not
-turn, extremes of a body without geometry, impulses that are not unique, an error estimate where no digit is sure. Keys added to the
-schema come last in their object.
-Keys keep their order and numbers are Python's shortest that read back the same.
+`null` where a thing does not exist: CoPc and RoPc of a body that does not rotate in the plane, pitch of one that does not rotate,
+extremes of a body without geometry, impulses that are not unique. Keys keep their order, and new ones are added at the end of their
+object. Numbers are the shortest that read back as the same double.
 """
 
 import json
@@ -14,7 +13,6 @@ import numpy as np
 
 import shockpc
 from shockpc.core.directions import ExtremeDirections
-from shockpc.core.spatial import Array
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.result import ShockProfile
 from shockpc.scene import scene_table
@@ -23,83 +21,59 @@ __all__ = ["SCHEMA", "document", "to_json"]
 
 SCHEMA = "shockpc.profile/1"
 
+BODY = (
+    "delta_omega",
+    "delta_v",
+    "copc",
+    "copc_world",
+    "ropc",
+    "translates",
+    "pitch",
+    "off_plane",
+    "shock_com",
+    "shock_min",
+    "shock_max",
+)
+CONTACT = ("frame", "point", "impulse", "friction_needed", "approach", "mass_sticking", "mass_frictionless", "mitigation", "moment")
+HEALTH = ("rank", "rows", "error_bound", "body_error_bounds", "double_error", "data_sensitivity", "bits")
+
 
 def document(profile: ShockProfile) -> dict[str, Any]:
     """The document of one profile; positions in metres, world or body axes as `ShockProfile` says."""
-    robot = profile.robot
+    robot, assembly = profile.robot, profile.assembly
+    size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
     return {
         "schema": SCHEMA,
         "shockpc": shockpc.__version__,
         "pinocchio": PINOCCHIO,
-        "robot": {
-            "name": robot.name,
-            "file": robot.label,
-            "mass": robot.mass,
-            "n_bodies": len(robot.bodies),
-            "nv": robot.model.nv,
-        },
+        "robot": _plain(size),
         "scene": scene_table(profile.scene),
-        "v_in": profile.v_in,
-        "bodies": [_body(profile, i) for i in range(len(robot.bodies))],
+        "v_in": _plain(profile.v_in),
+        "bodies": [
+            {
+                "body": profile.bodies[i],
+                "links": list(robot.bodies[i].links),
+                "placement": {"position": _plain(profile.position[i]), "rotation": _plain(profile.rotation[i])},
+                **{key: _plain(getattr(profile, key)[i]) for key in BODY},
+                **_directions(ExtremeDirections(*(found[i] for found in profile.directions))),
+            }
+            for i in range(len(robot.bodies))
+        ],
         "points": [
-            {
-                "frame": point.frame,
-                "body": point.body,
-                "delta_v": _vector(point.delta_v),
-                "shock": point.shock,
-                **_strikes(point.directions),
-                "peak_g": point.peak_g,
-            }
-            for point in profile.points
+            {**_record(one, "frame", "body", "delta_v", "shock"), **_directions(one.directions), **_record(one, "peak_g")}
+            for one in profile.points
         ],
-        "contacts": [
-            {
-                "frame": contact.frame,
-                "point": _vector(contact.point),
-                "impulse": None if contact.impulse is None else _vector(contact.impulse),
-                "friction_needed": contact.friction_needed,
-                "approach": _vector(contact.approach),
-                "mass_sticking": _number(contact.mass_sticking),
-                "mass_frictionless": _number(contact.mass_frictionless),
-                "mitigation": contact.mitigation,
-                "moment": None if contact.moment is None else _vector(contact.moment),
-            }
-            for contact in profile.contacts
-        ],
+        "contacts": [_record(one, *CONTACT) for one in profile.contacts],
         "joint_model": profile.joint_model,
-        "health": {
-            "rank": profile.health.rank,
-            "rows": profile.health.rows,
-            "error_bound": profile.health.error_bound,
-            "body_error_bounds": list(profile.health.body_error_bounds),
-            "double_error": _number(profile.health.double_error),
-            "data_sensitivity": _number(profile.health.data_sensitivity),
-            "bits": profile.health.bits,
-            "warnings": [str(warning) for warning in profile.health.warnings],
-        },
-        "stance": [
-            {
-                "frame": foot.frame,
-                "point": _vector(foot.point),
-                "impulse": None if foot.impulse is None else _vector(foot.impulse),
-                "friction_needed": foot.friction_needed,
-            }
-            for foot in profile.stance
-        ],
-        "total": {"impulse": _vector(profile.total_impulse), "moment": _vector(profile.total_moment)},
-        "energy": {"lost": profile.energy_lost, "share": profile.energy_share},
-        "joints": [
-            {"joint": load.joint, "force": _vector(load.force), "moment": _vector(load.moment), "along": load.along}
-            for load in profile.loads
-        ],
-        "bracket": [{"place": b.place, "free": b.free, "as_modelled": b.as_modelled, "locked": b.locked} for b in profile.bracket],
+        "health": {**_record(profile.health, *HEALTH), "warnings": [str(warning) for warning in profile.health.warnings]},
+        "stance": [_record(one, "frame", "point", "impulse", "friction_needed") for one in profile.stance],
+        "total": {"impulse": _plain(profile.total_impulse), "moment": _plain(profile.total_moment)},
+        "energy": {"lost": _plain(profile.energy_lost), "share": _plain(profile.energy_share)},
+        "joints": [_record(one, "joint", "force", "moment", "along") for one in profile.loads],
+        "bracket": [_record(one, "place", "free", "as_modelled", "locked") for one in profile.bracket],
         "assembly": None
-        if profile.assembly is None
-        else {
-            "gap": profile.assembly.gap,
-            "turn": profile.assembly.turn,
-            "moved": [{"joint": name, "by": by} for name, by, _ in profile.assembly.moved],
-        },
+        if assembly is None
+        else {**_record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": _plain(by)} for name, by, _ in assembly.moved]},
         "loads_unique": profile.health.rank == profile.health.rows,
     }
 
@@ -110,43 +84,30 @@ def to_json(profiles: list[ShockProfile]) -> str:
     return json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _body(profile: ShockProfile, i: int) -> dict[str, Any]:
-    """The row of one body."""
+def _record(record: object, *keys: str) -> dict[str, Any]:
+    """Some attributes of a record."""
+    return {key: _plain(getattr(record, key)) for key in keys}
+
+
+def _directions(found: ExtremeDirections) -> dict[str, Any]:
+    """The most and the least severe impact direction of one place."""
     return {
-        "body": profile.bodies[i],
-        "links": list(profile.robot.bodies[i].links),
-        "placement": {
-            "position": _vector(profile.position[i]),
-            "rotation": [_vector(row) for row in profile.rotation[i]],
-        },
-        "delta_omega": _vector(profile.delta_omega[i]),
-        "delta_v": _vector(profile.delta_v[i]),
-        "copc": None if profile.translates[i] else _vector(profile.copc[i]),
-        "copc_world": None if profile.translates[i] else _vector(profile.copc_world[i]),
-        "ropc": _number(profile.ropc[i]),
-        "translates": bool(profile.translates[i]),
-        "pitch": _number(profile.pitch[i]),
-        "off_plane": float(profile.off_plane[i]),
-        "shock_com": float(profile.shock_com[i]),
-        "shock_min": _number(profile.shock_min[i]),
-        "shock_max": _number(profile.shock_max[i]),
-        **_strikes(ExtremeDirections(*(found[i] for found in profile.directions))),
+        "most_severe": {"direction": _plain(found.most_severe), "shock": _plain(found.most_severe_shock)},
+        "least_severe": {"direction": _plain(found.least_severe), "shock": _plain(found.least_severe_shock)},
     }
 
 
-def _strikes(found: ExtremeDirections) -> dict[str, Any]:
-    """The most and the least severe strike strike for one place."""
-    return {
-        "most_severe": {"direction": _vector(found.most_severe), "shock": float(found.most_severe_shock)},
-        "least_severe": {"direction": _vector(found.least_severe), "shock": float(found.least_severe_shock)},
-    }
-
-
-def _number(value: np.float64 | float) -> float | None:
-    """A number, or None where there is none to give."""
-    return float(value) if math.isfinite(value) else None
-
-
-def _vector(values: Array) -> list[float]:
-    """An array as plain numbers; adding zero keeps -0.0 out of the file."""
-    return [float(value) for value in np.asarray(values) + 0.0]
+def _plain(value: Any) -> Any:
+    """A value as JSON holds it: arrays as lists, null for a number or a vector that is not finite, no -0.0."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, list):
+        plain = [_plain(part) for part in value]
+        return None if plain and all(part is None for part in plain) else plain
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None
+    return value

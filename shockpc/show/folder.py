@@ -1,33 +1,49 @@
-"""The results of a landing as a folder of files. Nothing here is imported before a folder is asked for."""
+"""The results of landings as a folder of files. Nothing here is imported before a folder is requested."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from shockpc.errors import OutputError
 from shockpc.result import ShockProfile
 from shockpc.show.document import to_json
-from shockpc.show.figure.landing import save_figure
-from shockpc.show.files import make_folder, write_text
-from shockpc.show.tables.sheets import bodies_sheet, contacts_sheet, points_sheet
-from shockpc.show.tables.text import as_csv, markdown_report
+from shockpc.show.figure.landing import landing_figure
+from shockpc.show.files import write_folder
+from shockpc.show.tables.sheets import bodies_sheet, contacts_sheet, points_sheet, summary_sheet
+from shockpc.show.tables.text import as_csv, as_markdown, markdown_report
 
-__all__ = ["write_profile"]
-
-FILES = ("profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md", "shock.svg", "shock.png")
+__all__ = ["write_landings"]
 
 
-def write_profile(profile: ShockProfile, folder: Path, pattern: str | None = None) -> None:
-    """Write one landing: profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
+def write_landings(profiles: Sequence[ShockProfile], names: Sequence[str], folder: Path, pattern: str | None = None) -> None:
+    """Write one landing into a folder; several into a subfolder each, with a summary beside them.
+
+    The files of a landing are profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
+
+    Args:
+        profiles: the landings.
+        names: of the subfolders.
+        folder: made if it does not exist; files of an earlier run that this one does not write are removed.
+        pattern: only bodies that match it are in bodies.csv and report.md.
 
     Raises:
-        OutputError: the folder cannot be written; if a folder has the name of a file, nothing is.
+        OutputError: the folder cannot be written.
     """
-    make_folder(folder)
-    for name in FILES:
-        if (folder / name).is_dir():
-            raise OutputError(f'"{folder / name}" is a folder, where a file has to go; move it, or name another with --out')
-    save_figure(profile, folder)
-    write_text(folder / "bodies.csv", as_csv(bodies_sheet(profile, pattern, fold=False)))
-    write_text(folder / "points.csv", as_csv(points_sheet(profile)))
-    write_text(folder / "contacts.csv", as_csv(contacts_sheet(profile)))
-    write_text(folder / "report.md", markdown_report([profile], pattern, figure="shock.svg"))
-    write_text(folder / "profile.json", to_json([profile]))
+    if len(profiles) == 1:
+        write_folder(folder, _files(profiles[0], pattern))
+        return
+    files: dict[str, str | bytes] = {}
+    for profile, name in zip(profiles, names, strict=True):
+        files |= {f"{name}/{file}": content for file, content in _files(profile, pattern).items()}
+    summary = summary_sheet(list(profiles))
+    write_folder(folder, files | {"summary.csv": as_csv(summary), "summary.md": as_markdown(summary)})
+
+
+def _files(profile: ShockProfile, pattern: str | None) -> dict[str, str | bytes]:
+    """The files of one landing by name."""
+    return {
+        **landing_figure(profile),
+        "bodies.csv": as_csv(bodies_sheet(profile, pattern, fold=False)),
+        "points.csv": as_csv(points_sheet(profile)),
+        "contacts.csv": as_csv(contacts_sheet(profile)),
+        "report.md": markdown_report([profile], pattern, figure="shock.svg"),
+        "profile.json": to_json([profile]),
+    }

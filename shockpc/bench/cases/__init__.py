@@ -1,15 +1,13 @@
-"""The suite: every case is data, a function that builds it, a name and what makes it hard. Tests and bench use the same ones."""
-
-from collections.abc import Iterator
+"""The cases of the benchmark: families of landings with one parameter each."""
 
 from shockpc.bench.cases.chains import KNEE, LINKS, MASS_RATIO
-from shockpc.bench.cases.contacts import CORNERS, DOUBLED, LOCKED_FEET, RESTITUTION, SPEED, THROUGH_COM
+from shockpc.bench.cases.contacts import CORNERS, DOUBLED, LOCKED_FEET, THROUGH_COM
 from shockpc.bench.cases.family import Case, Family
 from shockpc.bench.cases.inertia import ARMATURE, LIGHT, UNITS
 from shockpc.bench.cases.loops import LOOPS
 from shockpc.bench.cases.robots import FAR, ROBOTS
 
-__all__ = ["FAMILIES", "Case", "Family", "family", "suite"]
+__all__ = ["FAMILIES", "Case", "Family", "family"]
 
 FAMILIES = (
     ROBOTS,
@@ -24,16 +22,8 @@ FAMILIES = (
     LOCKED_FEET,
     DOUBLED,
     LOOPS,
-    RESTITUTION,
-    SPEED,
     FAR,
 )
-
-
-def suite(name: str) -> Iterator[Case]:
-    """All cases of a suite, "quick" or "full"."""
-    for one in FAMILIES:
-        yield from one.cases(quick=name == "quick")
 
 
 def family(name: str) -> Family:

@@ -1,4 +1,4 @@
-"""Chains: mass ratios along them, a knee that straightens, and very many links."""
+"""Chains: mass ratios, a knee that straightens, and very many links."""
 
 import functools
 import math
@@ -62,8 +62,8 @@ def _mass_ratio(variant: str, ratio: float) -> tuple[Robot, Scene]:
 
 MASS_RATIO = Family(
     name="mass ratio",
-    title="Six links, the heaviest so many times the lightest",
-    hard="the light links' inertia is lost in the sums of the heavy ones, and what moves little is a difference of what moves much",
+    title="Six links with a large ratio of masses",
+    hard="the inertia of the light links is lost in sums with that of the heavy ones; small motions are differences of large ones",
     parameter="mass ratio [-]",
     variants=(
         "struck heavy, rooted light",
@@ -71,8 +71,7 @@ MASS_RATIO = Family(
         "struck light, rooted light",
         "struck light, rooted heavy",
     ),
-    values=tuple(10.0**k for k in range(11)),
-    quick=(1.0, 1e4, 1e8, 1e10),
+    values=(1.0, 1e5, 1e10, 1e20),
     build=_mass_ratio,
 )
 
@@ -92,8 +91,7 @@ def _leg() -> Robot:
 
 def _knee(variant: str, angle: float) -> tuple[Robot, Scene]:
     robot = _leg()
-    lean = 0.3 if "inclined" in variant else 0.0
-    posture = Posture(joints={"joint1": lean - 0.5 * angle, "joint2": angle})
+    posture = Posture(joints={"joint1": -0.5 * angle, "joint2": angle})
     contact = Contact(frame="link2", offset=(0.0, 0.0, -0.5), directions=("z",) if "slides" in variant else ("x", "y", "z"))
     base: Base = "fixed" if "fixed" in variant else "free"
     return robot, Scene(robot="leg", base=base, posture=posture, contact=(contact,))
@@ -102,11 +100,10 @@ def _knee(variant: str, angle: float) -> tuple[Robot, Scene]:
 KNEE = Family(
     name="knee",
     title="A knee that straightens, struck along the leg",
-    hard="the leg gives way along itself by the knee's angle alone: on a base that cannot move it gets infinitely stiff",
+    hard="a straight leg does not yield along its axis; on a fixed base the landing then has no solution",
     parameter="knee angle [rad]",
-    variants=("free base", "fixed base", "fixed base, foot slides", "fixed base, inclined"),
-    values=(0.0, *(10.0**k for k in range(-12, 1))),
-    quick=(0.0, 1e-12, 1e-8, 1e-4, 1.0),
+    variants=("free base", "fixed base", "fixed base, foot slides"),
+    values=(0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0),
     build=_knee,
 )
 
@@ -126,11 +123,10 @@ def _links(variant: str, n: float) -> tuple[Robot, Scene]:
 
 LINKS = Family(
     name="links",
-    title="A chain of so many equal links",
-    hard="every hinge passes on a part of the shock, so far links move by ever smaller differences of ever longer sums",
+    title="Chains of equal links",
+    hard="the motion of a distant link is a small difference of long sums",
     parameter="number of links [-]",
     variants=("struck at the end", "struck in the middle"),
-    values=(1, 2, 5, 10, 20, 50, 100, 200, 500),
-    quick=(1, 10, 50),
+    values=(10, 50, 100, 200),
     build=_links,
 )

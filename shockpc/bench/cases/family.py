@@ -1,31 +1,34 @@
-"""A family of cases: one landing with one parameter, turned until it hurts."""
+"""A family of cases: one landing with one parameter that makes it harder."""
 
+import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Literal, NamedTuple, TypeAlias
 
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene
 
-__all__ = ["Case", "Family"]
+__all__ = ["Axis", "Case", "Family", "known_robot"]
 
 
-@dataclass(frozen=True)
-class Case:
+Axis: TypeAlias = Literal["x", "y", "z"]
+"""A direction in which a contact or a closure holds."""
+
+
+class Case(NamedTuple):
     """One landing of a family.
 
     Attributes:
         family: name of the family.
-        variant: which of its curves.
-        value: of the parameter.
-        label: the value as it is shown.
-        build: makes the robot and the scene.
+        variant: of the landing.
+        label: value of the parameter.
+        build: returns the robot and the scene.
     """
 
     family: str
     variant: str
-    value: float
     label: str
-    build: Callable[[], tuple[Robot, Scene]] = field(repr=False)
+    build: Callable[[], tuple[Robot, Scene]]
 
     @property
     def name(self) -> str:
@@ -38,15 +41,14 @@ class Family:
     """Cases that differ in one number.
 
     Attributes:
-        name: short, for files and anchors.
+        name: short.
         title: one line for a heading.
-        hard: what makes it hard.
-        parameter: what the number is, with its unit.
-        variants: names of its curves.
-        values: of the parameter, in the full suite.
-        quick: of the parameter, in the quick suite.
+        hard: why it is hard.
+        parameter: the number, with its unit.
+        variants: of the landing.
+        values: of the parameter.
         build: variant and value → robot and scene.
-        labels: what to call the values, where they are but numbers of a list.
+        labels: names of the values, where they are numbers of a list.
     """
 
     name: str
@@ -55,17 +57,22 @@ class Family:
     parameter: str
     variants: tuple[str, ...]
     values: tuple[float, ...]
-    quick: tuple[float, ...]
     build: Callable[[str, float], tuple[Robot, Scene]] = field(repr=False)
     labels: tuple[str, ...] = ()
 
-    def cases(self, quick: bool = False) -> Iterator[Case]:
+    def cases(self) -> Iterator[Case]:
         """Its cases, variant by variant."""
         for variant in self.variants:
-            for value in self.quick if quick else self.values:
+            for value in self.values:
                 yield self.case(variant, value)
 
     def case(self, variant: str, value: float) -> Case:
         """One of its cases."""
         label = self.labels[int(value)] if self.labels else f"{value:g}"
-        return Case(self.name, variant, value, label, lambda: self.build(variant, value))
+        return Case(self.name, variant, label, lambda: self.build(variant, value))
+
+
+@functools.cache
+def known_robot(name: str) -> Robot:
+    """A robot by its name, loaded once."""
+    return load_robot(name)

@@ -1,4 +1,4 @@
-"""Loops near the posture in which they lose a direction."""
+"""Loops near a singular posture."""
 
 import functools
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.bench.build import Link, box, robot_of, rod
 from shockpc.bench.cases.chains import OBLIQUE
-from shockpc.bench.cases.family import Family
+from shockpc.bench.cases.family import Axis, Family
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
@@ -38,11 +38,11 @@ def _loops(variant: str, height: float) -> tuple[Robot, Scene]:
     robot = _four_bar(height)
     coupler = np.array([COUPLER[0] - CRANK[0], 0.0, (COUPLER[1] - CRANK[1]) * height])
     rocker = np.array([COUPLER[0] - ROCKER[0], 0.0, (COUPLER[1] - ROCKER[1]) * height])
-    kept: tuple[str, ...] = ("x", "y", "z") if variant == "closed in space" else ("x", "z")
+    kept: tuple[Axis, ...] = ("x", "y", "z") if variant == "closed in space" else ("x", "z")
     closure = Closure(
         a=Place(frame="link2", offset=tuple(coupler.tolist())),
         b=Place(frame="link3", offset=tuple(rocker.tolist())),
-        directions=kept,  # type: ignore[arg-type]
+        directions=kept,
     )
     struck = (
         Contact(frame="link1", offset=(0.2, 0.0, -0.1))
@@ -55,11 +55,10 @@ def _loops(variant: str, height: float) -> tuple[Robot, Scene]:
 
 LOOPS = Family(
     name="flat four-bar",
-    title="A four-bar all but folded into one line",
-    hard="with all bars in line one closure row vanishes; closed by a point in space, one across the plane repeats others besides",
+    title="A four-bar linkage almost folded into one line",
+    hard="with all bars in line one closure row vanishes; closed by a point in space, another row is dependent as well",
     parameter="height over length [-]",
     variants=("crank struck", "rocker struck", "closed in space"),
-    values=(0.0, *(10.0**k for k in range(-10, 1))),
-    quick=(0.0, 1e-10, 1e-6, 1e-2),
+    values=(0.0, 1e-10, 1e-6, 1e-2, 1.0),
     build=_loops,
 )

@@ -1,87 +1,97 @@
-"""The figure of a landing: the robot in the plane, each body coloured by the shock at each of its points.
+"""The figure of a landing: the robot in the plane, each body coloured by the shock at each of its points."""
 
-The only door to matplotlib and shapely; nothing imports it until a figure is asked for. It draws with matplotlib's objects and
-leaves its global state alone.
-"""
+import textwrap
 
-from pathlib import Path
-
-import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from shockpc.core.spatial import Array
+from shockpc.printed import printable
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
-from shockpc.show.figure.marks import draw_marks
-from shockpc.show.figure.page import colour_bar, scale_bar, title
-from shockpc.show.figure.palette import PAPER
-from shockpc.show.figure.panel import PANEL, panel, panel_height
+from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.marks import draw_marks, letter
+from shockpc.show.figure.page import LINE, colour_bar, coordinates, key, line, table
 from shockpc.show.figure.silhouette import to_plane
-from shockpc.show.figure.style import STYLE, blank, save_drawing
 from shockpc.show.figure.view import View, view_of
-from shockpc.show.figure.window import ARROW, Window, strikes_in_plane
+from shockpc.show.figure.window import windows_of
+from shockpc.show.header import joint_model_text, posture_text, strike_text
 
-__all__ = ["draw", "save_figure"]
+__all__ = ["draw", "landing_figure"]
 
-WIDEST, TALLEST, NARROWEST = 5.4, 6.6, 3.6
-"""Sides of the picture [inches]."""
+MOST, LEAST = (5.4, 6.4), (3.4, 2.2)
+"""Largest and smallest sides of the picture [inches]."""
 
-MARGIN, HEAD, FOOT, GAP, PAD = 0.2, 0.86, 0.88, 0.3, 0.32
-"""Room around everything, for the title, for the colour bar, beside the picture, and around what it holds [inches]."""
+MARGIN, LEFT, HEAD, FOOT, COLUMN = 0.2, 0.62, 0.86, 1.0, 3.3
+"""Room around everything, for the vertical coordinate, the title, the colour bar, and the column beside the picture [inches]."""
 
 FEW = 6
-"""Most bodies of a robot that are all numbered."""
+"""A robot with up to this many bodies has all of them numbered."""
 
-NEAR = 0.15
-"""How far beyond the robot, as a share of its size, a centre of percussion may lie and still be in the picture."""
+ROWS = 14
+"""Most bodies, and most sensors, that are listed."""
+
+NEAR = (0.15, 0.15)
+"""Distance from the robot, as a share of its size, up to which a centre of percussion is in the picture."""
+
+OUT_OF_PLANE = 0.1
+"""Share of a body's motion out of the plane above which the figure says so [1]."""
+
+
+def landing_figure(profile: ShockProfile) -> dict[str, bytes]:
+    """The figure of a landing as SVG and PNG, by file name."""
+    return {f"shock.{format_}": data for format_, data in render(lambda: draw(profile)).items()}
 
 
 def draw(profile: ShockProfile) -> Figure:
     """Draw the robot in its plane; e1 points right, e2 up, nearer limbs cover farther ones.
 
     Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in the plane it does not depend on
-    depth; for others it is taken on the plane through the middle of the body, along the limb. CoPc and RoPc are those of the
-    motion in the plane, through the origin of the body's frame.
+    depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
 
     Args:
         profile: the shock of a landing.
     """
-    with matplotlib.rc_context(STYLE):
-        view = view_of(profile)
-        numbers = {i: n for n, i in enumerate(_numbered(profile, view), start=1)}
-        tall = panel_height(profile, numbers)
-        window, width, height = _window(profile, _contents(profile, view), tall - FOOT)
-        page_width = MARGIN + width + GAP + PANEL + MARGIN
-        page_height = HEAD + max(height + FOOT, tall) + MARGIN / 2.0
-        figure = Figure(figsize=(page_width, page_height), facecolor=PAPER)
-        page = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        blank(page, (0.0, page_width), (0.0, page_height))
-        top = page_height - HEAD
-        picture = figure.add_axes((MARGIN / page_width, (top - height) / page_height, width / page_width, height / page_height))
-        blank(picture, (window.low[0], window.high[0]), (window.low[1], window.high[1]))
-        draw_bodies(picture, view)
-        signs = draw_marks(picture, profile, view, window, numbers)
-        title(page, profile, MARGIN, page_height - 0.14, page_width - 2.0 * MARGIN)
-        colour_bar(page, MARGIN + 0.05, top - height - 0.14, width - 0.1)
-        scale_bar(page, window, MARGIN + width - 0.05, top - height - 0.75)
-        panel(page, profile, view, numbers, signs, MARGIN + width + GAP, top)
+    view = view_of(profile)
+    numbers = {i: n for n, i in enumerate(_numbered(profile, view), start=1)}
+    rows, points, notes = _body_rows(profile, numbers), _point_rows(profile), _notes(profile, view, numbers)
+    tall = LINE * (len(rows) + len(points) + len(notes) + 12.0)
+    (window,) = windows_of([profile], [view], [view.struck], NEAR, MOST, (LEAST[0], max(LEAST[1], tall - FOOT)))
+    width, height = window.sides
+    page_width = LEFT + width + 2.0 * MARGIN + COLUMN + MARGIN
+    page_height = HEAD + height + FOOT
+    figure, page = new_page(page_width, page_height)
+    picture = add_axes(figure, LEFT, FOOT, width, height)
+    coordinates(picture, window, profile)
+    draw_bodies(picture, view)
+    signs = draw_marks(picture, profile, view, window, numbers)
+    if all(drawn.region.is_empty for drawn in view.drawn):
+        picture.text(0.5, 0.9, "no body of this robot has a shape or an inertia to draw", ha="center", transform=picture.transAxes)
+    _title(page, profile, page_height - 0.14, page_width - 2.0 * MARGIN)
+    colour_bar(figure, LEFT, 0.48, width)
+    x, y = LEFT + width + 2.0 * MARGIN, page_height - HEAD
+    y = table(page, x, y, (0.0, 0.2, 1.65, 2.08, 2.68, COLUMN), rows)
+    for note in notes:
+        page.text(x, y, note, fontsize=7, fontstyle="italic", va="top")
+        y -= 0.85 * LINE
+    if points:
+        y = table(page, x, y - LINE, (0.0, 0.2, 2.68, COLUMN), points)
+    key(page, [view], signs, (x, y - LINE))
     return figure
 
 
-def save_figure(profile: ShockProfile, folder: Path) -> tuple[Path, Path]:
-    """Write shock.svg and shock.png, the same bytes every time; a file is there whole or not at all.
-
-    Args:
-        profile: the shock of a landing.
-        folder: exists already.
-
-    Returns: the paths of both.
-
-    Raises:
-        OutputError: the folder cannot be written.
-    """
-    return save_drawing(lambda: draw(profile), folder, "shock")
+def _title(page: Axes, profile: ShockProfile, y: float, width: float) -> None:
+    """Robot, posture, velocity and joint model, downwards."""
+    names = [printable(contact.frame, 30) for contact in profile.contacts]
+    contacts = " + ".join(names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} more"])
+    robot = printable(profile.robot.source.name or profile.robot.name, 40)
+    line(page, MARGIN, y, f"{robot}: shock of landing on {contacts}", 11.0, width, "bold")
+    scene = profile.scene
+    words = [f"posture {posture_text(profile)}", f"base {scene.base or 'free'}", f"strike {strike_text(profile)}"]
+    words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
+    words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
+    line(page, MARGIN, y - 0.25, "; ".join(words), 8.0, width)
+    line(page, MARGIN, y - 0.43, f"joint model: {joint_model_text(profile)}", 8.0, width)
 
 
 def _numbered(profile: ShockProfile, view: View) -> list[int]:
@@ -92,29 +102,54 @@ def _numbered(profile: ShockProfile, view: View) -> list[int]:
     return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
 
 
-def _contents(profile: ShockProfile, view: View) -> Array:
-    """Points (n, 2) that the picture should hold: the robot, contacts, sensors, and centres of percussion close by [m]."""
-    places = [view.low, view.high, *(to_plane(contact.point, profile.plane) for contact in profile.contacts)]
-    places += [to_plane(point.position, profile.plane) for point in profile.points]
-    centres = to_plane(profile.copc_world, profile.plane)
-    near = NEAR * view.size
-    for i in view.struck:
-        if np.all(centres[i] > view.low - near) and np.all(centres[i] < view.high + near):
-            places.append(centres[i])
-    return np.array(places)
+def _body_rows(profile: ShockProfile, numbers: dict[int, int]) -> list[tuple[str, ...]]:
+    """The numbered bodies: name, CoPc, RoPc and shock."""
+    axes = profile.scene.plane if isinstance(profile.scene.plane, str) else ("e1", "e2")
+    rows: list[tuple[str, ...]] = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
+    for i, number in list(numbers.items())[:ROWS]:
+        low, high = profile.shock_min[i], profile.shock_max[i]
+        shock = f"{low:.2f}–{high:.2f}" if np.isfinite(high) else f"{profile.shock_com[i]:.2f}"
+        centre = ("none", "") if profile.translates[i] else map(_metres, to_plane(profile.copc_world[i], profile.plane))
+        rows.append((str(number), printable(profile.bodies[i], 16), *centre, _metres(float(profile.ropc[i])), shock))
+    if len(numbers) > ROWS:
+        rows.append(("", f"and {len(numbers) - ROWS} more", "", "", "", ""))
+    return rows
 
 
-def _window(profile: ShockProfile, contents: Array, least: float) -> tuple[Window, float, float]:
-    """The window around the contents and the strike arrows, and the picture's width and height on paper [inches]."""
-    feet = np.stack([to_plane(contact.point, profile.plane) for contact in profile.contacts])
-    held, inch = contents, 0.0
-    # The arrows' length is one of paper, so what they need of the plane follows from the scale, and the scale from that.
-    for _ in range(3):
-        low, high = held.min(axis=0), held.max(axis=0)
-        size = np.maximum(high - low, 1e-6)
-        inch = float(max(size[0] / (WIDEST - 2.0 * PAD), size[1] / (TALLEST - 2.0 * PAD)))
-        held = np.concatenate([contents, feet + ARROW * inch * strikes_in_plane(profile)])
-    low, high = held.min(axis=0), held.max(axis=0)
-    paper = np.maximum((high - low) / inch + 2.0 * PAD, (NARROWEST, least))
-    middle = (low + high) / 2.0
-    return Window(middle - paper * inch / 2.0, middle + paper * inch / 2.0, inch), float(paper[0]), float(paper[1])
+def _point_rows(profile: ShockProfile) -> list[tuple[str, ...]]:
+    """Sensors and points: name, peak acceleration for a given pulse, and shock."""
+    if not profile.points:
+        return []
+    peak = "" if profile.scene.pulse is None else "peak [g]"
+    rows: list[tuple[str, ...]] = [("", "sensor or point", peak, "shock [-]")]
+    for k, point in enumerate(profile.points[:ROWS]):
+        rows.append(
+            (letter(k), printable(point.frame, 24), "" if point.peak_g is None else f"{point.peak_g:.3g}", f"{point.shock:.2f}")
+        )
+    if len(profile.points) > ROWS:
+        rows.append(("", f"and {len(profile.points) - ROWS} more", "", ""))
+    return rows
+
+
+def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[str]:
+    """What limits the picture: motion out of the plane, and bodies that cannot be drawn; lines of text."""
+    notes = []
+    share = {number: float(profile.off_plane[i]) for i, number in numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
+    if share:
+        notes.append(
+            f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the motion is out of the plane; colours "
+            "hold in the middle of the body, CoPc and RoPc for the motion in the plane."
+        )
+    unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
+    if unseen:
+        names = ", ".join(unseen[:3]) + (f" and {len(unseen) - 3} more" if len(unseen) > 3 else "")
+        notes.append(f"not drawn, without shape and inertia: {names}")
+    if profile.scene.pulse is not None and profile.points:
+        notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
+    return [part for note in notes for part in textwrap.wrap(note, 58)]
+
+
+def _metres(value: float) -> str:
+    """A length to about three digits."""
+    decimals = 0 if abs(value) >= 99.95 else 1 if abs(value) >= 9.995 else 2
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−") if abs(value) < 1e5 else f"{value:.0e}"

@@ -1,100 +1,133 @@
-"""The words around the picture: title, colour bar and scale. Inches on a page."""
+"""What surrounds a picture: coordinates along its edges, the colour bar, tables and the key to the signs."""
 
 import math
+import re
+from collections.abc import Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerPatch
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch, Patch
+from matplotlib.ticker import MultipleLocator
 
 from shockpc.result import ShockProfile
-from shockpc.show.figure.palette import BANDS, EDGES, INK
-from shockpc.show.figure.window import Window, strike_in_plane
-from shockpc.show.strike import motion_text, strike_angle
-from shockpc.show.tables.sheets import UNDRIVEN
+from shockpc.show.figure.bodies import BOXED
+from shockpc.show.figure.canvas import add_axes
+from shockpc.show.figure.marks import SIGNS, arrow
+from shockpc.show.figure.palette import BANDS, EDGES, INK, faded
+from shockpc.show.figure.view import View
+from shockpc.show.figure.window import Window
 
-__all__ = ["colour_bar", "joint_model", "scale_bar", "title"]
+__all__ = ["LINE", "colour_bar", "coordinates", "key", "line", "table"]
 
-JOINT_MODELS = {
-    "free": "free (zero reflected inertia)",
-    "geared": "geared (reflected inertia of the file)",
-    "mixed": "mixed (some joints have reflected inertia, the others none)",
-    "locked": "locked (no joint turns)",
+LINE = 0.165
+"""Height of a line of text [inches]."""
+
+
+def coordinates(axes: Axes, window: Window, profile: ShockProfile, first: bool = True) -> None:
+    """Limit axes to a window and mark world coordinates along the lower and, of the first picture, the left edge [m]."""
+    axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]))
+    power = 10.0 ** math.floor(math.log10(0.5 * window.inch))
+    step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= 0.5 * window.inch)
+    plane = profile.scene.plane
+    directions = (profile.plane.e1, profile.plane.e2)
+    names = plane if isinstance(plane, str) else [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in directions]
+    for axis, name in zip((axes.xaxis, axes.yaxis), names, strict=True):
+        axis.set_major_locator(MultipleLocator(step))
+        axis.set_label_text(f"{name} [m]", fontsize=7.5)
+    axes.tick_params(labelsize=7.0, length=2.5, width=0.6, color=INK, labelcolor=INK, labelleft=first, left=first)
+    axes.spines[["top", "right"] if first else ["top", "right", "left"]].set_visible(False)
+    axes.set_facecolor("none")
+    if not first:
+        axes.set_ylabel("")
+
+
+def colour_bar(figure: Figure, x: float, y: float, width: float) -> None:
+    """The bands of shock with their limits, from (x, y) to the right and down [inches]."""
+    norm = BoundaryNorm([*EDGES[:-1], 2.5], len(BANDS))
+    axes = add_axes(figure, x, y - 0.14, width, 0.14)
+    bar = figure.colorbar(
+        ScalarMappable(norm, ListedColormap(BANDS)), cax=axes, orientation="horizontal", spacing="uniform", drawedges=True
+    )
+    bar.set_ticks([*EDGES[:-1], 2.5], labels=[*(f"{edge:g}" for edge in EDGES[:-1]), "∞"])
+    bar.ax.tick_params(labelsize=7.0, length=0.0)
+    bar.set_label("normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded", fontsize=7.5)
+    bar.outline.set_linewidth(0.6)
+    bar.dividers.set_linewidth(0.5)
+
+
+def line(page: Axes, x: float, y: float, text: str, size: float, width: float, weight: str = "normal") -> None:
+    """One line of text down from (x, y), in smaller letters if the width [inches] requires it."""
+    text = re.sub(r"(?<!\w)-(?=\d)", "−", text)
+    needed = (0.62 if weight == "normal" else 0.72) * len(text) / 72.0
+    page.text(x, y, text, fontsize=min(size, width / needed), fontweight=weight, va="top")
+
+
+def table(page: Axes, x: float, y: float, stops: Sequence[float], rows: Sequence[Sequence[str]]) -> float:
+    """Write rows down from (x, y), the first one as header; return where they end [inches].
+
+    Args:
+        page: in inches.
+        x: left edge.
+        y: upper edge.
+        stops: left edge of the first two columns and right edges of the others, from x.
+        rows: of cells.
+    """
+    for k, row in enumerate(rows):
+        for stop, cell, column in zip(stops, row, range(len(row)), strict=True):
+            weight = "bold" if k == 0 or column == 0 else "normal"
+            page.text(x + stop, y, cell, fontweight=weight, ha="left" if column < 2 else "right", va="top")
+        y -= LINE
+        if k == 0:
+            page.plot([x, x + stops[-1]], [y + 0.01] * 2, color=INK, linewidth=0.6)
+            y -= 0.03
+    return y
+
+
+WORDS = {
+    "ring": "contact that moves perpendicular to the plane",
+    "centre": "CoPc of the body with this number",
+    "circle": "RoPc: shock is 1 on this circle",
+    "joint": "joint",
+    "sensor": "sensor or point",
 }
 
 
-def title(page: Axes, profile: ShockProfile, x: float, y: float, width: float) -> None:
-    """Robot, posture, strike and joint model, downwards from (x, y), in letters small enough for the width."""
-    names = [contact.frame for contact in profile.contacts]
-    contacts = " + ".join(names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} more"])
-    robot = profile.robot.source.name or profile.robot.name
-    _line(page, x, y, f"{robot}: shock of landing on {contacts}", 11.0, width, bold=True)
-    _line(page, x, y - 0.25, f"{_posture(profile)}; strike {_strike(profile)}", 8.5, width)
-    _line(page, x, y - 0.43, f"joint model: {joint_model(profile)}; plane {_plane(profile)}", 8.5, width)
+def key(page: Axes, view: Sequence[View], signs: set[str], place: tuple[float, float]) -> None:
+    """What the signs mean; only those that occur.
+
+    Args:
+        page: in inches.
+        view: the bodies of every picture.
+        signs: those that the pictures hold.
+        place: upper left corner [inches].
+    """
+    handles: list[Line2D | Patch] = []
+    words = []
+    if "arrow" in signs:
+        handles.append(arrow((0.0, 0.0), (1.0, 0.0), 1.5, 9.0))
+        words.append("velocity of the contact before the impact")
+    for sign, meaning in WORDS.items():
+        if sign in signs:
+            handles.append(Line2D([], [], **SIGNS[sign]))
+            words.append(meaning)
+    drawn = [one for each in view for one in each.drawn]
+    if any(one.outlined for one in drawn):
+        handles.append(Patch(fill=False, edgecolor=faded(INK, 0.35), linewidth=0.5))
+        words.append("body in front of the struck limb")
+    if any(one.box and not one.region.is_empty for one in drawn):
+        handles.append(Patch(fill=False, edgecolor=INK, linewidth=0.7, linestyle=BOXED))
+        words.append("box of the inertia: the file has no shape")
+    page.legend(
+        handles, words, loc="upper left", bbox_to_anchor=place, bbox_transform=page.transData, borderpad=0.0,
+        handlelength=1.9, handletextpad=0.6, labelspacing=0.45, borderaxespad=0.0,
+        handler_map={FancyArrowPatch: HandlerPatch(patch_func=_arrow_in_key)},
+    )  # fmt: skip
 
 
-def joint_model(profile: ShockProfile) -> str:
-    """What the drives do, in a few words."""
-    return JOINT_MODELS[profile.joint_model] if profile.robot.joint_names else UNDRIVEN
-
-
-def _line(page: Axes, x: float, y: float, words: str, size: float, width: float, bold: bool = False) -> None:
-    """One line of text, in smaller letters if the width [inches] asks for it."""
-    needed = (0.72 if bold else 0.62) * len(words) / 72.0
-    page.text(x, y, words, fontsize=min(size, width / needed), fontweight="bold" if bold else "normal", va="top")
-
-
-def _posture(profile: ShockProfile) -> str:
-    """Posture and base in words."""
-    posture, base = profile.scene.posture, profile.scene.base
-    changed = len({name for pattern in (*posture.joints, *posture.joints_deg) for name in profile.robot.match_joints(pattern)})
-    words = f"posture {posture.reference}" + (f", {changed} joint{'s' if changed > 1 else ''} set" if changed else "")
-    turned = zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False)
-    words += "".join(f", base {name} {angle:g}°" for name, angle in turned if angle).replace("-", "−")
-    return words + {"planar": ", base moves in the plane only", "fixed": ", base fixed"}.get(base or "free", "")
-
-
-def _strike(profile: ShockProfile) -> str:
-    """The strike in words: speed and angle in the plane, or its components where it leaves the plane."""
-    e1, e2 = strike_in_plane(profile)
-    if math.hypot(e1, e2) > 0.9999 and profile.plane.e2[2] > 0.9999:
-        angle = strike_angle(profile)
-        way = "straight down" if abs(float(angle)) < 0.05 else f"{angle}° from the vertical".replace("-", "−")
-        words = f"{float(np.linalg.norm(profile.strike)):.3g} m/s, {way}"
-    else:
-        words = "({}) m/s".format(", ".join(f"{v + 0.0:.3g}" for v in profile.strike)).replace("-", "−")
-    bounce = max((contact.restitution for contact in profile.scene.contact), default=0.0)
-    slides = any(len(contact.directions) < 3 for contact in profile.scene.contact)
-    moves = motion_text(profile)
-    words += (" at the fastest contact" if moves and len(profile.contacts) > 1 else "") + (f", {moves}" if moves else "")
-    return words + (f", restitution {bounce:g}" if bounce else "") + (", free to slide" if slides else "")
-
-
-def _plane(profile: ShockProfile) -> str:
-    plane = profile.scene.plane
-    if isinstance(plane, str):
-        return f"{plane}, {plane[0]} to the right, {plane[1]} up"
-    return "across ({})".format(", ".join(f"{v:.3g}" for v in profile.plane.normal)).replace("-", "−")
-
-
-def colour_bar(page: Axes, x: float, y: float, width: float) -> None:
-    """The bands side by side, from (x, y) to the right and down, with their breaks."""
-    step = width / len(BANDS)
-    for k, colour in enumerate(BANDS):
-        page.add_patch(Rectangle((x + k * step, y - 0.15), step, 0.15, facecolor=colour, edgecolor=INK, linewidth=0.5))
-    for k, edge in enumerate(EDGES[:-1]):
-        weight, size = ("bold", 8.0) if edge == 1.0 else ("normal", 7.0)
-        page.text(x + k * step, y - 0.18, f"{edge:g}", fontsize=size, fontweight=weight, ha="center", va="top")
-    page.text(x + width - step / 2.0, y - 0.18, f"> {EDGES[-2]:g}", fontsize=7, ha="center", va="top")
-    at_one = x + EDGES.index(1.0) * step
-    page.plot([at_one, at_one], [y - 0.15, y + 0.05], color=INK, linewidth=1.6, solid_capstyle="butt")
-    page.text(x, y - 0.37, "normalised shock |Δv| / v_in [-]; 1 is the strike itself", fontsize=7.5, va="top")
-
-
-def scale_bar(page: Axes, window: Window, x: float, y: float) -> None:
-    """A bar of a round length near a fifth of the picture, which ends at (x, y)."""
-    width = float(window.high[0] - window.low[0])
-    power = 10.0 ** math.floor(math.log10(0.2 * width))
-    bar = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= 0.2 * width)
-    left = x - bar / window.inch
-    page.plot([left, left, left, x, x, x], [y - 0.03, y + 0.03, y, y, y - 0.03, y + 0.03], color=INK, linewidth=1.0)
-    page.text(left - 0.06, y, f"{bar:g} m", fontsize=7.5, ha="right", va="center")
+def _arrow_in_key(orig_handle: FancyArrowPatch, width: float, height: float, **_: object) -> FancyArrowPatch:
+    """The arrow of the key, at the size that the key has room for."""
+    return arrow((0.0, height / 2.0), (width, height / 2.0), 1.5, 9.0)

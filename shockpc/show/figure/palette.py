@@ -1,42 +1,38 @@
-"""The colours of normalised shock: five blues below the strike, four reds above it.
+"""The colours of normalised shock: five blues below the shock at the contact, a grey around it, four reds above.
 
-The change of hue at 1 shows at a glance what feels more than the strike itself. Lightness falls from band to band, most of
-all at 1, so the order survives grey printing, and blue against red survives every common colour blindness. Nothing is clipped:
-the last band is open.
+Values that round to 1.0 are grey, so that a body which moves as the contact does is not marked as amplifying the shock. Lightness
+falls from band to band, which keeps the order in grey printing, and blue and red differ with every common colour blindness. The
+last band is open, so no value is clipped.
 """
 
 import math
 
 __all__ = ["BANDS", "EDGES", "INK", "PAPER", "band", "faded"]
 
-EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, math.inf)
-"""Breaks between the bands: shock |Δv| / v_in [1]."""
+EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
+"""Limits of the bands: shock |Δv| / v_in [1]."""
 
-BANDS = ("#e9f0f7", "#cbdef0", "#a8c9e6", "#82b2da", "#5b9aca", "#bb4524", "#932c22", "#66161e", "#300810")
+BANDS = ("#e9f0f7", "#cbdef0", "#a8c9e6", "#82b2da", "#5f9fd0", "#878583", "#b8401f", "#902a22", "#63151d", "#300810")
 """One colour for each band, lightest first."""
 
 INK = "#1a1a1a"
 """Lines and letters."""
 
 PAPER = "#ffffff"
-"""What the figure is printed on."""
+"""Background."""
 
 
 def band(shock: float) -> int:
-    """Index of the band that a shock falls into; a value on a break belongs to the band below it.
-
-    Args:
-        shock: |Δv| / v_in [1], not negative.
-    """
+    """Index of the band of a shock; a value on a limit belongs to the band below it. Args: shock |Δv| / v_in, not negative [1]."""
     return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
 
 
 def faded(colour: str, share: float) -> str:
-    """A colour mixed with paper.
+    """A colour mixed with the background.
 
     Args:
         colour: as #rrggbb.
-        share: of paper, 0 to 1.
+        share: of the background, 0 to 1.
     """
     channels = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
     return "#" + "".join(f"{round(c + (255 - c) * share):02x}" for c in channels)

@@ -1,165 +1,90 @@
-"""A figure of the paper: its panels side by side, with one scale, one set of colours and one key. Lengths on the page in inches."""
+"""A figure of the paper, computed again: its panels side by side, on one scale and with one set of colours."""
 
 import textwrap
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-import matplotlib
-import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyArrowPatch
 
-from shockpc.core.spatial import Array
-from shockpc.paper.scenes import PaperFigure
+from shockpc.paper.scenes import Panel, PaperFigure
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
-from shockpc.show.figure.marks import DASHED, SENSOR, draw_marks, percussion_mark
-from shockpc.show.figure.page import colour_bar, joint_model, scale_bar
-from shockpc.show.figure.palette import INK, PAPER
+from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.marks import draw_marks, letter
+from shockpc.show.figure.page import LINE, colour_bar, coordinates, key
 from shockpc.show.figure.silhouette import to_plane
-from shockpc.show.figure.style import STYLE, blank
-from shockpc.show.figure.view import View, view_of
-from shockpc.show.figure.window import ARROW, Window, letter, strike_in_plane
-from shockpc.show.strike import strike_angle
+from shockpc.show.figure.view import view_of
+from shockpc.show.figure.window import Window, windows_of
+from shockpc.show.header import angle_text, joint_model_text
 
-__all__ = ["draw_paper_figure"]
+__all__ = ["draw_paper_figure", "paper_figure_files"]
 
-WIDEST, TALLEST, NARROWEST = 9.6, 3.6, 1.6
-"""Largest sides of all panels together, and least width of a panel [inches]."""
+MOST, LEAST = (9.6, 3.6), (1.55, 1.0)
+"""Largest sides of all panels together, and smallest sides of one [inches]."""
 
-MARGIN, HEAD, CAPTION, BAR, PAD, POINTER = 0.2, 0.5, 0.58, 0.62, 0.2, 0.5
-"""Space around the page, for the title, a caption, the colour bar, around the contents of a panel, and for pointers [inches]."""
+LEFT, MARGIN, GAP, HEAD, CAPTION, FOOT, BAR = 0.62, 0.2, 0.15, 0.5, 0.75, 0.85, 4.6
+"""Room for the vertical coordinate, at the other edges, between panels, for the title, for coordinates and labels below the panels,
+and for the colour bar; and its width [inches]."""
 
-LINE, COLUMN = 0.19, 2.75
-"""Height of a line and width of a column of the key [inches]."""
+NEAR = (0.7, 0.26)
+"""Distance from the robot, sideways and up, as a share of its size, up to which a centre of percussion is in the panel."""
 
-CIRCLE = 0.98
-"""Share of the circle of a RoPc that has to lie in its panel for the circle to be drawn [1]."""
 
-NEAR = np.array([0.7, 0.26])
-"""Largest distance, sideways and up, of a CoPc from the robot for a panel to include it, over the robot's size [1]."""
-
-WARNING = "#932c22"
-"""Colour of the note."""
+def paper_figure_files(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> dict[str, bytes]:
+    """A figure of the paper as SVG and PNG, by file name."""
+    files = render(lambda: draw_paper_figure(figure, profiles))
+    return {f"figure{figure.number}.{format_}": data for format_, data in files.items()}
 
 
 def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> Figure:
     """Draw a figure of the paper.
 
-    The contacts of all panels are at the same height. A body has the same number in every panel, and its CoPc carries that number.
+    A body has the same number in every panel, and so has its centre of percussion. Centres outside a panel are given under it.
 
     Args:
-        figure: the figure.
-        profiles: the shock profiles of its panels.
+        figure: which one.
+        profiles: of its panels.
     """
-    with matplotlib.rc_context(STYLE):
-        views = [view_of(profile) for profile in profiles]
-        names = list(dict.fromkeys(body for profile in profiles for body in profile.bodies))
-        windows, widths, height = _windows(profiles, views)
-        width = max(sum(widths), 6.2)
-        bodies = "bodies: " + ", ".join(f"{k} {name.replace('_', ' ')}" for k, name in enumerate(names, start=1))
-        text, note = (textwrap.wrap(words, int(width / 0.054)) for words in (bodies, figure.note))
-        columns = int(width // COLUMN)
-        key = LINE * (len(text) + len(note) + -(-5 // columns))
-        page_width, page_height = width + 2.0 * MARGIN, HEAD + height + CAPTION + BAR + key + MARGIN / 2.0
-        drawing = Figure(figsize=(page_width, page_height), facecolor=PAPER)
-        page = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
-        blank(page, (0.0, page_width), (0.0, page_height))
-        page.text(MARGIN, page_height - 0.12, f"Figure {figure.number}: {figure.title}", fontsize=11, fontweight="bold", va="top")
-        models = " or ".join(dict.fromkeys(map(joint_model, profiles)))
-        page.text(MARGIN, page_height - 0.33, f"joint model: {models}", fontsize=7.5, va="top")
-        x, y = MARGIN + (width - sum(widths)) / 2.0, page_height - HEAD - height
-        signs: set[str] = set()
-        for part, profile, view, window, wide in zip(figure.panels, profiles, views, windows, widths, strict=True):
-            picture = drawing.add_axes((x / page_width, y / page_height, wide / page_width, height / page_height))
-            blank(picture, (window.low[0], window.high[0]), (window.low[1], window.high[1]))
-            draw_bodies(picture, view)
-            numbers = {i: names.index(body) + 1 for i, body in enumerate(profile.bodies)}
-            signs |= draw_marks(picture, profile, view, window, numbers, CIRCLE, tied=True)
-            middle = x + wide / 2.0
-            page.text(middle, y - 0.04, part.label, fontsize=10, fontweight="bold", ha="center", va="top")
-            caption = f"{part.words}\nθ = {strike_angle(profile)}°".replace("-", "−")
-            page.text(middle, y - 0.22, caption, fontsize=7.5, ha="center", va="top")
-            x += wide
-        y -= CAPTION
-        colour_bar(page, MARGIN, y - 0.05, 4.6)
-        scale_bar(page, windows[0], MARGIN + 5.9, y - 0.13)
-        y -= BAR + LINE / 2.0
-        y = _lines(page, text, y)
-        for k, (sign, words) in enumerate(_signs(profiles, signs).items()):
-            row, column = divmod(k, columns)
-            _sign(page, sign, MARGIN + column * COLUMN, y - row * LINE)
-            page.text(MARGIN + column * COLUMN + 0.28, y - row * LINE, words, fontsize=7.5, va="center")
-        _lines(page, note, y - (row + 1) * LINE, fontstyle="italic", color=WARNING)
+    views = [view_of(profile) for profile in profiles]
+    names = list(dict.fromkeys(body for profile in profiles for body in profile.bodies))
+    numbers = [{i: names.index(body) + 1 for i, body in enumerate(profile.bodies)} for profile in profiles]
+    windows = windows_of(profiles, views, numbers, NEAR, MOST, LEAST)
+    widths, height = [window.sides[0] for window in windows], windows[0].sides[1]
+    across = sum(widths) + GAP * (len(widths) - 1)
+    width = LEFT + max(across, BAR + 3.5) + MARGIN
+    captions = [_caption(*one) for one in zip(figure.panels, profiles, windows, numbers, strict=True)]
+    sensors = list(dict.fromkeys(point.frame for profile in profiles for point in profile.points))
+    words = ["bodies: " + ", ".join(f"{k} {name.replace('_', ' ')}" for k, name in enumerate(names, start=1))]
+    words += ["sensors: " + ", ".join(f"{letter(k)} {name}" for k, name in enumerate(sensors))] if sensors else []
+    words += textwrap.wrap(figure.note, int(width / 0.056))
+    foot = FOOT + LINE * len(words)
+    bottom = foot + CAPTION + 0.13 * max(map(len, captions))
+    top = HEAD + height + bottom
+    drawing, page = new_page(width, top)
+    page.text(MARGIN, top - 0.12, f"Figure {figure.number}: {figure.title}", fontsize=11, fontweight="bold", va="top")
+    models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
+    page.text(MARGIN, top - 0.33, f"joint model: {models}", va="top")
+    x, signs = LEFT + (width - LEFT - MARGIN - across) / 2.0, set()
+    for k, (part, profile, view, window) in enumerate(zip(figure.panels, profiles, views, windows, strict=True)):
+        picture = add_axes(drawing, x, bottom, widths[k], height)
+        coordinates(picture, window, profile, first=k == 0)
+        draw_bodies(picture, view)
+        signs |= draw_marks(picture, profile, view, window, numbers[k])
+        middle, y = x + widths[k] / 2.0, bottom - 0.42
+        page.text(middle, y, part.label, fontsize=10, fontweight="bold", ha="center", va="top")
+        page.text(middle, y - 0.17, "\n".join(captions[k]), fontsize=7, ha="center", va="top", linespacing=1.25)
+        x += widths[k] + GAP
+    colour_bar(drawing, LEFT, foot - 0.1, BAR)
+    key(page, views, signs, (LEFT + BAR + 0.4, foot))
+    for k, text in enumerate(words):
+        page.text(MARGIN, foot - FOOT - LINE * k, text, va="top", fontstyle="normal" if k <= bool(sensors) else "italic")
     return drawing
 
 
-def _windows(profiles: Sequence[ShockProfile], views: Sequence[View]) -> tuple[list[Window], list[float], float]:
-    """The windows of all panels at one scale, their widths, and the height that they share [inches]."""
-    feet = [np.mean([to_plane(contact.point, p.plane) for contact in p.contacts], axis=0) for p in profiles]
-    near = [_near(profile, view) for profile, view in zip(profiles, views, strict=True)]
-    held = [
-        np.array([view.low, view.high, foot, *centres]) - foot for view, foot, (centres, _) in zip(views, feet, near, strict=True)
-    ]
-    sides = [PAD + (POINTER if pointers else 0.0) for _, pointers in near]
-    inch = 1e-9
-    # An arrow has a fixed length on the page, so its length in the plane depends on the scale, which depends on the arrow.
-    for _ in range(4):
-        full = [np.concatenate([one, [ARROW * inch * strike_in_plane(p)]]) for one, p in zip(held, profiles, strict=True)]
-        low, high = min(one[:, 1].min() for one in full), max(one[:, 1].max() for one in full)
-        wide = sum(float(np.ptp(one[:, 0])) for one in full) / (WIDEST - 2.0 * sum(sides))
-        inch = max(wide, float(high - low) / (TALLEST - 2.0 * PAD))
-    widths = [max(float(np.ptp(one[:, 0])) / inch + 2.0 * side, NARROWEST) for one, side in zip(full, sides, strict=True)]
-    windows = []
-    for one, foot, width in zip(full, feet, widths, strict=True):
-        left = (one[:, 0].min() + one[:, 0].max() - width * inch) / 2.0
-        corners = np.array([[left, low - PAD * inch], [left + width * inch, high + PAD * inch]])
-        windows.append(Window(foot + corners[0], foot + corners[1], inch))
-    return windows, widths, float(high - low) / inch + 2.0 * PAD
-
-
-def _near(profile: ShockProfile, view: View) -> tuple[Array, bool]:
-    """The centres of percussion (n, 2) near the robot, which its panel includes [m], and whether there are others."""
-    centres = to_plane(profile.copc_world, profile.plane)[~profile.translates]
-    near = np.all((centres > view.low - NEAR * view.size) & (centres < view.high + NEAR * view.size), axis=1)
-    return centres[near], not near.all()
-
-
-def _signs(profiles: Sequence[ShockProfile], signs: set[str]) -> dict[str, str]:
-    """The signs in the key with their meaning."""
-    sensors = dict.fromkeys(point.frame for profile in profiles for point in profile.points)
-    words = {
-        "strike": "strike: velocity of the contact",
-        "centre": "CoPc of the body with that number",
-        "pointer": "distance of a CoPc beyond the border",
-        "radius": "RoPc: shock is 1 on this circle",
-        "sensor": ", ".join(f"{letter(k)} {name}" for k, name in enumerate(sensors)),
-    }
-    return {sign: text for sign, text in words.items() if sign in signs | {"strike", "centre"} or (sign == "sensor" and sensors)}
-
-
-def _sign(page: Axes, sign: str, x: float, y: float) -> None:
-    """One sign of the key."""
-
-    def arrow(head: float, width: float) -> None:
-        shape = FancyArrowPatch((x, y), (x + 0.2, y), arrowstyle="-|>", mutation_scale=head, shrinkA=0, shrinkB=0)
-        shape.set(linewidth=width, color=INK)
-        page.add_patch(shape)
-
-    diamond: dict[str, Any] = {"markersize": 4.2, "markerfacecolor": SENSOR, "markeredgecolor": INK, "markeredgewidth": 0.7}
-    draw: dict[str, Callable[[], object]] = {
-        "strike": lambda: arrow(11.0, 1.9),
-        "centre": lambda: percussion_mark(page, x + 0.1, y),
-        "pointer": lambda: arrow(9.0, 1.0),
-        "radius": lambda: page.plot([x, x + 0.2], [y, y], color=INK, linewidth=0.6, linestyle=DASHED),
-        "sensor": lambda: page.plot(x + 0.1, y, "D", **diamond),
-    }
-    draw[sign]()
-
-
-def _lines(page: Axes, lines: list[str], y: float, **style: Any) -> float:
-    """Write lines of text downwards from y; returns the y of the next line."""
-    for k, line in enumerate(lines):
-        page.text(MARGIN, y - k * LINE, line, fontsize=7.5, va="center", **style)
-    return y - len(lines) * LINE
+def _caption(part: Panel, profile: ShockProfile, window: Window, numbers: dict[int, int]) -> list[str]:
+    """What a panel shows, how it is struck, and the centres of percussion outside it."""
+    lines = [part.words, f"strike angle {angle_text(profile)} deg"]
+    centres = to_plane(profile.copc_world, profile.plane)
+    for i, number in numbers.items():
+        if not profile.translates[i] and not window.holds(centres[i], 0.05):
+            lines.append("CoPc {} at ({:.2f}, {:.2f}) m".format(number, *centres[i].round(2) + 0.0))
+    return [line.replace(" -", " −").replace("(-", "(−") for line in lines]

@@ -1,7 +1,7 @@
-"""The outline of a body in the plane of the figure: the union of the shadows of its shapes.
+"""The outline of a body in the plane of the figure: the union of the projections of its shapes.
 
-Plain shapes cast exact shadows. A mesh may have a hundred thousand triangles, holes and gaps, so its shadow is counted on a
-fine grid, triangle by triangle, and traced; that takes any soup of triangles and costs a few milliseconds.
+Convex shapes are projected exactly. A mesh may have a hundred thousand triangles, holes and gaps, so its projection is counted on a
+fine grid, triangle by triangle, and contoured; that works for any set of triangles and costs a few milliseconds.
 """
 
 import itertools
@@ -22,7 +22,7 @@ Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
 
 LARGEST_GRID = 2500
-"""Most cells along a side: no picture shows more, whatever resolution is asked for."""
+"""Most cells along a side, whatever resolution is requested."""
 
 
 def to_plane(points: Array, plane: Plane) -> Array:
@@ -31,16 +31,16 @@ def to_plane(points: Array, plane: Plane) -> Array:
 
 
 def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane: Plane, resolution: float) -> Region:
-    """The shadow of a body on the plane.
+    """The projection of a body on the plane.
 
     Args:
         shapes: of the body.
         rotation: (3, 3) of the body, body to world.
         position: (3,) of its origin, world [m].
         plane: the plane.
-        resolution: how far the outline may lie from the true one [m].
+        resolution: largest distance of the outline from the true one [m].
 
-    Returns: the union of all shadows in plane coordinates; empty if there are no shapes.
+    Returns: the union of all projections in plane coordinates; empty if there are no shapes.
     """
     parts = []
     for shape in shapes:
@@ -50,18 +50,18 @@ def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane:
             parts.append(hull.buffer(shape.radius, quad_segs=16) if shape.radius > 0.0 else hull)
         else:
             vertices = to_plane(shape.mesh.vertices @ rotation.T + position, plane)
-            parts.append(_shadow(vertices, shape.mesh.triangles, resolution / 2.0))
-    # What has no width, such as a plate seen edge-on, would not be drawn at all.
+            parts.append(_projection(vertices, shape.mesh.triangles, resolution / 2.0))
+    # A plate seen from its edge has no area, so it gets a width.
     parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
     outline = shapely.union_all(parts).simplify(resolution / 2.0)
     return _without_pinholes(outline, 9.0 * resolution**2)
 
 
-def _shadow(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Region:
-    """The union of triangles, traced around the cells of a grid whose middles they cover.
+def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Region:
+    """The union of triangles, contoured around the cells of a grid whose centres they cover.
 
-    Along the middle of every row each triangle covers one stretch: its edges add one where it begins and take one away where
-    it ends, and the running sum tells how many triangles lie over a cell.
+    Along the centre line of every row each triangle covers one interval: its edges add one at the start and subtract one at the
+    end, so the cumulative sum is the number of triangles over each cell.
 
     Args:
         vertices: (n, 2) [m].
@@ -79,7 +79,7 @@ def _shadow(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Regi
     start, end, turn = np.concatenate([a, b, c]), np.concatenate([b, c, a]), np.tile(turn, 3)
     crosses = (row[start] != row[end]) & (turn != 0.0)
     start, end, turn = start[crosses], end[crosses], turn[crosses]
-    # Between two neighbours an edge adds what it takes away: only folds and rims remain, a small share of a fine mesh.
+    # The contributions of two neighbours to their common edge cancel: only folds and rims remain, few of a fine mesh.
     edges, which = np.unique(np.minimum(start, end) * len(x) + np.maximum(start, end), return_inverse=True)
     change = np.bincount(which, weights=np.where(row[end] < row[start], turn, -turn), minlength=len(edges))
     edges, change = edges[change != 0.0], change[change != 0.0]
@@ -93,8 +93,8 @@ def _shadow(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Regi
     steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
     covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
 
-    tracer: Any = contourpy.contour_generator(z=covered.astype(float), fill_type=contourpy.FillType.OuterOffset)
-    outlines, offsets = tracer.filled(0.5, 2.0)
+    contours: Any = contourpy.contour_generator(z=covered.astype(float), fill_type=contourpy.FillType.OuterOffset)
+    outlines, offsets = contours.filled(0.5, 2.0)
     rings = [
         [(outline[a:b] - 2.0) * pixel + low for a, b in itertools.pairwise(offset)]
         for outline, offset in zip(outlines, offsets, strict=True)
@@ -105,7 +105,7 @@ def _shadow(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Regi
 
 
 def _without_pinholes(region: Region, area: float) -> Region:
-    """The region with the holes filled that are too small to be seen [m²]."""
+    """The region without holes below that area and parts below a ninth of it [m²]."""
     polygons = [
         shapely.Polygon(part.exterior, [hole for hole in part.interiors if shapely.Polygon(hole).area > area])
         for part in shapely.get_parts(region)

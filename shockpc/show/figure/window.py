@@ -1,5 +1,6 @@
-"""The window on the plane that a picture shows, its scale, and how lengths and sensors are written in it."""
+"""The part of the plane that a picture shows, and its scale."""
 
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -7,15 +8,19 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.result import ShockProfile
 from shockpc.show.figure.silhouette import to_plane
+from shockpc.show.figure.view import View
 
-__all__ = ["ARROW", "Window", "length", "letter", "strike_in_plane", "strikes_in_plane"]
+__all__ = ["ARROW", "Window", "velocities_in_plane", "windows_of"]
 
 ARROW = 0.62
-"""Length of a strike arrow [inches]."""
+"""Length of the arrow of the fastest contact [inches]."""
+
+PAD = 0.25
+"""Room around what a picture holds [inches]."""
 
 
 class Window(NamedTuple):
-    """The part of the plane that the picture shows.
+    """The part of the plane that a picture shows.
 
     Attributes:
         low: (2,) lower left corner [m].
@@ -27,31 +32,70 @@ class Window(NamedTuple):
     high: Array
     inch: float
 
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Width and height on paper [inches]."""
+        width, height = (self.high - self.low) / self.inch
+        return float(width), float(height)
+
     def holds(self, point: Array, margin: float = 0.0) -> bool:
         """Whether a point (2,) [m] lies inside, at least a margin [inches] from the border."""
         slack = margin * self.inch
         return bool(np.all(point >= self.low + slack) and np.all(point <= self.high - slack))
 
 
-def letter(index: int) -> str:
-    """The letter that stands for a sensor: a to z, then aa, ab and so on."""
-    return (letter(index // 26 - 1) if index >= 26 else "") + chr(ord("a") + index % 26)
+def velocities_in_plane(profile: ShockProfile) -> Array:
+    """The velocity (n, 2) of every contact before the impact along e1 and e2, relative to the speed of the fastest [1]."""
+    approach = np.stack([contact.approach for contact in profile.contacts])
+    return to_plane(approach, profile.plane) / float(np.linalg.norm(profile.strike))
 
 
-def strike_in_plane(profile: ShockProfile) -> Array:
-    """The strike (2,) along e1 and e2, relative to its speed [1]."""
-    return to_plane(profile.strike, profile.plane) / float(np.linalg.norm(profile.strike))
+def windows_of(
+    profiles: Sequence[ShockProfile],
+    views: Sequence[View],
+    numbered: Sequence[Iterable[int]],
+    near: tuple[float, float],
+    most: tuple[float, float],
+    least: tuple[float, float],
+) -> list[Window]:
+    """Windows side by side, on one scale and of one height.
+
+    Each holds the robot, contacts with their velocities, sensors, and the centres of percussion that are near.
+
+    Args:
+        profiles: one for each window.
+        views: of their bodies.
+        numbered: bodies whose centres of percussion are held if they are near.
+        near: distance of a centre from the robot, sideways and up, as a share of the robot's size, up to which it is near.
+        most: width of all windows together, and their height [inches].
+        least: width of each window, and their height [inches].
+    """
+    held = [_contents(*one, near) for one in zip(profiles, views, numbered, strict=True)]
+    feet = [to_plane(np.stack([contact.point for contact in p.contacts]), p.plane) for p in profiles]
+    inch, full = 0.0, held
+    # The arrows have a fixed length on paper, so the room that they need depends on the scale, and the scale on that room.
+    for _ in range(4):
+        full = [
+            np.concatenate([h, f + ARROW * inch * velocities_in_plane(p)]) for h, f, p in zip(held, feet, profiles, strict=True)
+        ]
+        bottom, top = min(one[:, 1].min() for one in full), max(one[:, 1].max() for one in full)
+        wide = sum(float(np.ptp(one[:, 0])) for one in full) / (most[0] - 2.0 * PAD * len(full))
+        inch = max(wide, float(top - bottom) / (most[1] - 2.0 * PAD), 1e-9)
+    windows = []
+    for one in full:
+        low, high = np.array([one[:, 0].min(), bottom]), np.array([one[:, 0].max(), top])
+        half = np.maximum((high - low) / 2.0 + PAD * inch, np.array(least) * inch / 2.0)
+        windows.append(Window((low + high) / 2.0 - half, (low + high) / 2.0 + half, inch))
+    return windows
 
 
-def strikes_in_plane(profile: ShockProfile) -> Array:
-    """The velocity (n, 2) of every contact along e1 and e2, relative to the speed of the fastest [1]."""
-    return to_plane(np.stack([contact.approach for contact in profile.contacts]), profile.plane) / float(
-        np.linalg.norm(profile.strike)
-    )
-
-
-def length(metres: float) -> str:
-    """A length to about two digits, with its unit."""
-    if metres >= 1e5:
-        return "> 100 km"
-    return f"{metres:.{0 if metres >= 10.0 else 2 if metres >= 0.1 else 3}f} m"
+def _contents(profile: ShockProfile, view: View, numbered: Iterable[int], near: tuple[float, float]) -> Array:
+    """Points (n, 2) that a picture should hold [m]."""
+    places = [view.low, view.high, *(to_plane(place.position, profile.plane) for place in profile.points)]
+    places += [to_plane(contact.point, profile.plane) for contact in profile.contacts]
+    slack = np.array(near) * view.size
+    for i in numbered:
+        centre = to_plane(profile.copc_world[i], profile.plane)
+        if np.all(centre > view.low - slack) and np.all(centre < view.high + slack):
+            places.append(centre)
+    return np.array(places)

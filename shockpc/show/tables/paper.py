@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 from shockpc.paper.claim import Claim
 from shockpc.paper.results import FigureResult
 from shockpc.paper.scenes import find_scene
 from shockpc.scene import read_scene, scene_text
-from shockpc.show.files import make_folder, write_text
+from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown, as_text
 
@@ -63,23 +62,19 @@ def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
     Raises:
         OutputError: the folder cannot be written.
     """
-    from shockpc.show.figure.paper import draw_paper_figure
-    from shockpc.show.figure.style import save_drawing
+    from shockpc.show.figure.paper import paper_figure_files
 
-    make_folder(folder)
+    files: dict[str, str | bytes] = {}
     for result in results:
-        save_drawing(partial(draw_paper_figure, result.figure, result.profiles), folder, f"figure{result.figure.number}")
-        for panel in result.figure.panels:
-            write_text(folder / f"{panel.scene}.toml", scene_text(read_scene(find_scene(panel.scene)), folder))
+        files |= paper_figure_files(result.figure, result.profiles)
+        files |= {f"{p.scene}.toml": scene_text(read_scene(find_scene(p.scene)), folder) for p in result.figure.panels}
     sheets = {"bodies": paper_bodies_sheet(results), "claims": claims_sheet(results)}
-    for name, sheet in sheets.items():
-        write_text(folder / f"{name}.csv", as_csv(sheet))
+    files |= {f"{name}.csv": as_csv(sheet) for name, sheet in sheets.items()}
     pictures = [
         f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n" for figure, _, _ in results
     ]
-    write_text(
-        folder / "paper.md", "\n".join(["## Figures and claims of the paper\n", *pictures, *map(as_markdown, sheets.values())])
-    )
+    files["paper.md"] = "\n".join(["## Figures and claims of the paper\n", *pictures, *map(as_markdown, sheets.values())])
+    write_folder(folder, files)
 
 
 def _claims(results: Sequence[FigureResult]) -> list[Claim]:

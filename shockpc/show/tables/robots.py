@@ -1,94 +1,101 @@
-"""Robots as tables: the list of all that have a name, and what is in one of them. Computes nothing."""
+"""Robots as tables: the list of those known by name, and the contents of one."""
 
 import math
+from collections.abc import Sequence
 
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.model.posture import reference_name
+from shockpc.printed import printable
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.robot import Robot
-from shockpc.show.tables.sheets import Cell, Sheet, bodies_text
+from shockpc.show.header import bodies_text, count
+from shockpc.show.tables.sheets import Cell, Sheet
 
 __all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
 
-FREE_BASE = "free base"
+FEET_WIDTH, POSTURES_WIDTH = 38, 32
+"""Characters of these columns, which keep the list within 120 columns of a terminal."""
 
 
-def catalogue_row(name: str, source: str, robot: Robot) -> tuple[Cell, ...]:
+def catalogue_row(name: str, robot: Robot) -> tuple[Cell, ...]:
     """One robot in the list of all."""
-    return (
-        name,
-        source,
-        str(len(robot.bodies)),
-        float(robot.mass),
-        _few(feet(robot)),
-        _few(tuple(robot.postures)) or "neutral only",
-    )
+    postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
+    return name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures
 
 
-def catalogue_sheet(rows: list[tuple[Cell, ...]], unloaded: list[str]) -> Sheet:
-    """Every robot that is known by name, and why some cannot be loaded."""
+def catalogue_sheet(rows: list[tuple[Cell, ...]], own: int, unloaded: list[str]) -> Sheet:
+    """Every robot that is known by name, and why some cannot be loaded.
+
+    Args:
+        rows: one for each robot, those of shockpc first.
+        own: how many those are.
+        unloaded: what is wrong with those that cannot be loaded.
+    """
     notes = (
         *unloaded,
-        "analyse one with: shockpc analyze NAME --contact FOOT",
-        "see what is in one with: shockpc robots NAME",
+        f"the first {own} come with shockpc, the others with example-robot-data",
+        "analyze one: shockpc analyze NAME --contact FOOT",
+        "show one with all its links, joints and postures: shockpc robots NAME",
     )
-    header = ("robot", "from", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures")
+    header = ("robot", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures")
     return Sheet("robots known by name", header, rows, notes)
 
 
 def robot_lines(robot: Robot) -> list[tuple[str, str]]:
-    """What a designer needs to know before striking a robot; (name, text)."""
+    """What a designer needs to know of a robot; (name, text)."""
     srdf = f" (from {robot.source.srdf.name})" if robot.source.srdf is not None and robot.postures else ""
     postures = f"{', '.join(robot.postures)}{srdf}, neutral" if robot.postures else "neutral"
     followers = ", ".join(f"{m.joint} = {m.multiplier:g} {m.leader} + {m.offset:g}" for m in robot.mimics)
-    return [
-        ("robot", f"{robot.name}, {robot.mass:.4g} kg, {bodies_text(robot)}, {robot.model.nv} velocities"),
+    size = f"{robot.mass:.4g} kg, {bodies_text(robot)}, {count(robot.model.nv, 'velocity', 'velocities')}"
+    lines = [
+        ("robot", f"{robot.name}, {size}"),
         ("file", str(robot.source.path)),
-        ("base", "free by default; planar or fixed on demand" if robot.free_base else "fixed in the file"),
+        ("base", "free by default; --base planar or --base fixed restrains it" if robot.free_base else "fixed in the file"),
         ("feet", _few(feet(robot), 12)),
         ("sensors", _few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera"),
         ("postures", f"{postures}; {reference_name(robot, None)} by default"),
         *([("mimic", followers)] if followers else []),
     ]
+    return [(name, printable(text)) for name, text in lines]
 
 
 def links_sheet(robot: Robot) -> Sheet:
-    """Every link and site that can strike or be asked for: a row for each body, and under it all that is fixed to the body."""
+    """Every link and site that can be a contact or a point: a row for each body, and under it all that is fixed to the body."""
     rows: list[tuple[Cell, ...]] = []
     sites = [frame for frame in robot.frames.values() if frame.kind == "site"]
-    for i, body in enumerate(robot.bodies):
-        parent = robot.model.parents[body.joint]
-        hangs = robot.bodies[parent - 1].name if parent else "world"
-        rows.append((body.name, "body", hangs, float(body.mass)))
+    for i, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
+        rows.append((body.name, "body", robot.bodies[joint.parent].name if joint.parent >= 0 else "world", float(body.mass)))
         rows += [(link, "link", body.name, None) for link in body.links[1:]]
         rows += [(site.name, "site", body.name, None) for site in sites if site.body == i]
-    header = ("name", "what", "hangs on, or is fixed to", "mass of the body [kg]")
+    header = ("name", "what", "joined or fixed to", "mass of the body [kg]")
     return Sheet("bodies, and the links and sites fixed to them", header, rows)
 
 
 def joints_sheet(robot: Robot) -> Sheet:
-    """Joints with their limits, in degrees where they turn."""
+    """Joints with their limits, in degrees where they rotate."""
     rows: list[tuple[Cell, ...]] = []
-    for body in robot.bodies:
-        joint = robot.model.joints[body.joint]
-        name = robot.model.names[body.joint]
-        kind = joint.shortname().removeprefix("JointModel")
-        armature = float(max(robot.model.armature[joint.idx_v : joint.idx_v + joint.nv], default=0.0))
-        if joint.nv != 1:
-            rows.append((name, FREE_BASE if kind == "FreeFlyer" else kind.lower(), None, None, None, armature))
+    for joint in robot.joints:
+        armature = float(max(robot.model.armature[joint.v], default=0.0))
+        kind = "free base" if joint.kind == "free" else joint.kind
+        if joint.v.stop - joint.v.start != 1:
+            rows.append((joint.name, kind, None, None, None, armature))
             continue
-        if joint.nq == 2:
-            rows.append((name, "continuous", None, None, "deg", armature))
-            continue
-        linear = kind.startswith("P")
-        unit = 1.0 if linear else 180.0 / math.pi
-        low, high = (float(x[joint.idx_q]) * unit for x in (robot.model.lowerPositionLimit, robot.model.upperPositionLimit))
-        limits = [bound if abs(bound) < 1e30 else None for bound in (low, high)]
-        rows.append((name, "prismatic" if linear else "revolute", *limits, "m" if linear else "deg", armature))
+        factor, unit = (1.0, "m") if joint.unit == "m" else (180.0 / math.pi, "deg")
+        limits = [bound * factor if abs(bound) < 1e30 else None for bound in joint.limits]
+        rows.append((joint.name, kind, *limits, unit, armature))
     header = ("joint", "kind", "lower", "upper", "unit", "armature [kg m², kg]")
     return Sheet(f"joints (read by Pinocchio {PINOCCHIO})", header, rows)
 
 
-def _few(names: tuple[str, ...], most: int = 4) -> str:
+def _that_fit(names: Sequence[str], width: int) -> str:
+    """As many of the names as fit into a number of characters, and how many more there are."""
+    for most in range(len(names), 1, -1):
+        if len(text := _few(names, most)) <= width:
+            return text
+    text = _few(names, 1)
+    return text if len(text) <= width else f"{names[0][: width - 1 - len(text) + len(names[0])]}…{text[len(names[0]) :]}"
+
+
+def _few(names: Sequence[str], most: int = 4) -> str:
     """The first names, and how many more there are."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

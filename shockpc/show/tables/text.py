@@ -1,22 +1,17 @@
 """Tables as text: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
 
 import csv
+import html
 import io
 import math
+import re
+from collections.abc import Iterator
 
+from shockpc.printed import printable
 from shockpc.result import ShockProfile
+from shockpc.show.header import contact_name, header_lines
 from shockpc.show.tables.design import balance_lines, bracket_sheet, directions_sheet, loads_sheet
-from shockpc.show.tables.sheets import (
-    Cell,
-    Sheet,
-    bodies_sheet,
-    contact_name,
-    contacts_sheet,
-    header_lines,
-    health_lines,
-    points_sheet,
-    summary_sheet,
-)
+from shockpc.show.tables.sheets import Cell, Sheet, accuracy_line, bodies_sheet, contacts_sheet, points_sheet, summary_sheet
 
 __all__ = ["as_csv", "as_markdown", "as_text", "csv_report", "markdown_report", "text_report"]
 
@@ -26,72 +21,72 @@ SHORT = 6
 
 def as_text(sheet: Sheet) -> str:
     """A table for a terminal: names to the left, numbers to the right, each column as wide as it must be."""
-    cells = [[_shown(cell) for cell in row] for row in sheet.rows]
-    heads = [_split(head) for head in sheet.header]
+    cells = [[printable(_shown(cell)) for cell in row] for row in sheet.rows]
+    heads = [_name_and_unit(printable(head)) for head in sheet.header]
     widths = [max([len(part) for part in head] + [len(row[k]) for row in cells]) for k, head in enumerate(heads)]
-    numbers = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(heads))]
+    numeric = _numeric(sheet)
 
     def line(parts: list[str]) -> str:
-        placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numbers, strict=True)]
+        placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numeric, strict=True)]
         return "  ".join(placed).rstrip()
 
-    lines = [sheet.title, *(line([head[k] for head in heads]) for k in (0, 1) if any(head[k] for head in heads))]
+    lines = [printable(sheet.title), *(line([head[k] for head in heads]) for k in (0, 1) if any(head[k] for head in heads))]
     lines.append("  ".join("─" * width for width in widths))
     lines += [line(row) for row in cells]
-    return "\n".join([*lines, *(f"({note})" for note in sheet.notes)]) + "\n"
+    return "\n".join([*lines, *(f"({printable(note)})" for note in sheet.notes)]) + "\n"
 
 
 def as_markdown(sheet: Sheet) -> str:
     """A table for a report."""
-    lines = [
-        f"### {sheet.title[0].upper()}{sheet.title[1:]}",
-        "",
-        "| " + " | ".join(_safe(h) for h in sheet.header) + " |",
-    ]
-    numeric = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]
-    lines.append("|" + "|".join("---:" if right else "---" for right in numeric) + "|")
-    lines += ["| " + " | ".join(_safe(_shown(cell)) for cell in row) + " |" for row in sheet.rows]
-    return "\n".join([*lines, *(f"\n*{note[0].upper()}{note[1:]}.*" for note in sheet.notes)]) + "\n"
+    rows = [sheet.header, *(map(_shown, row) for row in sheet.rows)]
+    lines = ["| " + " | ".join(map(_escaped, row)) + " |" for row in rows]
+    lines.insert(1, "|" + "|".join("---:" if right else "---" for right in _numeric(sheet)) + "|")
+    notes = [f"\n*{note[0].upper()}{note[1:]}.*" for note in map(_escaped, sheet.notes)]
+    title = _escaped(sheet.title)
+    return "\n".join([f"### {title[0].upper()}{title[1:]}", "", *lines, *notes]) + "\n"
 
 
 def as_csv(sheet: Sheet) -> str:
-    """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where there is nothing."""
+    """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where there is nothing.
+
+    An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(sheet.header)
-    for row in sheet.rows:
-        writer.writerow(["" if cell is None else repr(cell + 0.0) if isinstance(cell, float) else cell for cell in row])
+    writer.writerow(map(_exact, sheet.header))
+    writer.writerows(map(_exact, row) for row in sheet.rows)
     return out.getvalue()
 
 
 def text_report(profiles: list[ShockProfile], pattern: str | None = None) -> str:
-    """Everything about some landings, for a terminal."""
+    """All results of some landings, for a terminal."""
     blocks = []
     for profile in profiles:
         blocks.append("\n".join(f"{name:<12} {text}" for name, text in header_lines(profile)) + "\n")
         blocks += [as_text(sheet) for sheet in _sheets(profile, pattern, SHORT)]
-        blocks.append("\n".join([*balance_lines(profile), *health_lines(profile)]) + "\n")
+        blocks.append("\n".join(map(printable, _closing_lines(profile))) + "\n")
     if len(profiles) > 1:
         blocks.append(as_text(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
 
 
 def markdown_report(profiles: list[ShockProfile], pattern: str | None = None, figure: str | None = None) -> str:
-    """Everything about some landings, as a Markdown document.
+    """All results of some landings, as a Markdown document.
 
     Args:
         profiles: the results.
-        pattern: only bodies that fit it are shown.
+        pattern: only bodies that match it are shown.
         figure: path of a picture, relative to the document.
     """
     blocks = []
     for profile in profiles:
-        blocks.append(f"## Shock of {profile.robot.name} landing on {contact_name(profile)}\n")
-        blocks.append("\n".join(f"- **{name}**: {text}" for name, text in header_lines(profile)) + "\n")
+        robot = _escaped(profile.robot.name)
+        blocks.append(f"## Shock of {robot} landing on {_escaped(contact_name(profile))}\n")
+        blocks.append("\n".join(f"- **{name}**: {_escaped(text)}" for name, text in header_lines(profile)) + "\n")
         if figure:
-            blocks.append(f"![shock profile of {profile.robot.name}]({figure})\n")
+            blocks.append(f"![shock profile of {robot}]({figure})\n")
         blocks += [as_markdown(sheet) for sheet in _sheets(profile, pattern, None)]
-        blocks.append("\n".join(f"- {line}" for line in [*balance_lines(profile), *health_lines(profile)]) + "\n")
+        blocks.append("\n".join(f"- {_escaped(line)}" for line in _closing_lines(profile)) + "\n")
     if len(profiles) > 1:
         blocks.append(as_markdown(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
@@ -105,7 +100,7 @@ def csv_report(profiles: list[ShockProfile], pattern: str | None = None) -> str:
 
 
 def _sheets(profile: ShockProfile, pattern: str | None, most: int | None) -> list[Sheet]:
-    """The tables of one landing; points, drives and loads only where there are any, long ones cut to their largest rows."""
+    """The tables of one landing; points, joint models and loads only where there are any, long ones cut to their largest rows."""
     points, loads = points_sheet(profile), loads_sheet(profile, most)
     return [
         bodies_sheet(profile, pattern),
@@ -117,8 +112,16 @@ def _sheets(profile: ShockProfile, pattern: str | None, most: int | None) -> lis
     ]
 
 
+def _closing_lines(profile: ShockProfile) -> Iterator[str]:
+    """Energy and effective masses, the rank of the contact rows, warnings, and the accuracy in the last line."""
+    yield from balance_lines(profile)
+    yield f"contact rows: {profile.health.rank} of {profile.health.rows} independent"
+    yield from (f"warning: {warning}" for warning in profile.health.warnings)
+    yield accuracy_line(profile)
+
+
 def _shown(cell: Cell) -> str:
-    """A cell as people read it: four decimals, so that a column lines up; powers of ten where those would hide a number."""
+    """A cell as people read it: four decimals, so that a column is aligned; powers of ten where those would hide a number."""
     if cell is None:
         return "–"
     if isinstance(cell, str):
@@ -130,12 +133,24 @@ def _shown(cell: Cell) -> str:
     return f"{cell:.4f}" if 1e-3 <= abs(cell) < 1e5 else f"{cell:.2e}"
 
 
-def _split(head: str) -> tuple[str, str]:
-    """A header in two lines: the name, then the unit."""
+def _exact(cell: Cell) -> str:
+    """A cell of a CSV file."""
+    if isinstance(cell, str):
+        return f"'{cell}" if cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell
+    return "" if cell is None else repr(cell + 0.0)
+
+
+def _numeric(sheet: Sheet) -> list[bool]:
+    """Which columns hold numbers."""
+    return [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]
+
+
+def _name_and_unit(head: str) -> tuple[str, str]:
+    """A header in two lines."""
     name, bracket, unit = head.partition(" [")
     return name, bracket.strip() + unit
 
 
-def _safe(text: str) -> str:
-    """Markdown splits cells at bars."""
-    return text.replace("|", "\\|")
+def _escaped(text: str) -> str:
+    """A text that Markdown shows as it is: neither HTML nor markup, links or new cells."""
+    return re.sub(r"([\\`*|]|\](?=\())", r"\\\1", html.escape(printable(text), quote=False))

@@ -1,0 +1,180 @@
+"""From the options of a command to scenes: one for each landing."""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from shockpc.cli.options import SceneOptions
+from shockpc.cli.parse import Setting, vector
+from shockpc.errors import SceneError
+from shockpc.model.contact import Contact, match_frames
+from shockpc.model.joint_model import Joints
+from shockpc.model.posture import Posture
+from shockpc.robot.landmarks import feet
+from shockpc.robot.robot import Robot, load_robot
+from shockpc.scene import Point, Scene, Strike, plane_of
+from shockpc.trace import Trace
+
+__all__ = ["ROBOT_SUFFIXES", "is_scene_file", "scenes_from"]
+
+ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
+
+
+def scenes_from(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot, list[Scene]]:
+    """The robot, and one scene for each landing that the options describe. An option replaces what a scene file says.
+
+    Raises:
+        ShockError: an option's value is not valid, or names nothing in the robot.
+    """
+    scene = Scene(robot=robot)
+    if is_scene_file(robot):
+        from shockpc.scene import read_scene
+
+        scene = read_scene(Path(robot))
+    scene = dataclasses.replace(
+        scene,
+        srdf=scene.srdf if options.srdf is None else str(options.srdf),
+        xacro={**scene.xacro, **dict(options.xacro)},
+        packages={**scene.packages, **dict(options.package)},
+    )
+    with trace.stage("robot file"):
+        loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    scene = dataclasses.replace(
+        scene,
+        base=options.base or scene.base,
+        plane=scene.plane if options.plane is None else options.plane,
+        posture=_posture(scene.posture, options),
+        strike=_strike(scene.strike, options),
+        stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_frames(loaded, text))) or scene.stance,
+        joints=_joints(scene.joints, options),
+        assemble=tuple(options.assemble) or scene.assemble,
+        v_in=options.v_in or scene.v_in,
+        pulse=options.pulse or scene.pulse,
+        range_g=scene.range_g if options.range_g is None else options.range_g,
+        point=scene.point + tuple(_point(loaded, text) for text in options.point),
+    )
+    return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options)]
+
+
+def is_scene_file(name: str) -> bool:
+    """Whether a path is a scene: decided by its content where the suffix leaves it open, because a robot file begins with a tag."""
+    path = Path(name)
+    suffix = path.suffix.casefold()
+    if suffix in (".toml", *ROBOT_SUFFIXES):
+        return suffix == ".toml"
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            head = file.read(4096).removeprefix(b"\xef\xbb\xbf").lstrip()
+    except OSError:
+        return False
+    return bool(head) and not head.startswith(b"<")
+
+
+def _landings(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[str, ...] | None]:
+    """The frames of each landing; None for the contacts that the scene file gives."""
+    if not options.contact:
+        if scene.contact:
+            return [None]
+        known = feet(robot)
+        listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
+        raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}')
+    landings: list[tuple[str, ...]] = []
+    for text in options.contact:
+        parts = [(text,)] if text in robot.frames else [match_frames(robot, part) for part in _names(text)]
+        if len(parts) > 1:
+            landings.append(tuple(dict.fromkeys(frame for part in parts for frame in part)))
+        else:
+            landings += [(frame,) for frame in parts[0]]
+    if options.together:
+        landings = [tuple(frame for landing in landings for frame in landing)]
+    return list(dict.fromkeys(tuple(dict.fromkeys(landing)) for landing in landings))
+
+
+def _names(text: str) -> list[str]:
+    """The names or patterns in A+B."""
+    names = [part.strip() for part in text.split("+")]
+    if not all(names):
+        raise SceneError(f'--contact: "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
+    twice = [name for k, name in enumerate(names) if name in names[:k]]
+    if twice:
+        raise SceneError(f'--contact: "{text}" names "{twice[0]}" twice; remove one of them')
+    return names
+
+
+def _with_contacts(scene: Scene, options: SceneOptions, frames: tuple[str, ...] | None) -> Scene:
+    """The scene of one landing."""
+    changes: dict[str, Any] = {}
+    if options.offset is not None:
+        changes["offset"] = options.offset
+    if options.contact_point is not None:
+        changes["at"] = options.contact_point
+    if options.slide:
+        horizontal = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9
+        velocity = scene.strike.velocity
+        # In the plane seen from above, and with a velocity in it, up is the world's y.
+        changes["directions"] = ("y",) if horizontal and velocity is not None and velocity[2] == 0.0 else ("z",)
+    if options.restitution is not None:
+        changes["restitution"] = options.restitution
+    contacts = scene.contact if frames is None else tuple(Contact(frame=frame) for frame in frames)
+    return dataclasses.replace(scene, contact=tuple(dataclasses.replace(contact, **changes) for contact in contacts))
+
+
+def _posture(posture: Posture, options: SceneOptions) -> Posture:
+    """The posture with the options applied."""
+    if options.posture is not None:
+        posture = dataclasses.replace(posture, reference=options.posture)
+    if options.base_rpy is not None:
+        posture = dataclasses.replace(posture, base_rpy_deg=options.base_rpy, base_quaternion=None)
+    return dataclasses.replace(posture, joints_deg=_replaced(posture.joints_deg, options.set))
+
+
+def _joints(joints: Joints, options: SceneOptions) -> Joints:
+    """The joint model with the options applied."""
+    return dataclasses.replace(
+        joints,
+        model=options.joints or joints.model,
+        armature=_replaced(joints.armature, options.armature),
+        locked=tuple(dict.fromkeys([*joints.locked, *options.lock])),
+    )
+
+
+def _strike(strike: Strike, options: SceneOptions) -> Strike:
+    """The strike with the options applied; one way of giving the velocity replaces the scene's way."""
+    angle, speed = options.strike_angle, options.speed
+    if options.velocity is not None or options.drop_height is not None:
+        strike = dataclasses.replace(
+            strike, speed=speed, strike_angle_deg=angle, velocity=options.velocity, drop_height=options.drop_height
+        )
+    elif angle is not None or speed is not None:
+        strike = dataclasses.replace(
+            strike,
+            speed=strike.speed if speed is None else speed,
+            strike_angle_deg=strike.strike_angle_deg if angle is None else angle,
+            velocity=None,
+            drop_height=None,
+        )
+    if options.angular_velocity is not None:
+        strike = dataclasses.replace(strike, angular_velocity=options.angular_velocity)
+    return dataclasses.replace(strike, joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity))
+
+
+def _replaced(values: Mapping[str, float], settings: Iterable[Setting]) -> dict[str, float]:
+    """Values by name or glob with settings applied. Later entries take precedence, so a name that is set again moves to the end."""
+    given = dict(settings)
+    return {name: value for name, value in values.items() if name not in given} | given
+
+
+def _point(robot: Robot, text: str) -> Point:
+    """FRAME or FRAME:X,Y,Z; the frame's own name may hold a colon."""
+    frame, colon, offset = text.rpartition(":")
+    if not colon or text in robot.frames:
+        return Point(frame=text)
+    try:
+        return Point(frame=frame, offset=vector("0,0,0.1")(offset))
+    except typer.BadParameter as refusal:
+        raise SceneError(f"--point {frame}: {refusal.message}") from None

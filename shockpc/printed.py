@@ -1,0 +1,17 @@
+"""How names from files are printed: without characters that control a terminal or the direction of text."""
+
+__all__ = ["printable"]
+
+
+def printable(text: str, most: int | None = None) -> str:
+    r"""A text with control characters, line breaks and invisible marks as escapes such as `\x1b`.
+
+    Args:
+        text: any text.
+        most: largest number of characters; a longer text is shortened in the middle.
+    """
+    if not text.isprintable():
+        text = "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii") for sign in text)
+    if most is None or len(text) <= most:
+        return text
+    return f"{text[: most // 2]}…{text[len(text) - (most - 1 - most // 2) :]}"

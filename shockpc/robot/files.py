@@ -1,0 +1,281 @@
+"""The files of a robot: which folders may be read, the one function that opens a file, and the one XML parser.
+
+A robot file may read its own package, the folders given with it, and nothing else; that holds after symbolic links are resolved.
+A file is read once, as a whole, and only if it is a regular one of at most 64 MB. A DOCTYPE is refused, so no entity is ever
+defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because robot files use them without declaring them.
+"""
+
+import os
+import re
+import stat
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import unquote
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+from shockpc.errors import RobotError
+
+__all__ = ["Markup", "OpenFolders", "open_folders", "parse_xml", "read_bytes", "read_text", "read_xml"]
+
+_LARGEST = 64 * 2**20  # bytes
+_DEEPEST = 800  # elements within elements; Python's own limit is 1000 calls
+_URDF_FOLDERS = ("urdf", "xacro", "mjcf")  # by ROS's custom, folders inside a package, beside its meshes/
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_ENCODING = re.compile(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""")
+_ENCODINGS = {"utf-8": "utf-8", "utf8": "utf-8", "us-ascii": "utf-8", "ascii": "utf-8"} | {
+    name: name for name in ("iso-8859-1", "iso-8859-15", "latin-1", "windows-1252")
+}
+
+
+@dataclass(frozen=True)
+class OpenFolders:
+    """The folders that a robot file may read, and the packages that it can name.
+
+    Attributes:
+        file: the robot file, absolute.
+        packages: folders given by name.
+        folders: the only folders that may be read, absolute, symbolic links resolved.
+    """
+
+    file: Path
+    packages: Mapping[str, Path]
+    folders: tuple[Path, ...]
+
+    def contain(self, path: Path) -> bool:
+        """Whether a path, after following `..` and symbolic links, lies inside the folders."""
+        place = os.path.realpath(path)
+        return any(Path(place).is_relative_to(folder) for folder in self.folders)
+
+    def resolve(self, path: Path, named: str) -> Path:
+        """Return the path with links resolved, if it lies inside the folders.
+
+        Args:
+            path: what is to be read.
+            named: how the robot file names it, for the message.
+
+        Raises:
+            RobotError: it lies outside.
+        """
+        place = Path(os.path.realpath(path))
+        if self.contain(place):
+            return place
+        listed = ", ".join(f'"{folder}"' for folder in self.folders)
+        raise RobotError(
+            f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be read ({listed}). '
+            "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
+        )
+
+    def package(self, name: str) -> Path | None:
+        """Find the folder of a package: as given, then in ROS_PACKAGE_PATH, then among the folders above the file."""
+        if name in self.packages:
+            return self.packages[name]
+        if len(name) > 255 or not re.fullmatch(r"[\w.-]*\w[\w.-]*", name):
+            return None  # no package can be called that; as a path it might lead anywhere
+        for entry in _ros_package_path():
+            for folder in (entry, entry / name, *entry.glob(f"*/{name}")):
+                if os.path.isdir(folder) and name in (folder.name, self._package_name(folder)):
+                    return folder
+        return next((folder for folder in self.file.parents if name in (folder.name, self._package_name(folder))), None)
+
+    def asset(self, uri: str) -> Path:
+        """Find the file that a robot file names.
+
+        Args:
+            uri: as written: `package://name/rest` (more slashes are accepted, `model://` is read alike), `file:///path`, an
+                absolute path, or one relative to the robot file.
+
+        Returns:
+            An existing file inside the folders, symbolic links resolved.
+
+        Raises:
+            RobotError: it is missing, its package is unknown, or it lies outside the folders.
+        """
+        scheme, separator, rest = uri.partition("://")
+        if not separator:
+            path = self.file.parent / uri
+        elif scheme == "file":
+            path = self.file.parent / unquote(rest.removeprefix("localhost"))
+        elif scheme in ("package", "model"):
+            name, _, inside = rest.lstrip("/").partition("/")
+            folder = self.package(name)
+            if folder is None:
+                raise RobotError(
+                    f'{self.file.name}: "{uri}": no package "{name}" among those given, in ROS_PACKAGE_PATH or above the '
+                    f"file. Say where it is: --package {name}=DIR"
+                )
+            path = folder / inside
+        else:
+            raise RobotError(f'{self.file.name}: "{uri}" is not on this machine; only package:// and file:// are followed')
+        place = self.resolve(path, uri)
+        if not os.path.isfile(place):
+            raise RobotError(f'{self.file.name}: "{uri}" is missing: no file "{place}"')
+        return place
+
+    def _package_name(self, folder: Path) -> str | None:
+        """The name that a folder's package.xml gives to the package; None without one, or outside the open folders."""
+        path = folder / "package.xml"
+        if not os.path.isfile(path) or not self.contain(path):
+            return None
+        found = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_bytes(path))
+        return found.group(1).decode(errors="replace") if found else None
+
+
+def open_folders(file: Path, packages: Mapping[str, str | Path]) -> OpenFolders:
+    """Work out what a robot file may read.
+
+    Its own folder is the nearest one above it with a `package.xml`; else the folder that holds it, or the parent of that
+    if it is called urdf, xacro or mjcf. Then come the given packages and the entries of ROS_PACKAGE_PATH.
+
+    Args:
+        file: the robot file, absolute.
+        packages: package folders by name.
+
+    Raises:
+        RobotError: a given package folder does not exist.
+    """
+    given: dict[str, Path] = {}
+    for name, folder in packages.items():
+        place = Path(os.path.expanduser(folder))
+        if not os.path.isdir(place):
+            raise RobotError(f'package "{name}": there is no folder "{folder}"; correct --package {name}=DIR')
+        given[name] = place.resolve()
+    own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), None)
+    if own is None:
+        own = file.parent.parent if file.parent.name.casefold() in _URDF_FOLDERS else file.parent
+    folders = (own.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
+    return OpenFolders(file, given, tuple(dict.fromkeys(folders)))
+
+
+def _ros_package_path() -> list[Path]:
+    """The folders that ROS_PACKAGE_PATH lists and that exist."""
+    listed = (Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry.strip())
+    return [entry for entry in listed if os.path.isdir(entry)]
+
+
+class Markup(NamedTuple):
+    """An XML file as read.
+
+    Attributes:
+        text: the whole file.
+        root: its root element; tags and attributes carry their prefixes as written.
+    """
+
+    text: str
+    root: Element
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a whole file; all input of a robot goes through here.
+
+    Raises:
+        RobotError: it is missing, a folder, not readable, not a regular file, or larger than 64 MB.
+    """
+    if os.path.isdir(path):
+        raise RobotError(f'"{path}" is a folder; give the robot file in it')
+    try:
+        # Without O_NONBLOCK a pipe that nobody writes to would be waited for.
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode):
+                raise RobotError(f'"{path}" is a pipe or a device; save what it gives in a file')
+            if status.st_size > _LARGEST:
+                raise RobotError(f'"{path}" has {status.st_size / 2**20:.0f} MB; files of up to {_LARGEST // 2**20} MB are read')
+            return file.read(_LARGEST + 1)
+    except FileNotFoundError:
+        raise RobotError(f'no file "{path}"') from None
+    except OSError as error:
+        raise RobotError(f'"{path}" cannot be read: {error.strerror}; check its permissions') from None
+
+
+def read_text(path: Path) -> str:
+    """Read a text file in UTF-8, or in the Latin encoding that its XML declaration names.
+
+    Returns:
+        Its text without byte-order marks and blanks before it; an XML declaration says UTF-8.
+
+    Raises:
+        RobotError: as `read_bytes`; or it is empty, or in another encoding.
+    """
+    data = read_bytes(path)
+    start = data.lstrip()
+    while start.startswith(_BYTE_ORDER_MARK):
+        start = start.removeprefix(_BYTE_ORDER_MARK).lstrip()
+    if not start:
+        raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
+    declared = _ENCODING.match(start)
+    name = declared.group(1).decode() if declared else "utf-8"
+    encoding = _ENCODINGS.get(name.lower())
+    if encoding is None:
+        raise RobotError(f"{path.name} is in the encoding {name}, which is not read; save the file as UTF-8 text")
+    if declared and encoding != "utf-8":
+        start = start[: declared.start(1)] + b"UTF-8" + start[declared.end(1) :]
+    try:
+        return start.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
+        raise RobotError(
+            f"{path.name}: line {line}: byte 0x{start[error.start]:02x} is not UTF-8; save the file as UTF-8 text"
+        ) from None
+
+
+def read_xml(path: Path) -> Markup:
+    """Read an XML file.
+
+    Raises:
+        RobotError: as `read_text` and `parse_xml`.
+    """
+    text = read_text(path)
+    return Markup(text, parse_xml(text, path.name))
+
+
+def parse_xml(text: str, name: str) -> Element:
+    """Parse XML text without following anything in it.
+
+    Args:
+        text: the document.
+        name: what to call it in a message.
+
+    Returns:
+        The root element.
+
+    Raises:
+        RobotError: the text is not well-formed, has a DOCTYPE, or has more than 800 levels.
+    """
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+    builder = TreeBuilder()
+    depth = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > _DEEPEST:
+            raise RobotError(f"{name}: line {parser.CurrentLineNumber}: elements are nested more than {_DEEPEST} deep")
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def doctype(*_: object) -> None:
+        raise RobotError(
+            f"{name}: line {parser.CurrentLineNumber}: a DOCTYPE can define entities, and those are never expanded here; "
+            "delete the DOCTYPE and write out what its entities stand for"
+        )
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = builder.data
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(text.encode(), True)
+    except expat.ExpatError as error:
+        raise RobotError(
+            f"{name}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
+            "the file is not well-formed XML, so nothing of it is used"
+        ) from None
+    return builder.close()

@@ -1,0 +1,54 @@
+"""Error against run time on logarithmic axes, for the benchmark."""
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from shockpc.printed import printable
+from shockpc.show.figure.canvas import render
+from shockpc.show.figure.palette import INK, PAPER
+from shockpc.show.files import write_text
+
+__all__ = ["save_error_time"]
+
+COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
+FLOOR = 1e-17
+"""Errors below this are drawn here."""
+
+
+def save_error_time(path: Path, title: str, series: dict[str, list[tuple[float, float]]], accurate: float) -> None:
+    """Draw run time and error of several methods as SVG.
+
+    Args:
+        path: of the file.
+        title: over the figure.
+        series: (run time [s], error [1]) of every result, by the method's name.
+        accurate: largest error of an accurate result, drawn as a line.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+
+    def draw() -> Figure:
+        figure = Figure(figsize=(8.0, 4.6), facecolor=PAPER, layout="constrained")
+        axes = figure.add_subplot(xscale="log", yscale="log", xlabel="run time [µs]", ylabel="largest error over the bodies [-]")
+        axes.axhline(accurate, color=INK, linewidth=0.8, linestyle="--", label=f"accurate: below {accurate:g}")
+        for k, (name, points) in enumerate(series.items()):
+            style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "markeredgewidth": 0.3, "markeredgecolor": PAPER}
+            style |= {"marker": MARKS[k % len(MARKS)], "color": COLOURS[(k + k // len(COLOURS)) % len(COLOURS)], "alpha": 0.8}
+            times, errors = [1e6 * seconds for seconds, _ in points], [max(error, FLOOR) for _, error in points]
+            axes.plot(times, errors, label=_text(name), **style)
+        axes.set_ylim(bottom=FLOOR / 3.0)
+        axes.grid(True, which="major", linewidth=0.4, color="#d0d0d0")
+        axes.set_title(_text(title), fontsize=9.5, loc="left")
+        figure.legend(loc="outside right upper", fontsize=7.5)
+        return figure
+
+    write_text(path, render(draw, formulas=True)["svg"])
+
+
+def _text(name: str) -> str:
+    """A name as it is written where texts between dollar signs are formulas."""
+    return printable(name, 60).replace("$", r"\$")

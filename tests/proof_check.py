@@ -1,0 +1,80 @@
+"""Random landings, printed numbers against an independent solution: the error is never above the reported bound."""
+
+from typing import NamedTuple
+
+import flint
+import numpy as np
+from maximal import DIGITS, maximal_jumps
+from random_landings import random_landing
+
+from shockpc.errors import SceneError, SolveError
+from shockpc.profile import shock_profile
+from shockpc.results.accuracy import rotation_lengths
+
+MET = 1e-9
+"""Speed of a row that was left out as dependent, after the impact, over the largest speed to be undone."""
+
+
+class Checked(NamedTuple):
+    """What came of one landing.
+
+    Attributes:
+        number: of the landing.
+        message: why the package refused it; empty if it did not.
+        excess: largest over the bodies of true error over reported bound [1]: at most 1.
+        missed: largest speed of a row left out as dependent [1]: at most `MET`.
+    """
+
+    number: int
+    message: str
+    excess: float
+    missed: float
+
+    @property
+    def violated(self) -> bool:
+        return not (self.excess <= 1.0 and self.missed <= MET)
+
+
+def check(number: int) -> Checked:
+    """Draw a landing, analyse it, and solve it independently."""
+    robot, scene = random_landing(number)
+    try:
+        profile = shock_profile(scene, robot)
+    except SceneError as refusal:
+        return Checked(number, str(refusal), 0.0, 0.0)
+    except SolveError as failure:  # every body has a mass and every set of rows an independent part
+        return Checked(number, str(failure), np.inf, 0.0)
+    exact = maximal_jumps(profile.landing, profile.solution.choice.rows)
+    return Checked(number, "", excess(profile, exact), float(exact.missed.max(initial=0.0)))
+
+
+def excess(profile, exact) -> float:
+    """Largest over the bodies of true error over reported bound, which is relative to the motion of each body.
+
+    The maps are the doubles nearest to the exact ones, so that each entry is off by half a unit in the last place of the largest.
+    """
+    errors = body_errors(profile.landing, exact, np.hstack([profile.delta_omega, profile.delta_v]))
+    bounds = profile.proof.bounds
+    off, true = difference(exact.jumps[..., :3], profile.maps)
+    maps = np.abs(off).max(axis=(1, 2)) / np.maximum(2.0**-53 * np.abs(true).max(axis=(1, 2)), 1e-300)
+    return float(max(np.max(np.where(errors > 0.0, errors / np.where(bounds > 0.0, bounds, 1e-300), 0.0)), maps.max()))
+
+
+def body_errors(landing, exact, jumps) -> np.ndarray:
+    """True error (nb,) of the jump of every body (nb, 6), relative to the body's own motion.
+
+    The size of a motion is the root of |v|² + (r |ω|)², with v at the origin of the body frame and the radius of gyration r.
+    """
+    length = rotation_lengths(landing)
+    error, motion = (
+        np.hypot(np.linalg.norm(x[:, 3:], axis=1), length * np.linalg.norm(x[:, :3], axis=1))
+        for x in difference(exact.jumps[..., 3], jumps)
+    )
+    return error / np.where(motion > 0.0, motion, 1.0)
+
+
+def difference(exact, values) -> tuple[np.ndarray, np.ndarray]:
+    """Exact minus printed numbers, subtracted in long numbers; and the exact ones. What the balls leave open is no difference."""
+    with flint.ctx.workdps(DIGITS):
+        off = exact - np.vectorize(flint.arb, otypes=[object])(values)
+        return np.vectorize(lambda ball: float(ball.abs_lower()))(off), np.vectorize(float)(exact)

@@ -1,0 +1,285 @@
+"""The benchmark: methods agree where they should, failures are named, and the report says what was measured."""
+
+import csv
+import itertools
+import math
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from commands import good, run
+from trees import known_robot
+
+from shockpc.bench.cases import FAMILIES, family
+from shockpc.bench.cases.robots import FOOTED, feet_of
+from shockpc.bench.costs import Cost, command_costs
+from shockpc.bench.measure import OUTCOMES, body_errors, measure, timed
+from shockpc.bench.methods import DIRECT, PROVEN
+from shockpc.bench.mujoco_peer import MUJOCO, mujoco_model, to_mujoco
+from shockpc.bench.reference import reference
+from shockpc.bench.run import bench_landing, run_suite
+from shockpc.bench.system import UnsuitedError, system_of
+from shockpc.bench.throughput import PEERS, many_system, postures
+from shockpc.errors import SolveError
+from shockpc.model.closure import Closure, Place
+from shockpc.model.contact import Contact
+from shockpc.profile import shock_profile
+from shockpc.robot.catalogue import catalogue
+from shockpc.robot.robot import load_robot
+from shockpc.scene import Scene, Strike
+
+
+def case_of(name, variant, value):
+    return family(name).case(variant, value).build()
+
+
+def landing_of(name, *feet, restitution=0.0):
+    contacts = tuple(Contact(frame=foot, restitution=restitution) for foot in feet)
+    return known_robot(name), Scene(robot=name, contact=contacts, strike=Strike(speed=1.0, strike_angle_deg=15.0))
+
+
+def profile_of(name, variant, value):
+    robot, scene = case_of(name, variant, value)
+    return shock_profile(scene, robot)
+
+
+LOOP = Closure(a=Place(frame="LF_FOOT"), b=Place(frame="RF_FOOT"), directions=("x", (0.0, 1.0, 1.0)))
+REGULAR = {
+    "one foot": case_of("robots", "one foot", FOOTED.index("anymal_b")),
+    "two feet": landing_of("anymal_b", "LF_FOOT", "RF_FOOT"),
+    "two feet with restitution": landing_of("anymal_b", "LF_FOOT", "RF_FOOT", restitution=0.5),
+    "drives": case_of("armature", "one foot", 1e-3),
+    "loop": case_of("flat four-bar", "crank struck", 1.0),
+    "locked joints": case_of("locked feet", "hips free", 1),
+    "fixed base": case_of("knee", "fixed base, foot slides", 1.0),
+    "flat foot and stance": (
+        known_robot("talos"),
+        Scene(robot="talos", contact=(Contact(frame="left_sole_link", kind="flat"),), stance=("right_sole_link",)),
+    ),
+    "closed feet": (known_robot("anymal_b"), Scene(robot="anymal_b", contact=(Contact(frame="LH_FOOT"),), closure=(LOOP,))),
+    "moving joints": (
+        known_robot("anymal_b"),
+        Scene(
+            robot="anymal_b",
+            contact=(Contact(frame="LF_FOOT"),),
+            strike=Strike(velocity=(0.1, 0.2, -1.0), angular_velocity=(0.1, 0.2, 0.3), joint_velocities={"LF_KFE": 0.5}),
+        ),
+    ),
+}
+SOLVABLE = {
+    "partition (Eq. 6)": {"one foot", "drives", "locked joints", "moving joints"},
+    "Pinocchio, Jacobian": set(REGULAR) - {"locked joints", "fixed base", "flat foot and stance"},
+    "Pinocchio, constraints": {"one foot", "two feet", "two feet with restitution", "drives", "moving joints"},
+    "Pinocchio, constraints, µ = 1e-6": {"one foot", "two feet", "two feet with restitution", "drives", "moving joints"},
+}
+
+
+def solved(method, where):
+    system = system_of(*REGULAR[where])
+    prepared = method.prepare(system)
+    return system, prepared.read(prepared.run())
+
+
+@pytest.mark.parametrize("where", REGULAR)
+@pytest.mark.parametrize("method", DIRECT, ids=[method.name for method in DIRECT])
+def test_every_method_agrees_on_regular_cases(method, where):
+    """All methods give the same jumps, or say that they cannot take the landing."""
+    if where not in SOLVABLE.get(method.name, REGULAR):
+        with pytest.raises(UnsuitedError):
+            solved(method, where)
+        return
+    system, jumps = solved(method, where)
+    exact = reference(system.landing.scene, system.landing.robot)[..., 3]
+    # Up to 44 unknowns; damping costs about 14 times its size, relative to the effective mass of a foot.
+    assert body_errors(system.landing, exact, jumps).max() < (1e-4 if "µ" in method.name else 1e-10)
+
+
+def test_the_error_of_a_simulation_is_proportional_to_its_time_constant():
+    """The limit of a simulated landing on harder and harder ground is the impulsive answer."""
+    errors = []
+    for method in MUJOCO[1:]:
+        system, jumps = solved(method, "one foot")
+        errors.append(body_errors(system.landing, reference(system.landing.scene, system.landing.robot)[..., 3], jumps).max())
+    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 10.0, rtol=0.15)
+    assert errors[-1] < 3e-3
+
+
+def test_pinocchio_takes_one_restitution():
+    contacts = (Contact(frame="LF_FOOT", restitution=0.5), Contact(frame="RH_FOOT"))
+    system = system_of(known_robot("anymal_b"), Scene(robot="anymal_b", contact=contacts))
+    for method in DIRECT[6:]:
+        with pytest.raises(UnsuitedError, match="restitution"):
+            method.prepare(system)
+
+
+def outcomes(name, variant, value):
+    return {r.method: r.outcome for r in measure(family(name).case(variant, value), DIRECT, budget=0.0).results}
+
+
+def test_dependent_rows_make_textbook_methods_fail():
+    found = outcomes("corners", "sticking", 4)
+    assert found[PROVEN] == found["null space (Eq. 7)"] == "accurate"
+    assert found["Schur complement, Cholesky"] == "exception"
+    assert found["partition (Eq. 6)"] == "unsuited"
+    assert found["Pinocchio, Jacobian"] == "inaccurate"
+    assert found["Pinocchio, constraints"] == "not finite"
+
+
+def test_numbers_for_a_landing_without_a_solution_are_unfounded():
+    """A straight leg on a fixed base does not yield along its axis."""
+    found = outcomes("knee", "fixed base", 0.0)
+    assert found[PROVEN] == "refused"
+    assert found["null space (Eq. 7)"] == "unfounded"
+
+
+@pytest.mark.parametrize("name", ["anymal_b", "talos"])
+def test_all_peers_do_the_same_work(name):
+    """In random postures every peer finds the jumps of the batched path, as often as it runs."""
+    system = many_system(name)
+    Q = postures(system, 5)
+    (_, _, ours), *others = PEERS
+    prepared = ours(system, Q)
+    maps = prepared.read(prepared.run())
+    jump = (maps @ system.landing.before.velocity)[..., None]
+    for _, _, peer in others:
+        prepared = peer(system, Q)
+        found = prepared.read(prepared.run())
+        np.testing.assert_allclose(found, maps if found.shape[-1] == 3 else jump, atol=1e-11 * np.abs(maps).max())
+        np.testing.assert_array_equal(prepared.read(prepared.run()), found)
+
+
+def elsewhere(system, seed=0):
+    """A posture far from the scene's own."""
+    return pin.integrate(system.model, system.landing.q, 0.5 * np.random.default_rng(seed).normal(size=system.model.nv))
+
+
+def test_rows_of_feet_are_those_of_pinocchio_in_every_posture():
+    """A contact point stays where it is on its foot, and its directions stay those of the world."""
+    contacts = (Contact(frame="LF_FOOT"), Contact(frame="RH_FOOT", directions=("z",)))
+    system = system_of(known_robot("anymal_b"), Scene(robot="anymal_b", contact=contacts, stance=("LH_FOOT",)))
+    model, data = system.model, system.model.createData()
+    for q in (system.landing.q, elsewhere(system), elsewhere(system, 1)):
+        H, J_c = system.assembler(model.createData())(q)
+        lf, rh, lh = (
+            pin.computeFrameJacobian(model, data, q, model.getFrameId(foot), pin.LOCAL_WORLD_ALIGNED)[:3]
+            for foot in ("LF_FOOT", "RH_FOOT", "LH_FOOT")
+        )
+        np.testing.assert_allclose(J_c, np.vstack([lf, rh[2:], lh]), atol=1e-14)
+        np.testing.assert_allclose(H, pin.crba(model, data, q), atol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["anymal_b", "talos"])
+def test_postures_are_those_of_mujoco(name):
+    """The same posture in both layouts puts every body at the same place."""
+    system = many_system(name)
+    peer = mujoco_model(system, feet=False)
+    data, ours, q = mujoco.MjData(peer), system.model.createData(), elsewhere(system)
+    data.qpos[:] = to_mujoco(system.landing.robot, q)
+    mujoco.mj_kinematics(peer, data)
+    pin.forwardKinematics(system.model, ours, q)
+    for joint in range(1, system.model.njoints):
+        np.testing.assert_allclose(data.xpos[joint], ours.oMi[joint].translation, atol=1e-12)
+        np.testing.assert_allclose(data.xmat[joint].reshape(3, 3), ours.oMi[joint].rotation, atol=1e-12)
+
+
+def test_the_clock_counts_its_runs():
+    """One run without a budget; with one, at least three besides the first."""
+    count = itertools.count()
+    result, timing = timed(lambda: next(count), budget=0.0)
+    assert (result, timing.runs) == (0, 1)
+    result, timing = timed(lambda: next(count), budget=1e-9)
+    assert (result, timing.runs) == (4, 3)
+    assert timing.low <= timing.median <= timing.high
+    assert timed(lambda: next(count), budget=60.0, most=5)[1].runs == 5
+
+
+def test_names_of_cases_are_unique():
+    names = [case.name for one in FAMILIES for case in one.cases()]
+    assert len(set(names)) == len(names)
+
+
+def test_every_robot_with_a_foot_is_in_the_suite():
+    """Robots of example-robot-data whose links are named like feet; variants of one robot count once."""
+    names = [entry.name for entry in catalogue() if entry.source == "example-robot-data"]
+    footed = {name for name in names if name not in ("hector_macro", "hector_xacro", "ur3_empty") and feet_of(load_robot(name))}
+    assert footed - set(FOOTED) == {"g1_hands", "simple_humanoid_classical", "talos_full_box", "talos_reduced_box"}
+
+
+@pytest.mark.parametrize(("variant", "length"), [("kg", 1e3), ("g", 1.0), ("g", 1e3), ("t", 1e3)])
+def test_units_change_no_shock(variant, length):
+    """In other units of length and mass the shock is the same everywhere, and the radii are those in the other unit."""
+    one, other = profile_of("units", "kg", 1.0), profile_of("units", variant, length)
+    np.testing.assert_allclose(other.shock_com, one.shock_com, rtol=1e-11)
+    np.testing.assert_allclose(other.ropc, length * one.ropc, rtol=1e-11)
+
+
+@pytest.mark.parametrize("variant", family("through the centre").variants)
+def test_a_strike_near_the_centre_of_mass_tends_to_translation(variant):
+    """The radius of percussion grows as one over the distance until the body only translates; the shock stays 1."""
+    values = (0.0, *(10.0**k for k in range(-16, 1)))
+    found = {value: profile_of("through the centre", variant, value) for value in values}
+    for value, profile in found.items():
+        if value <= 1e-6:
+            np.testing.assert_allclose(profile.shock_com[0], 1.0, atol=1e-10)
+        if value <= 1e-6 and not profile.translates[0]:
+            assert profile.ropc[0] * value == pytest.approx(found[1e-6].ropc[0] * 1e-6, rel=1e-6)
+    translating = [value for value, profile in found.items() if profile.translates[0]]
+    assert translating == list(values[: len(translating)])
+    assert 0.0 in translating
+
+
+def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
+    monkeypatch.setattr("shockpc.bench.run.command_costs", lambda runs: [Cost("a command", 100.0, "", 1.5, 90.0)])
+    bench = run_suite(tmp_path, (family("corners"), family("knee")), postures=4, budget=0.0)
+    assert {path.name for path in tmp_path.iterdir()} == {"report.md", "cases.csv", "error-against-run-time.svg"}
+    report = (tmp_path / "report.md").read_text(encoding="utf-8")
+    titles = (
+        "### A box with a mast",
+        "### A knee that straightens",
+        "### Run time of the package",
+        "### Many postures",
+        "## Limits",
+    )
+    for text in (*titles, "| a command | 100 | – | 1.50 | 90 |", "| pin | ", *OUTCOMES):
+        assert text in report.replace("*Accurate", "*accurate")
+    rows = list(csv.DictReader((tmp_path / "cases.csv").read_text(encoding="utf-8").splitlines()))
+    assert len(rows) == sum(len(case.results) for case in bench.cases)
+    chart = (tmp_path / "error-against-run-time.svg").read_text(encoding="utf-8")
+    for name in (PROVEN, "null space (Eq. 7)", "run time [µs]", "simulated in MuJoCo"):
+        assert name in chart
+
+
+def test_one_landing_is_compared_with_every_method():
+    sheet = bench_landing(known_robot("anymal_b"), Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), budget=0.0)
+    assert [row[0] for row in sheet.rows] == [method.name for method in (*DIRECT, *MUJOCO)]
+    assert all(row[1] is not None for row in sheet.rows)
+
+
+def test_a_command_that_fails_is_reported(monkeypatch):
+    monkeypatch.setattr("shockpc.bench.costs.COMMANDS", {"analyze nothing": "nothing"})
+    with pytest.raises(SolveError, match=r"^a process of the benchmark failed .*analyze nothing.*: shockpc: "):
+        command_costs(1)
+
+
+def test_bench_of_one_s_own_robot(capfd, tmp_path):
+    """`shockpc bench robot --contact foot` prints a row for each method, and writes the table and the chart if asked to."""
+    out = good(capfd, "bench", "solo12", "--contact", "FL_FOOT", "--out", tmp_path)
+    assert [line.split("  ")[0] for line in out.splitlines()[4:7]] == [method.name for method in DIRECT[:3]]
+    assert {path.name for path in tmp_path.iterdir()} == {"landing.csv", "landing.md", "error-against-run-time.svg"}
+
+
+def test_a_contact_needs_a_robot(capfd):
+    done = run(capfd, "bench", "--contact", "foot")
+    assert (done.code, done.out) == (2, "")
+    assert done.err == "shockpc: the options of a landing need a robot: shockpc bench robot.urdf --contact foot\n"
+
+
+def test_errors_are_relative_to_the_motion_of_each_body():
+    landing = system_of(*REGULAR["one foot"]).landing
+    exact = reference(landing.scene, landing.robot)[..., 3]
+    assert body_errors(landing, exact, exact).max() == 0.0
+    changed = exact.copy()
+    changed[3] *= 1.0 + 1e-6
+    assert body_errors(landing, exact, changed)[3] == pytest.approx(1e-6, rel=1e-6)
+    assert math.isnan(body_errors(landing, exact, exact + np.nan).max())

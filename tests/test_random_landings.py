@@ -1,0 +1,125 @@
+"""The reported bounds against an independent solution in maximal coordinates, and that solution against closed forms."""
+
+import flint
+import mpmath
+import numpy as np
+import pytest
+from maximal import BALLS, DIGITS, MPMATH, maximal_jumps
+from proof_check import MET, body_errors, check, excess
+from random_landings import random_landing
+from trees import known_robot
+
+from shockpc.bench.build import Link, box, robot_of
+from shockpc.bench.cases import FAMILIES, family
+from shockpc.errors import ShockError
+from shockpc.model.contact import Contact
+from shockpc.profile import shock_profile
+from shockpc.scene import Scene, Strike
+
+BLOCKS, EACH = 12, 30
+
+
+@pytest.mark.parametrize("block", range(BLOCKS))
+def test_no_error_is_above_the_reported_bound(block):
+    """Of 360 random landings, some forty of which are refused; and no row is wrongly left out as dependent."""
+    found = [check(number) for number in range(EACH * block, EACH * (block + 1))]
+    assert [one for one in found if one.violated] == []
+    assert sum(not one.message for one in found) >= EACH // 2
+
+
+@pytest.mark.parametrize("name", [one.name for one in FAMILIES])
+def test_no_error_is_above_the_reported_bound_on_hard_cases(name):
+    """Of all cases of the benchmark that have an answer."""
+    for case in family(name).cases():
+        robot, scene = case.build()
+        try:
+            profile = shock_profile(scene, robot)
+        except ShockError:
+            continue
+        exact = maximal_jumps(profile.landing, profile.solution.choice.rows)
+        assert excess(profile, exact) <= 1.0, case.name
+        assert exact.missed.max(initial=0.0) <= MET, case.name
+
+
+@pytest.mark.parametrize("number", range(0, 60, 4))
+def test_two_libraries_of_long_numbers_agree(number):
+    """The independent solution is the same with Arb's balls and with mpmath's numbers."""
+    robot, scene = random_landing(number)
+    try:
+        profile = shock_profile(scene, robot)
+    except ShockError:
+        return
+    balls, numbers = (maximal_jumps(profile.landing, profile.solution.choice.rows, kind) for kind in (BALLS, MPMATH))
+    with flint.ctx.workdps(DIGITS), mpmath.workdps(DIGITS):
+        size = max(abs(value.mid()) for value in balls.jumps.ravel())
+        for ball, value in zip(balls.jumps.ravel(), numbers.jumps.ravel(), strict=True):
+            assert abs(ball - flint.arb(mpmath.nstr(value, DIGITS))) < size * flint.arb("1e-50")
+
+
+def solved(robot, scene):
+    """The independent solution of a scene, and its profile."""
+    profile = shock_profile(scene, robot)
+    return maximal_jumps(profile.landing, profile.solution.choice.rows), profile
+
+
+def test_a_single_body_has_its_closed_form():
+    """Struck upwards at a distance d beside its centre of mass, without friction: Δω = v d / (r² + d²), Δv = v r² / (r² + d²)."""
+    robot = robot_of([Link(-1, "", np.zeros(3), np.eye(3)[1], 3.0, np.zeros(3), box(3.0, (0.4, 0.2, 0.1)))])
+    contact = Contact(frame="link0", offset=(0.15, 0.0, 0.0), directions=("z",))
+    exact, _ = solved(robot, Scene(robot="box", contact=(contact,), strike=Strike(speed=2.0)))
+    with flint.ctx.workdps(DIGITS):
+        d = flint.arb(0.15)
+        r2 = flint.arb(float(robot.model.inertias[1].inertia[1, 1])) / 3
+        expected = [0, -2 * d / (r2 + d * d), 0, 0, 0, 2 * r2 / (r2 + d * d)]
+        for value, other in zip(exact.jumps[0, :, 3], expected, strict=True):
+            assert abs(value - other) < flint.arb("1e-90")
+
+
+def test_two_bodies_on_a_slide_share_their_momentum():
+    """A slide along the strike: the body above it goes on, the one below stops; a slide across it: both stop together."""
+    links = [
+        Link(-1, "", np.zeros(3), np.eye(3)[2], 2.0, np.zeros(3), box(2.0, (0.1, 0.1, 0.1))),
+        Link(0, "prismatic", np.zeros(3), np.eye(3)[2], 3.0, np.zeros(3), box(3.0, (0.1, 0.1, 0.1))),
+    ]
+    for axis, expected in ((np.eye(3)[2], 0), (np.eye(3)[0], 1)):
+        robot = robot_of([links[0], links[1]._replace(axis=axis)])
+        exact, _ = solved(robot, Scene(robot="slide", contact=(Contact(frame="link0"),)))
+        assert float(exact.jumps[0, 5, 3]) == pytest.approx(1.0, abs=1e-50)
+        assert float(exact.jumps[1, 5, 3]) == pytest.approx(expected, abs=1e-50)
+
+
+def test_the_scene_s_strike_is_a_sum_of_unit_strikes():
+    """Everything is linear in the velocity of a robot that neither turns nor moves its joints."""
+    exact, profile = solved(known_robot("anymal_b"), Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=OBLIQUE))
+    assert profile.health.rank == 3
+    columns = np.vectorize(float)(exact.jumps)
+    np.testing.assert_allclose(columns[..., :3] @ OBLIQUE.velocity, columns[..., 3], atol=1e-14)
+
+
+OBLIQUE = Strike(velocity=(0.3, 0.2, -1.0))
+
+
+@pytest.mark.parametrize("name", ["panda", "talos_full"])
+def test_mimic_joints_agree(name):
+    """Followers tied by rows (here) and left out as columns (package, Eq. 7) give the same answer."""
+    robot = known_robot(name)
+    exact, profile = solved(robot, Scene(robot=name, contact=(Contact(frame=robot.links[-1]),), strike=OBLIQUE))
+    assert len(exact.impulse) == 3 + len(robot.mimics)
+    assert excess(profile, exact) <= 1.0
+
+
+def test_an_error_is_seen():
+    """The exact answer rounded to doubles has an error of rounding; one digit that is changed shows in its body alone."""
+    exact, profile = solved(known_robot("anymal_b"), Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=OBLIQUE))
+    rounded = np.vectorize(float)(exact.jumps[..., 3])
+    assert body_errors(profile.landing, exact, rounded).max() < 1e-15
+    rounded[3] *= 1.0 + 1e-6
+    errors = body_errors(profile.landing, exact, rounded)
+    assert errors[3] == pytest.approx(1e-6, rel=1e-6)
+    assert np.delete(errors, 3).max() < 1e-15
+
+
+def test_a_landing_is_the_same_wherever_it_is_drawn():
+    (robot, scene), (again, same) = random_landing(5), random_landing(5)
+    assert scene == same
+    assert [body.mass for body in robot.bodies] == [body.mass for body in again.bodies]
