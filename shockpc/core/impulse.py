@@ -19,7 +19,7 @@ __all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "is_singular", "so
 EPS = float(np.finfo(float).eps)
 
 WELL = 1e-4
-"""Least pivot of the scaled Delassus matrix from which its rows are independent beyond doubt."""
+"""Least pivot of the scaled Delassus matrix from which its rows are certainly independent."""
 
 LOST = 1e10
 """Condition of the inertia from which the Delassus matrix in double precision no longer tells whether its rows are independent."""
@@ -100,7 +100,9 @@ def solve_impact(H: Array, J_c: Array, b: Array, terms: Callable[[int], Array]) 
         scale = np.where(mobility > 0.0, 1.0 / np.sqrt(np.abs(mobility)), 0.0)
         scaled = A * (scale[:, :, None] * scale[:, None, :])
         pivot = _least_pivot(scaled)
-        well = (pivot > WELL) & (stiffness < LOST) & (mobility.min(axis=-1) > 1e-20 * mobility.max(axis=-1))
+        # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
+        natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
+        well = (pivot > WELL) & (stiffness < LOST) & (mobility.min(axis=-1) > 1e-20 * natural)
         scaled[~well] = np.eye(nc)
         impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
         delta_qd = X @ impulse
