@@ -441,7 +441,7 @@ def test_files_that_do_not_exist(here):
             'contact "foot" has a direction without a length; valid are "x", "y", "z" and vectors',
         ),
     ],
-)  # fmt: skip
+)
 def test_scenes_that_contradict_themselves(capfd, here, text, said):
     """Values that are valid alone, but not together."""
     contact = "" if "[[contact]]" in text else '[[contact]]\nframe = "foot"\n'
@@ -512,7 +512,7 @@ SCENES = st.builds(
         max_size=2,
     ).map(tuple),
     point=st.lists(st.builds(Point, frame=NAMES, offset=VECTORS), max_size=2).map(tuple),
-)  # fmt: skip
+)
 
 
 @given(SCENES)
