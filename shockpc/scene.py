@@ -141,6 +141,11 @@ class Point:
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    @property
+    def label(self) -> str:
+        """The point as it is typed, FRAME or FRAME:x,y,z."""
+        return self.frame + (":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else "")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:

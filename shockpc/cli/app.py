@@ -9,6 +9,7 @@ import typer
 from shockpc import __version__
 from shockpc.cli.analyze import analyze
 from shockpc.cli.bench import bench
+from shockpc.cli.check import check
 from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
 from shockpc.cli.robots import robots
@@ -16,17 +17,25 @@ from shockpc.cli.schema import schema
 
 __all__ = ["COMMANDS", "app_for"]
 
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
+COMMANDS: dict[str, Callable[..., None]] = {
+    "analyze": analyze,
+    "bench": bench,
+    "check": check,
+    "paper": paper,
+    "robots": robots,
+    "schema": schema,
+}
 
 EXAMPLES = """\b
 Examples:
   shockpc analyze anymal_b --contact LF_FOOT --out out/
   shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60" --strike-angle 30
   shockpc analyze go2 --contact FL_foot+FR_foot --drop-height 0.3 --armature "*=0.05" --pulse half-sine:5ms
+  shockpc check budgets.toml --baseline base.json --format text --format junit=report.xml
 
 \b
-Exit codes: 0 done, 2 bad arguments or files, 3 no result (the model has no unique solution), 130 interrupted by Ctrl-C,
-143 terminated by SIGTERM; 1 is kept for limits that a result exceeds.
+Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files, 3 no result (the model has no unique solution),
+130 interrupted by Ctrl-C, 143 terminated by SIGTERM.
 """
 
 
