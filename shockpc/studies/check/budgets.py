@@ -62,7 +62,7 @@ class Budget:
         metric: the number.
         max: greatest value allowed, in the unit of the metric.
         min: least value allowed.
-        baseline_tolerance: by how much it may be worse than in the baseline: a share such as "5%", or a number such as "0.01" in the
+        baseline_tolerance: how much worse than the baseline it may be: a share such as "5%", or a number such as "0.01" in the
             unit of the metric.
         severity: whether the check fails when the budget is exceeded.
 
