@@ -355,7 +355,10 @@ def test_slips_are_named(here, text, said):
         ),
         (b'robot = "leg\n', "PATH is not TOML, as a scene file has to be: Illegal character '\\n' (at line 1, column 13)"),
         (b"<robot/>\n", "PATH is not TOML, as a scene file has to be: Invalid statement (at line 1, column 1)"),
-        (b'robot = "\xff"\n', "PATH is not UTF-8 text; a scene file is TOML, a robot file is URDF, xacro or MJCF, and all of these are text"),
+        (
+            b'robot = "\xff"\n',
+            "PATH is not UTF-8 text; a scene file is TOML, a robot file is URDF, xacro or MJCF, and all of these are text",
+        ),
     ],
 )
 def test_files_that_are_no_toml(here, data, said):

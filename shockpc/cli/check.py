@@ -11,13 +11,44 @@ import typer
 from shockpc.cli.declare import option, takes_options
 from shockpc.cli.parse import path
 
-__all__ = ["CheckOptions", "Report", "check", "report"]
+__all__ = ["BUDGETS_HELP", "CheckOptions", "Report", "check", "report"]
 
 FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
 """Formats that stand alone on standard output."""
 
 OUTPUT, BASELINE = "Output", "Baseline"
+
+BUDGETS_HELP = """\b
+A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]] and [[tool.shockpc.budget]]:
+  [[case]]
+  name = "land-front"
+  scene = "landing.toml"           # or the keys of a scene: robot, posture, strike, [[case.contact]], ...
+  strike_angle_deg = [0, 15, 30]   # a landing for each
+
+\b
+  [[budget]]
+  case = "*"                       # name or glob
+  at = "imu_link"                  # name or glob of points, bodies, joints or contacts; FRAME:x,y,z is a point
+  metric = "shock"
+  max = 0.25                       # or min
+  baseline_tolerance = "5%"        # how much worse than in --baseline; with or without max and min
+  severity = "error"               # or "warning", with which the check passes
+
+\b
+Metrics:
+  shock            of a point, or of a body's centre of mass, relative to the strike
+  shock_max        greatest over the geometry of a body
+  peak_g           peak acceleration of a point, or of a body's centre of mass, for the scene's pulse [g]
+  ropc             radius of percussion of a body; infinite if it does not rotate in the plane [m]
+  joint_impulse    magnitude of the impulse through a joint [N s]
+  friction_needed  least coefficient of friction with which a contact sticks
+  effective_mass   that the ground meets at a contact, along its normal [kg]
+
+\b
+Exit codes: 0 all budgets are met, 1 one of severity error is exceeded, 2 bad arguments or files, 3 a number has no solution.
+"""
+"""What stands under the help of the command."""
 
 
 class Report(NamedTuple):
@@ -79,10 +110,7 @@ def check(
         ),
     ] = None,
 ) -> None:
-    """Check that landings stay within budgets: a gate for continuous integration.
-
-    Exit codes: 0 all budgets are met, 1 one of severity error is exceeded, 2 bad arguments or files, 3 a number has no solution.
-    """
+    """Compare landings with budgets, as a gate in CI."""
     from shockpc.cli.progress import progress
     from shockpc.show.check import append_summary, check_files, report_text
     from shockpc.show.files import write_folder, write_text

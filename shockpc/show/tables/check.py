@@ -26,7 +26,7 @@ def check_sheet(check: Check, fold: bool = True, most: int | None = None, only_f
             _status(outcome),
             landing_text(outcome),
             outcome.at,
-            f"{outcome.budget.metric} [{METRICS[outcome.budget.metric].unit}]",
+            f"{outcome.budget.metric} [{METRICS[outcome.budget.metric].unit.replace('1', '-')}]",
             outcome.value,
             limit_text(outcome.budget),
             outcome.baseline,

@@ -232,7 +232,7 @@ def _computed(given: Budgets, planned: _Planned) -> tuple[list[Outcome], float, 
 def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]:
     """Which limits of a budget a value exceeds."""
     unit = METRICS[budget.metric].unit
-    unit = "" if unit == "-" else f" {unit}"
+    unit = "" if unit == "1" else f" {unit}"
     found = []
     if budget.max is not None and value > budget.max:
         found.append(f"{_digits(value, budget.max)}{unit} is above max {budget.max:.6g}{unit}")

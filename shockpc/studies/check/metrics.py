@@ -26,25 +26,23 @@ class Metric(NamedTuple):
 
     Attributes:
         place: what it belongs to: a point, a body, a joint or a contact.
-        unit: of its value.
+        unit: of its value; 1 if it has none.
         worse: which change makes a design worse.
-        meaning: in a sentence.
     """
 
     place: Literal["point", "body", "joint", "contact"]
     unit: str
     worse: Literal["greater", "less"]
-    meaning: str
 
 
 METRICS: dict[str, Metric] = {
-    "shock": Metric("point", "-", "greater", "velocity jump of a point, or of a body's centre of mass, relative to the strike"),
-    "shock_max": Metric("body", "-", "greater", "greatest shock over the geometry of a body"),
-    "peak_g": Metric("point", "g", "greater", "peak acceleration of a point for the scene's pulse"),
-    "ropc": Metric("body", "m", "less", "radius of percussion of a body; infinite if it does not rotate in the plane"),
-    "joint_impulse": Metric("joint", "N s", "greater", "magnitude of the impulse through a joint"),
-    "friction_needed": Metric("contact", "-", "greater", "least coefficient of friction that makes a contact stick"),
-    "effective_mass": Metric("contact", "kg", "greater", "mass that the ground meets at a contact, along its normal"),
+    "shock": Metric("point", "1", "greater"),  # |Δv| relative to the strike
+    "shock_max": Metric("body", "1", "greater"),  # greatest shock over the geometry
+    "peak_g": Metric("point", "g", "greater"),  # peak acceleration for the scene's pulse
+    "ropc": Metric("body", "m", "less"),  # radius of percussion
+    "joint_impulse": Metric("joint", "N s", "greater"),  # magnitude of the impulse through the joint
+    "friction_needed": Metric("contact", "1", "greater"),  # tangential over normal impulse
+    "effective_mass": Metric("contact", "kg", "greater"),  # along the ground's normal
 }
 """The metrics by their names in a file."""
 
