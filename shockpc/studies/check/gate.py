@@ -182,7 +182,7 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
             )
     robots: dict[str, Robot] = {}
     for case in given.cases:
-        own = [(k, budget) for k, budget in enumerate(given.budgets) if _matching([case.name], budget.case)]
+        own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in _matching(names, budget.case)]
         for angle, scene in case.landings if own else ():
             asked = []
             try:

@@ -117,7 +117,11 @@ def measure(profile: ShockProfile, metric: str, place: Place) -> tuple[float | N
             return _at_point(profile, metric, place), ""
         case "shock_max":
             value = float(profile.shock_max[place.body])
-            return (None, "the body has no geometry") if np.isnan(value) else (value, "")
+            return (
+                (None, "the body has no geometry to take the greatest shock over; limit its shock at a point instead")
+                if np.isnan(value)
+                else (value, "")
+            )
         case "ropc":
             return float(profile.ropc[place.body]), ""
         case "joint_impulse":
