@@ -5,7 +5,7 @@ from pathlib import Path
 
 from shockpc.errors import StudyError
 from shockpc.scene import Scene, read_scene
-from shockpc.show.tables.check import check_sheet
+from shockpc.show.tables.check import check_sheet, place_text
 from shockpc.show.tables.text import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
@@ -44,4 +44,5 @@ def assert_shock(
     if missing is not None:
         raise StudyError(missing)
     if check.exit_code:
-        raise AssertionError("\n" + as_text(check_sheet(check, only_failures=True)))
+        first = next(outcome for outcome in check.outcomes if outcome.fails)
+        raise AssertionError(f"{place_text(first)}: {first.reason}\n{as_text(check_sheet(check, only_failures=True))}")

@@ -626,6 +626,7 @@ def test_assert_shock(here):
     assert_shock(here / "landing.toml", at="body", metric="ropc", min=1e-3)
     with pytest.raises(AssertionError) as failure:
         assert_shock(str(here / "landing.toml"), at="imu_link", metric="shock", max=1e-3)
+    assert str(failure.value).startswith("landing: shock at imu_link: ")
     value = next(point.shock for point in shock_profile(scene).points if point.frame == "imu_link")
     (row,) = [line for line in str(failure.value).splitlines() if line.startswith("exceeded")]
     assert row.split() == ["exceeded", "landing", "imu_link", "shock", "[-]", f"{value:.4f}", "≤", "0.001"]
