@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike, read_scene
+    from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
 
@@ -48,6 +49,7 @@ _HOMES = {
     "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
+    "assert_shock": "testing",
     "load_robot": "robot.robot",
     "read_scene": "scene",
     "resolve": "landing",
@@ -81,6 +83,7 @@ __all__ = [
     "Strike",
     "StudyError",
     "UnknownName",
+    "assert_shock",
     "load_robot",
     "read_scene",
     "resolve",

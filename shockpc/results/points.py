@@ -69,8 +69,7 @@ def spots(robot: Robot, asked: tuple[Point, ...]) -> tuple[Spot, ...]:
     found = {name: Spot(name, robot.frames[name], robot.frames[name].offset) for name in sensors(robot)}
     for point in asked:
         frame, offset = robot.frame(point.frame), np.asarray(point.offset, dtype=float)
-        label = point.frame + (":" + ",".join(f"{x:g}" for x in point.offset) if offset.any() else "")
-        found[label] = Spot(label, frame, frame.offset + frame.rotation @ offset)
+        found[point.label] = Spot(point.label, frame, frame.offset + frame.rotation @ offset)
     return tuple(found.values())
 
 

@@ -1,0 +1,1 @@
+"""Studies of many landings: each takes scenes and returns a record, or an iterator of chunks; none knows another."""
