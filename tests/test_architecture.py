@@ -16,7 +16,7 @@ PACKAGE = Path(shockpc.__file__).parent
 TOP = PACKAGE.parent
 
 LAYERS = (
-    {"errors", "paths", "printed", "trace", "executor"},
+    {"errors", "paths", "printed", "trace"},
     {"core"},
     {"robot"},
     {"model"},
