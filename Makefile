@@ -29,6 +29,7 @@ check: .venv/.dev
 	@"$(BIN)/ruff" format --check shockpc tests
 	@"$(BIN)/ruff" check shockpc tests
 	@"$(BIN)/mypy"
+	@"$(BIN)/lint-imports"
 
 # Error against run time, with a report in out/bench.
 bench: .venv/.dev

@@ -1,15 +1,15 @@
-"""Everything that can go wrong, as one tree with one root.
+"""The errors of the package, a tree with one root.
 
-ShockError                 catch this to catch them all; its text is the whole message for a user
-├── UnknownName            no such robot, frame, joint, body or posture; the nearest names are in the text
+ShockError                 the root; its text is the whole message for a user
+├── UnknownName            no such robot, frame, joint, body or posture; the text lists the nearest names
 ├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
-├── SceneError             the scene cannot be computed as asked: posture, strike, contact, scene file
-├── SolveError             the model has no unique answer (a moving body without mass, contradicting contacts)
-├── StudyError             a study of several landings cannot be computed as asked
-└── OutputError            a result cannot be written where it was asked to be
+├── SceneError             the scene cannot be computed as asked: posture, strike, contact, plane or scene file
+├── SolveError             the model has no unique solution (a moving body without mass, contradicting contacts)
+├── StudyError             a study cannot be computed as asked: its ranges, budgets or landings
+└── OutputError            a result cannot be written to the given place
 
-Every error carries the exit code that a command ends with: 2 for bad arguments or files, 3 for a model that cannot be
-solved. Codes 0 (done) and 1 (a gate is exceeded) are never an error's.
+Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved. Codes
+0 (done) and 1 (a budget is exceeded) belong to no error.
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ __all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError"
 
 
 class ShockError(Exception):
-    """Root of the tree: the text says what was found, what it means and what to change."""
+    """Root of the tree. The text says what was found, what it means and what to change."""
 
     exit_code = 2
 
@@ -29,10 +29,10 @@ class UnknownName(ShockError):
     """No such robot, frame, joint, body or posture.
 
     Args:
-        kind: what was looked for, such as "frame".
-        name: what was asked.
-        known: every valid name.
-        where: the place that was searched, such as 'robot "hyq"'; may be empty.
+        kind: kind of the name, such as "frame".
+        name: the unknown name.
+        known: all valid names.
+        where: where the name was searched, such as 'robot "hyq"'; may be empty.
         listing: the command that lists all valid names.
     """
 
@@ -57,7 +57,7 @@ class UnknownName(ShockError):
 
 
 class RobotError(ShockError):
-    """A robot file is missing, unreadable, not a robot, or holds what no body can have."""
+    """A robot file is missing, unreadable, not a robot, or has values that no body can have."""
 
 
 class SceneError(ShockError):
@@ -65,7 +65,7 @@ class SceneError(ShockError):
 
 
 class SolveError(ShockError):
-    """The impulsive equation of motion has no unique answer for this model and scene."""
+    """The impulsive equation of motion has no unique solution for this model and scene."""
 
     exit_code = 3
 

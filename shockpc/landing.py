@@ -81,10 +81,16 @@ class Landing:
         contacts = (contact_block(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
-    def equation(self, state: Dynamics) -> Equation:
-        """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq. 7)."""
+    def equation(self, state: Dynamics, own: bool = True) -> Equation:
+        """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq. 7).
+
+        Args:
+            state: the robot in N postures, with the armature of its joints.
+            own: whether b has a column for the scene's own strike, besides those of the unit strikes.
+        """
         blocks = self.rows(state)
-        return impulsive_equation(state, blocks, self.approach(state, blocks), self.joint_model.armature, self.columns(state))
+        b = self.approach(state, blocks) if own else self.unit_strikes(state, blocks)
+        return impulsive_equation(state, blocks, b, self.columns(state))
 
     def columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
@@ -193,7 +199,7 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q = assembly.q
-    state = dynamics(robot, q[None])
+    state = dynamics(robot, q[None], joints.armature)
     _refuse_rotation_of_the_base(scene, plane)
     before, given = _motion(robot, scene, velocity, joints)
     before = _with_loops(robot, state, loops, before, given | joints.locked, plane)

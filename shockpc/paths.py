@@ -16,13 +16,13 @@ def usable_path(text: str) -> Path:
         text: as written; relative paths stay relative.
 
     Raises:
-        ValueError: it is empty, holds a null character, names an unknown user's home, is too long or is not UTF-8 (a JSON
+        ValueError: it is empty, holds a NUL character, names an unknown user's home, is too long or is not UTF-8 (a JSON
             document could not hold it); the text says which.
     """
     if not text:
         raise ValueError("the path is empty; give a name")
     if "\0" in text:
-        raise ValueError("the path holds a null character, which no file name can; remove it")
+        raise ValueError("the path holds a NUL character, which no file name can; remove it")
     expanded = os.path.expanduser(text)
     user = expanded.split(os.sep)[0]
     if user.startswith("~") and not os.path.lexists(user):

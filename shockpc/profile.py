@@ -29,8 +29,8 @@ __all__ = ["impact_jumps", "shock_maps", "shock_profile"]
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
-ILL_CONDITIONED = 1e6
-"""Condition above which rounding may show above 1e-9 of the motion."""
+ILL_CONDITIONED = 1e4
+"""Condition above which rounding may show above 1e-9 of a body's motion: up to a hundred times ε for each unit of it."""
 
 
 def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
@@ -70,20 +70,34 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
     parts = []
     with one_thread(landing.robot.model.nv):
         for k in range(0, max(len(Q), 1), CHUNK):
-            equation, impact, jumps = impact_jumps(landing, Q[k : k + CHUNK])
-            prove = ~(impact.condition < ILL_CONDITIONED)
-            prove[list(impact.choices)] = True
+            equation, impact, maps = impact_jumps(landing, Q[k : k + CHUNK], own=False)
             condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
+            if landing.base != "free" or landing.loops:
+                condition = condition * equation.cancellation()
+            prove = condition > ILL_CONDITIONED
+            prove[list(impact.choices)] = True
             state = equation.state
-            parts.append(ShockMaps(jumps[..., :3], state.rotation, state.position, impact.rank, condition, prove))
-    return parts[0] if len(parts) == 1 else ShockMaps(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+            parts.append(ShockMaps(maps, state.rotation, state.position, impact.rank, condition, prove))
+    return parts[0] if len(parts) == 1 else ShockMaps(*map(_joined, zip(*parts, strict=True)))
 
 
-def impact_jumps(landing: Landing, Q: Array) -> tuple[Equation, Impact, Array]:
-    """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, 4) of the bodies in world axes."""
-    robot, state = landing.robot, dynamics(landing.robot, Q)
-    equation = landing.equation(state)
+def _joined(parts: tuple[Array, ...]) -> Array:
+    """Arrays of consecutive postures as one, in the memory layout that they have."""
+    last = [np.moveaxis(part, 0, -1) for part in parts]
+    return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)
+
+
+def impact_jumps(landing: Landing, Q: Array, own: bool = True) -> tuple[Equation, Impact, Array]:
+    """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies in world axes.
+
+    Args:
+        landing: the landing.
+        Q: (N, nq) configurations.
+        own: whether the scene's own strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
+    """
+    robot, state = landing.robot, dynamics(landing.robot, Q, landing.joint_model.armature)
+    equation = landing.equation(state, own)
     impact = solve_impact(equation.H, equation.J_c, equation.b, equation.terms)  # Eq. 4
     delta_qd = equation.full(impact.delta_qd)  # Eq. 7
-    own = [joint.v for joint in robot.joints]
-    return equation, impact, body_jumps(state.J, own, robot.parents, state.position, delta_qd)  # Eqs. 8 and 9
+    columns = [joint.v for joint in robot.joints]
+    return equation, impact, body_jumps(state.J, columns, robot.parents, state.position, delta_qd)  # Eqs. 8 and 9

@@ -65,7 +65,7 @@ class ShockMaps(NamedTuple):
         position: (N, nb, 3) origins of the body frames, from the base [m].
         rank: (N,) number of independent contact and closure rows.
         condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
-        prove: (N,) whether the posture needs a proof: its rows nearly depend on one another, or rounding may show above 1e-9.
+        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, or rounding may show above 1e-9.
     """
 
     maps: Array
@@ -306,7 +306,7 @@ class ShockProfile:
     def health(self) -> Health:
         """How far to trust the numbers (sensitivity to the data, warnings)."""
         choice, rows = self.solution.choice, len(self.proof.impulse)
-        most, data = data_warnings(self.landing, self.proof)
+        most, data = data_warnings(self.landing, self.proof, self.translates)
         return Health(
             rank=len(choice.rows),
             rows=rows,

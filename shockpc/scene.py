@@ -29,6 +29,7 @@ from shockpc.model.columns import Base
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import LARGEST, Joints
 from shockpc.model.posture import Posture
+from shockpc.paths import usable_path
 
 __all__ = [
     "GRAVITY",
@@ -264,7 +265,10 @@ def read_scene(path: Path) -> Scene:
     if faults:
         raise SceneError(f"{path}: {'; '.join(faults)}")
     here = path.resolve().parent
-    return _with_paths(scene, lambda found: os.path.normpath(here / Path(found).expanduser()))
+    try:
+        return _with_paths(scene, lambda found: os.path.normpath(here / usable_path(found)))
+    except ValueError as refusal:
+        raise SceneError(f"{path}: {refusal}") from None
 
 
 def scene_text(scene: Scene, folder: Path) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
-__all__ = ["Trace", "derived"]
+__all__ = ["Trace", "Traced", "derived"]
 
 
 class Trace:

@@ -35,11 +35,12 @@ def main() -> int:
             for found in pool.imap(check, numbers, BLOCK):
                 done += 1
                 largest = max(largest, found.excess)
-                if found.message:
-                    refused[found.message.partition('"')[0].strip()] += 1
-                elif found.violated:
+                if found.violated:
                     violated.append(found.number)
-                    print(f"landing {found.number}: error / bound {found.excess:.3g}, dependent row missed by {found.missed:.1e}")
+                    told = found.message or f"error / bound {found.excess:.3g}, dependent row missed by {found.missed:.1e}"
+                    print(f"landing {found.number}: {told}")
+                elif found.message:
+                    refused[found.message.partition('"')[0].strip()] += 1
                 if done % 1000 == 0:
                     rate = done / (time.monotonic() - start)
                     left = (given.count - done) / rate / 60.0

@@ -287,9 +287,9 @@ def test_commands_that_cannot_be_run(capfd, here, snapshot, words, parts):
         ('stance = ["body", "body"]', ('"body"', "twice")),
         ('stance = ["ankle"]', ('"foot"', '"ankle"', "contact", "stance")),
         ('srdf = "~nobody-of-that-name/r.srdf"', ("twice.toml", "~nobody-of-that-name")),
-        ('srdf = "r\\u0000.srdf"', ("twice.toml", "null character")),
-        (f"x = {'[' * 2000}{']' * 2000}", ("twice.toml", "deeply")),
-        (f"x = {'1' * 5000}", ("twice.toml", "4300 digits")),
+        ('srdf = "r\\u0000.srdf"', ("twice.toml", "NUL character")),
+        (f"x = {'[' * 2000}{']' * 2000}", ("twice.toml", "levels deep")),
+        (f"x = {'1' * 5000}", ("twice.toml", "digits")),
     ],
     ids=lambda value: value[:30] if isinstance(value, str) else "",
 )
@@ -401,6 +401,10 @@ def test_file_that_cannot_be_read(capfd, here, monkeypatch):
         (here / name).write_text('robot = "stick.urdf"\n')
     for method in ("open", "read_bytes", "read_text"):
         monkeypatch.setattr(Path, method, refuse)
+    opened = os.open
+    monkeypatch.setattr(
+        os, "open", lambda path, *more: refuse(path) if str(path).endswith(("stick.urdf", "landing")) else opened(path, *more)
+    )
     for words in (LANDING, ("analyze", "landing.toml"), ("analyze", "./landing")):
         assert contains(refusal(capfd, here, *words), words[1].removeprefix("./"), "Permission denied")
 

@@ -1,4 +1,4 @@
-"""The README: every command in it runs, every block of Python and every scene too, and what it shows is what one gets."""
+"""The README: its commands, Python and scenes run, and the output that it shows is the output."""
 
 import re
 import shlex
@@ -67,7 +67,7 @@ def commands() -> list[Typed]:
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """A folder with the files that the README speaks of as the reader's own."""
+    """A folder with the files that the README names as the reader's own."""
     folder = tmp_path / "work"
     shutil.copytree(ROBOTS / "dog", folder)
     dog_in(tmp_path)
@@ -89,12 +89,12 @@ def words_of(line: str) -> list[str]:
 
 def plain(text: str) -> str:
     """Text without the sizes of rounding errors, which differ between machines, and blanks at the ends of lines."""
-    text = re.sub(r"residual \S+,|agree to \S+ of", "…", text)
+    text = re.sub(r"off by \S+;|move it by \S+", "…", text)
     return "\n".join(line.rstrip() for line in text.splitlines())
 
 
 def test_commands_run(capfd, here):
-    """In the order of the page, in one folder, so that a later one may use what an earlier one wrote."""
+    """In the order of the page and in one folder, so that a later command may use what an earlier one wrote."""
     found = commands()
     assert found, "the README shows no command"
     for typed in found:
@@ -119,6 +119,6 @@ def test_scenes_run(capfd, here):
 
 
 def test_pictures_and_links_are_there():
-    """What the page points to inside the repository exists."""
+    """Links into the repository lead to files."""
     targets = re.findall(r"\]\((?!\w+:|#)([^)#\s]+)", TEXT) + re.findall(r'(?:src|href)="(?!\w+:|#)([^"#]+)"', TEXT)
     assert [target for target in targets if not (README.parent / target).exists()] == []

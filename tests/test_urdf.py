@@ -225,7 +225,7 @@ def test_refusals_are_silent(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("name", ["a1", "bolt", "go2", "panda", "quadruped", "solo12", "talos", "ur5"])
+@pytest.mark.parametrize("name", ["a1", "go2", "laikago", "panda", "quadruped", "solo12", "talos", "ur5"])
 def test_mujoco_reads_the_same_robot(name: str):
     """A second reader of URDF: masses, and the inertia matrix of the joints in a posture drawn at random, with the base held."""
     robot = load_robot(name)

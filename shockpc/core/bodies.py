@@ -24,18 +24,20 @@ def body_jumps(J: Array, own: Sequence[slice], parent: Sequence[int], position: 
 
     Returns: (N, nb, 6, k), angular part first [rad/s, m/s].
     """
-    n, _, k = delta_qd.shape
-    jumps = np.empty((n, len(parent), 6, k))
+    # The posture comes last, so that every operation runs over contiguous numbers.
+    twists, rates, places = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in (J.swapaxes(1, 2), delta_qd, position))
+    jumps = np.empty((len(parent), 6, *rates.shape[1:]))
     for i, (columns, before) in enumerate(zip(own, parent, strict=True)):
-        # A product of a column and a row costs less than a matrix product of the same.
-        product = np.multiply if columns.stop - columns.start == 1 else np.matmul
-        product(J[:, :, columns], delta_qd[:, columns], out=jumps[:, i])
+        first, *others = range(columns.start, columns.stop)
+        np.multiply(twists[first][:, None], rates[first], out=jumps[i])
+        for column in others:
+            jumps[i] += twists[column][:, None] * rates[column]
         if before >= 0:
-            jumps[:, i] += jumps[:, before]
-    x, y, z = (position[:, :, i, None] for i in range(3))
-    a, b, c = (jumps[:, :, i] for i in range(3))
+            jumps[i] += jumps[before]
+    x, y, z = (places[:, i, None] for i in range(3))
+    a, b, c = (jumps[:, i] for i in range(3))
     # v_i = v_O + ω × p_i
-    jumps[:, :, 3] += b * z - c * y
-    jumps[:, :, 4] += c * x - a * z
-    jumps[:, :, 5] += a * y - b * x
-    return jumps
+    jumps[:, 3] += b * z - c * y
+    jumps[:, 4] += c * x - a * z
+    jumps[:, 5] += a * y - b * x
+    return np.moveaxis(jumps, -1, 0)

@@ -14,7 +14,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["Impact", "RowChoice", "choose_rows", "is_singular", "solve_impact", "weakest_columns"]
+__all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "is_singular", "solve_impact", "weakest_columns"]
 
 EPS = float(np.finfo(float).eps)
 
@@ -154,9 +154,9 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     """Find the independent rows of one posture.
 
     The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It is decided by the singular values of J_c with
-    columns scaled to unit inertia and rows to unit length: a singular value is zero where it is below what rounding of the terms of
-    J_c can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row that hardly moves with one that moves easily
-    would lose digits.
+    columns scaled to unit inertia and rows to the size of their terms: a singular value is zero where it is below what rounding of
+    these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row that hardly moves with one that moves
+    easily would lose digits.
 
     Args:
         J_c: (nc, nv) rows.
@@ -170,13 +170,14 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) * weight
     length, whole = np.linalg.norm(J, axis=1), np.linalg.norm(terms * weight, axis=1)
     alive = length > TOLERANCE * np.where(whole > 0.0, whole, 1.0)
-    unit = np.where(alive[:, None], J / np.where(alive, length, 1.0)[:, None], 0.0)
-    noise = float(np.max(np.where(alive, whole / np.where(alive, length, 1.0), 0.0), initial=1.0))
+    # In units of its terms every row has the same rounding, so a row that hardly moves does not hide others.
+    unit = np.where(alive[:, None], J / np.where(whole > 0.0, whole, 1.0)[:, None], 0.0)
     _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
-    bound = TOLERANCE * np.sqrt(len(J_c)) * noise
+    bound = TOLERANCE * np.sqrt(len(J_c))
     kept = s > bound
     rank = int(kept.sum())
-    uncertain = bool(np.any((s > UNCERTAIN[0] * bound) & (s < UNCERTAIN[1] * bound)))
+    share = length / np.where(whole > 0.0, whole, 1.0)
+    uncertain = bool(np.any(_near(s, bound)) or np.any(_near(share, TOLERANCE)))
     # The impulse along a row is unique where its unit vector lies in the row space.
     unique = ~alive | (np.sum(Vt[kept] ** 2, axis=0) > 1.0 - 1e-9)
     rows = np.flatnonzero(alive) if rank == alive.sum() else _farthest(unit.T, rank)
@@ -185,7 +186,16 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     mobile = np.where(alive, np.where(scale > 0.0, scale, weight.max() / np.where(alive, length, 1.0)), 0.0)
     U, s, Vt = np.linalg.svd((mobile[:, None] * J * alive[:, None]).T, full_matrices=False)
     spread = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
+    # Impulses that are determined have nothing to do with the others; rounding would say otherwise.
+    spread[unique], spread[:, unique[rows]] = 0.0, 0.0
+    alone = np.flatnonzero(unique[rows])
+    spread[rows[alone], alone] = 1.0
     return RowChoice(rows, spread, unique, uncertain)
+
+
+def _near(values: Array, limit: float) -> np.ndarray:
+    """Which values are so near a limit that rounding could have taken them across it."""
+    return np.asarray((values > UNCERTAIN[0] * limit) & (values < UNCERTAIN[1] * limit))
 
 
 def _farthest(X: Array, rank: int) -> np.ndarray:

@@ -15,7 +15,19 @@ from shockpc.exact.kinematics import Pose, Tree
 from shockpc.model.rows import Block
 from shockpc.robot.robot import Robot
 
-__all__ = ["Articulated", "Mechanism", "Response", "SingularError", "articulate", "block_point", "place_of", "respond", "wrenches"]
+__all__ = [
+    "Articulated",
+    "Factor",
+    "Mechanism",
+    "Response",
+    "SingularError",
+    "articulate",
+    "block_axes",
+    "block_point",
+    "place_of",
+    "respond",
+    "wrenches",
+]
 
 
 class SingularError(ArithmeticError):

@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array
 from shockpc.exact.balls import blocks, cross_matrix, matrix, rotation_matrix, unit_vector
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["Data", "Node", "Pose", "Tree", "data_of", "loaded_tree", "poses", "tree_of"]
+__all__ = ["Data", "Node", "Pose", "Tree", "data_of", "elementary", "loaded_tree", "poses", "tree_of"]
 
 EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 

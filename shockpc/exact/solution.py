@@ -17,7 +17,7 @@ from shockpc.model.motion import Motion
 from shockpc.model.rows import Block, slices_of
 from shockpc.robot.robot import Robot
 
-__all__ = ["ExactImpact", "Inputs", "free_mechanism"]
+__all__ = ["ExactImpact", "Inputs", "beside", "cross_columns", "free_mechanism", "stacked", "work"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ def free_mechanism(inputs: Inputs, tree: Tree) -> Mechanism:
     """The robot in its posture, with the velocities that are free."""
     robot, found = inputs.robot, poses(tree, inputs.q, inputs.robot.free_base)
     locked, armature = inputs.locked.copy(), [arb(value) for value in inputs.armature.tolist()]
-    shift, names = arb(robot.mass), set(robot.joint_names)
+    names, shift = set(robot.joint_names), arb(robot.mass)
     for mimic in robot.mimics:
         follower = robot.joint(mimic.joint).v.start
         leader = robot.joint(mimic.leader).v.start if mimic.leader in names else -1
@@ -59,7 +59,9 @@ def free_mechanism(inputs: Inputs, tree: Tree) -> Mechanism:
             locked[follower] = True
             continue
         # Armature may move from a leader to its follower without any effect on motions in which one follows the other. It keeps
-        # D invertible where the follower carries no inertia of its own.
+        # D invertible where the follower carries no inertia of its own. Powers of π cancel neither one another nor an inertia, as
+        # doubles do: a massless joint in the middle of a chain of followers with multiplier 1 would give away all that it gets.
+        shift *= arb.pi()
         armature[follower] += shift
         armature[leader] -= arb(mimic.multiplier) ** 2 * shift
     S: list[arb_mat | None] = []
@@ -212,6 +214,14 @@ class ExactImpact:
         r = len(self.inputs.choice.rows)
         chosen = arb_mat(self._solved[1].table()[:r])
         return chosen if r == len(self.inputs.choice.spread) else matrix(self.inputs.choice.spread) * chosen
+
+    @cached_property
+    def independent_impulse(self) -> arb_mat:
+        """Impulses (nc, 4) along the independent rows, and none along the others: they do the same to the robot [N s]."""
+        found = [[arb(0)] * 4 for _ in range(len(self.inputs.choice.spread))]
+        for row, own in zip(self.inputs.choice.rows.tolist(), self._solved[1].table(), strict=False):
+            found[row] = own
+        return arb_mat(found)
 
     @cached_property
     def node_jumps(self) -> list[arb_mat]:

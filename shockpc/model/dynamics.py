@@ -15,7 +15,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
 
-__all__ = ["PINOCCHIO", "Dynamics", "dynamics"]
+__all__ = ["PINOCCHIO", "Dynamics", "Workspace", "dynamics"]
 
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
@@ -25,7 +25,7 @@ class Dynamics(NamedTuple):
     """A robot in N postures.
 
     Attributes:
-        H: (N, nv, nv) joint-space inertia of the bodies alone, without armature [kg, kg m, kg m²].
+        H: (N, nv, nv) joint-space inertia of the bodies, and of the joints' armature if it was given [kg, kg m, kg m²].
         J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the bodies behind it.
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) origins of the body frames, from the base [m].
@@ -42,10 +42,10 @@ class Dynamics(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Pinocchio's model without armature and its data.
+    """A copy of Pinocchio's model with its data.
 
     Attributes:
-        model: the model.
+        model: the model; its armature is that of the last call.
         data: the data.
         J: (nv, 6) view of the Jacobian's columns, valid for as long as the data are.
         placements: (njoints, 12) view of the joints' placements.
@@ -59,14 +59,16 @@ class Workspace(NamedTuple):
     symmetric: bool
 
 
-def dynamics(robot: Robot, Q: Array) -> Dynamics:
+def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
     """Evaluate a robot in N postures.
 
     Args:
         robot: the robot.
         Q: (N, nq) configurations in Pinocchio's layout.
+        armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
     """
     model, data, J_view, placements, symmetric = _workspace(robot, threading.get_ident())
+    model.armature = np.zeros(model.nv) if armature is None else armature
     n, nv = len(Q), model.nv
     H, J, placed = np.empty((n, nv, nv)), np.empty((n, nv, 6)), np.empty((n, *placements.shape))
     Q, origin = np.array(Q, dtype=float), np.zeros((n, 3))
@@ -100,11 +102,7 @@ def _workspace(robot: Robot, thread: int) -> Workspace:
     columns of the rotation followed by the translation, at equal steps.
     """
     del thread
-    model = robot.model
-    if model.armature.any():
-        # crba would add the file's armature; whether it counts is for the joint model to say.
-        model = pin.Model(model)
-        model.armature = np.zeros(model.nv)
+    model = pin.Model(robot.model)
     data = model.createData()
     H = pin.crba(model, data, robot.start, pin.Convention.WORLD)
     first = data.oMi[0].rotation

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.impulse import TOLERANCE
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.rows import Block, row_jacobian, row_terms
@@ -35,24 +36,33 @@ class Equation(NamedTuple):
         terms = row_terms(self.state, self.blocks)[k]
         return terms if self.G is None else np.asarray(terms @ np.abs(self.G[k]))
 
+    def cancellation(self) -> Array:
+        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most [1].
+
+        Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity: little cancels.
+        """
+        weight = 1.0 / np.sqrt(np.maximum(np.einsum("nii->ni", self.H), 1e-300))[:, None]
+        terms = row_terms(self.state, self.blocks)
+        terms = terms if self.G is None else terms @ np.abs(self.G)
+        length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, terms))
+        moves = length > TOLERANCE * whole
+        return np.asarray(np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0))
+
     def full(self, delta: Array) -> Array:
         """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""
         return delta if self.G is None else np.asarray(self.G @ delta)
 
 
-def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], b: Array, armature: Array, G: Array | None) -> Equation:
+def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], b: Array, G: Array | None) -> Equation:
     """Assemble Eq. 4, reduced by Eq. 7 where some velocities are not free.
 
     Args:
-        state: the robot in N postures.
+        state: the robot in N postures, with the armature of its joints.
         blocks: what is held.
         b: (N, nc, k) speeds to be undone along each row.
-        armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg].
         G: (N, nv, ny) columns of the free velocities, or None.
     """
     H, J_c = state.H, row_jacobian(state, blocks)
-    if armature.any():
-        H = H + np.diag(armature)
     if G is None:
         return Equation(H, J_c, b, None, state, blocks)
     return Equation(np.swapaxes(G, -1, -2) @ H @ G, J_c @ G, b, G, state, blocks)

@@ -4,10 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shockpc.core.percussion import dot
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
+from shockpc.exact.balls import Balls, balls, entries
 from shockpc.exact.proof import Proof, motion, sensitivity
+from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
+from shockpc.model.rows import slices_of
+from shockpc.results.speed import speed_in
 
 __all__ = ["SENSITIVE", "Health", "data_warnings", "double_error", "rotation_lengths"]
 
@@ -59,19 +64,54 @@ def double_error(landing: Landing, proof: Proof, jumps: Array) -> float:
     return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > AT_REST * size.max(initial=0.0)], initial=0.0))
 
 
-def data_warnings(landing: Landing, proof: Proof) -> tuple[float, tuple[Diagnostic, ...]]:
-    """The sensitivity to the data [1], and a warning with its cause where it is above `SENSITIVE`."""
+def data_warnings(landing: Landing, proof: Proof, translates: np.ndarray) -> tuple[float, tuple[Diagnostic, ...]]:
+    """The sensitivity to the data [1], and warnings with their cause where it is above `SENSITIVE`.
+
+    Besides the jumps of the bodies: the speed v_in, the radii of percussion and the impulses of the contacts, where these are small
+    differences of large numbers.
+
+    Args:
+        landing: the landing.
+        proof: of its solution.
+        translates: (nb,) which bodies have no radius of percussion.
+    """
+    robot, choice = landing.robot, proof.enclosure.inputs.choice
+    turning = np.flatnonzero(~translates).tolist()
+    blocks = proof.enclosure.inputs.blocks[: len(landing.contacts) + len(landing.stance)]
+    least = AT_REST * float(np.abs(proof.impulse[:, 3]).max(initial=0.0))
+    loaded = [
+        (k, own)
+        for k, own in enumerate(slices_of(blocks))
+        if choice.unique[own].all() and np.abs(proof.impulse[own, 3]).max() > least
+    ]
+    names = [("speed before the impact", "")]
+    names += [(f'radius of percussion of body "{robot.bodies[i].name}"', robot.bodies[i].name) for i in turning]
+    names += [(f"impulse of {blocks[k].name}", blocks[k].name) for k, _ in loaded]
+
+    def others(impact: ExactImpact) -> list[Balls]:
+        normals = np.sum(impact.orientations[turning] * balls(landing.plane.normal)[:, None], axis=1)
+        turns = dot(normals, impact.body_jumps[turning][:, :3, 3])
+        along = entries(impact.impulse)[:, 3]
+        axes = [(impact.inputs.blocks[k].forces, own.start) for k, own in loaded]
+        return [speed_in(impact, landing), *turns[:, None], *(along[first : first + len(f)] @ balls(f) for f, first in axes)]
+
     length = rotation_lengths(landing)
-    effect, causes = sensitivity(proof, length)
+    found = sensitivity(proof, length, others)
     size = motion(proof.jumps[..., 3:], length)[:, 0]
-    moving = size > AT_REST * size.max(initial=0.0)
-    most = float(np.max(effect[moving], initial=0.0))
-    if not causes:
-        return most, ()
-    body = landing.robot.bodies[int(np.argmax(np.where(moving, effect, -1.0)))].name
-    kind = max(causes, key=lambda name: causes[name])
-    text = (
-        f'a change of the data in their last digits moves the result of body "{body}" by {most:.0e} of its motion, most by the '
-        f"{kind} ({causes[kind]:.0e}); digits beyond that are those of this file, not of a real robot"
-    )
-    return most, (Diagnostic("data", body, most, text),)
+    bodies = np.where(size > AT_REST * size.max(initial=0.0), found.bodies, 0.0)
+    most = float(np.max(bodies, initial=0.0))
+    warnings = []
+    named = [(f'result of body "{body.name}"', body.name) for body in robot.bodies] + names
+    every, first, end = np.append(bodies, found.others), len(bodies), len(bodies) + 1 + len(turning)
+    for own in (slice(0, first), slice(first, first + 1), slice(first + 1, end), slice(end, len(every))):
+        if not np.any(every[own] > SENSITIVE):
+            continue
+        k = own.start + int(np.argmax(every[own]))
+        cause = max(found.causes, key=lambda kind: found.causes[kind][k])
+        what, subject = named[k]
+        text = (
+            f"a change of the data in their last digits moves the {what} by {every[k]:.0e} of its size, most by the "
+            f"{cause} ({found.causes[cause][k]:.0e}); digits beyond that are those of this file, not of a real robot"
+        )
+        warnings.append(Diagnostic("data", subject, float(every[k]), text))
+    return most, tuple(warnings)

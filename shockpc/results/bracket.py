@@ -14,6 +14,7 @@ from shockpc.exact.proof import Enclosure, Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.model.columns import free_columns
+from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import impulsive_equation
 from shockpc.model.rows import row_jacobian
 from shockpc.results.points import spots
@@ -57,13 +58,13 @@ def joint_bracket(landing: Landing, proof: Proof, v_in: float) -> tuple[Bracket,
 
 def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Enclosure | None:
     """The landing without reflected inertia and with other joints locked; None where that cannot be solved."""
-    state, blocks = landing.state, enclosure.inputs.blocks
+    state, blocks = dynamics(landing.robot, landing.q[None]), enclosure.inputs.blocks
     try:
         G = free_columns(landing.robot, landing.base, landing.plane, state.rotation[:, 0], locked)
     except SceneError:
         return None
     b = landing.approach(state, blocks)
-    equation = impulsive_equation(state, blocks, b, np.zeros(len(locked)), G)
+    equation = impulsive_equation(state, blocks, b, G)
     impact = solve_impact(equation.H, equation.J_c, b, equation.terms)
     choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
     changed = replace(enclosure.inputs, armature=np.zeros(len(locked)), locked=locked, choice=choice)

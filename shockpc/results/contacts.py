@@ -114,7 +114,7 @@ def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
 
     def read(impact: ExactImpact) -> tuple[Array, Array]:
         force, moment = balls(np.zeros(3)), balls(np.zeros(3))
-        rows, size = entries(impact.impulse)[:, 3], 0.0
+        rows, size = entries(impact.independent_impulse)[:, 3], 0.0
         for block, own in zip(impact.inputs.blocks[:count], impact.slices[:count], strict=True):
             point = np.array(block_point(impact.mechanism, block).entries(), dtype=object)
             axes = entries(block_axes(impact.mechanism, block).transpose())

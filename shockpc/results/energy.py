@@ -31,7 +31,7 @@ def energy(landing: Landing, proof: Proof) -> Energy:
 
     def read(impact: ExactImpact) -> tuple[Array, Array | None]:
         e = balls(np.repeat([block.restitution for block in impact.inputs.blocks], [block.size for block in impact.inputs.blocks]))
-        works = entries(impact.impulse)[:, 3] * entries(impact.speeds)[:, 3]
+        works = entries(impact.independent_impulse)[:, 3] * entries(impact.speeds)[:, 3]
         lost, size = -np.sum(works * (1 - e) / (1 + e)) / 2, float(np.abs(works.astype(float)).sum())
         if not landing.floating:
             return nearest(_one(lost), size), None

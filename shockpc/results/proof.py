@@ -5,14 +5,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shockpc.core.impulse import Impact, RowChoice, choose_rows, is_singular, weakest_columns
+from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, is_singular, weakest_columns
 from shockpc.errors import SceneError, SolveError
 from shockpc.exact.equation import SingularError
 from shockpc.exact.proof import Proof, prove
 from shockpc.exact.solution import Inputs
 from shockpc.landing import Landing
 from shockpc.model.equation import Equation
-from shockpc.model.rows import block_axes, row_jacobian, slices_of
+from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.robot.robot import Robot
 
@@ -20,6 +20,9 @@ __all__ = ["proven"]
 
 NO_INERTIA = 1e-30
 """Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
+
+CONTRADICTION = 1e-9
+"""Share of the strike with which a dependent row may be left; more is a contradiction."""
 
 
 def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowChoice, Proof]:
@@ -82,22 +85,25 @@ def _without_inertia(robot: Robot, equation: Equation, body: int) -> str:
 def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
     b = equation.b[0]
-    if len(choice.rows) == len(b):
+    others = np.setdiff1d(np.arange(len(b)), choice.rows)
+    if not len(others):
         return
-    J_c = row_jacobian(equation.state, equation.blocks)[0]
-    left = J_c @ proof.delta_qd[:, 3] + b[:, 3]
-    # Terms count with their absolute values, so that the large rates of a nearly singular posture are not taken for a
-    # contradiction.
-    terms = np.maximum(np.abs(J_c) @ np.abs(proof.delta_qd[:, 3]) + np.abs(b[:, 3]), np.abs(b[:, 3]).max())
-    row = int(np.argmax(np.abs(left) / terms))
-    if abs(left[row]) <= 1e-6 * terms[row]:
+    # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
+    # precision here, and that with which they were found dependent.
+    delta_qd = proof.delta_qd[:, 3]
+    left = (row_jacobian(equation.state, equation.blocks)[0] @ delta_qd + b[:, 3])[others]
+    rounding = TOLERANCE * np.sqrt(len(b)) * (row_terms(equation.state, equation.blocks)[0] @ np.abs(delta_qd))[others]
+    excess = np.abs(left) - CONTRADICTION * np.abs(b[:, 3]).max() - rounding
+    worst = int(np.argmax(excess))
+    if excess[worst] <= 0.0:
         return
+    row = int(others[worst])
     block, own = next(
         (block, own) for block, own in zip(equation.blocks, slices_of(equation.blocks), strict=True) if row < own.stop
     )
     axis = " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
     raise SceneError(
-        f"{block.name} cannot be stopped: {abs(left[row]):.3g} m/s are left along ({axis}), because the mechanism cannot move that "
-        "way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
+        f"{block.name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
+        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
         "or free the base"
     )

@@ -12,7 +12,7 @@ from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 
-__all__ = ["Speed", "normalising_speed", "speed_in"]
+__all__ = ["Speed", "approach_in", "normalising_speed", "speed_in"]
 
 
 class Speed(NamedTuple):

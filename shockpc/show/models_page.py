@@ -25,12 +25,12 @@ shockpc analyze robots/scenes/fig2_e.toml --out out/e
 shockpc paper 2 --out out/paper
 ```
 
-*This page is made from the files by `python -m shockpc.show.models_page`; a test holds it to them.*
+*This page is made from the files by `python -m shockpc.show.models_page`; a test compares the two.*
 """
 
 
 def models_page() -> str:
-    """The text of the page."""
+    """The Markdown text of the page."""
     robots = [(entry.path, load_robot(entry.name)) for entry in catalogue() if entry.source == "shockpc"]
     models = [
         "## Models",
@@ -58,7 +58,7 @@ def _model_row(path: Path, robot: Robot) -> str:
 
 
 def _scene_row(path: Path) -> str:
-    """One scene: the first line of its file, and what comes out."""
+    """One scene: the first line of its file, and its results."""
     title = path.read_text(encoding="utf-8").split("\n", 1)[0].lstrip("# ").rstrip(".")
     profile = land(path.stem)
     model = Path(profile.scene.robot).name.removesuffix(".urdf.xacro")

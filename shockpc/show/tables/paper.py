@@ -67,12 +67,12 @@ def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
     files: dict[str, str | bytes] = {}
     for result in results:
         files |= paper_figure_files(result.figure, result.profiles)
-        files |= {f"{panel.scene}.toml": scene_text(read_scene(find_scene(panel.scene)), folder) for panel in result.figure.panels}
+        files |= {f"{p.scene}.toml": scene_text(read_scene(find_scene(p.scene)), folder) for p in result.figure.panels}
     sheets = {"bodies": paper_bodies_sheet(results), "claims": claims_sheet(results)}
+    files |= {f"{name}.csv": as_csv(sheet) for name, sheet in sheets.items()}
     pictures = [
         f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n" for figure, _, _ in results
     ]
-    files |= {f"{name}.csv": as_csv(sheet) for name, sheet in sheets.items()}
     files["paper.md"] = "\n".join(["## Figures and claims of the paper\n", *pictures, *map(as_markdown, sheets.values())])
     write_folder(folder, files)
 

@@ -1,0 +1,245 @@
+"""What the joints do in an impact (Section 3.1.2): free, geared, locked, and everything in between."""
+
+import itertools
+
+import dense
+import numpy as np
+import pinocchio as pin
+import pytest
+from robot_texts import LIMIT, body, floating, joint, link, mjcf, urdf
+from trees import known_robot, robot_from
+
+from shockpc.errors import RobotError, SceneError, UnknownName
+from shockpc.model.contact import Contact
+from shockpc.model.dynamics import dynamics
+from shockpc.model.joint_model import Joints, Rotor, joint_model
+from shockpc.profile import shock_profile
+from shockpc.scene import Scene, Strike
+
+FRONT = tuple(Contact(frame=foot) for foot in ("FL_foot", "FR_foot"))
+FREE, LOCKED = Joints(model="free"), Joints(model="locked")
+
+
+def geared(inertia, pattern="*"):
+    return Joints(armature={pattern: inertia})
+
+
+def go2(joints):
+    return shock_profile(Scene(robot="go2", contact=FRONT, joints=joints), known_robot("go2"))
+
+
+# From free to locked
+
+
+def distance(one, other):
+    """Greatest difference of any body's jump, in m/s and rad/s."""
+    return float(np.abs(np.stack([one.delta_v - other.delta_v, one.delta_omega - other.delta_omega])).max())
+
+
+@pytest.mark.parametrize(("name", "contact"), [("go2", FRONT), ("quadruped", (Contact(frame="hind_foot"),))])
+def test_geared_goes_from_free_to_locked_over_12_decades(name, contact):
+    """Free as the reflected inertia vanishes, locked as it grows; proportional to it near both ends, and continuous between."""
+
+    def at(joints):
+        scene = Scene(robot=name, contact=contact, strike=Strike(strike_angle_deg=10.0), joints=joints)
+        return shock_profile(scene, known_robot(name))
+
+    free, locked = at(FREE), at(LOCKED)
+    found = [at(geared(float(inertia))) for inertia in 10.0 ** np.arange(-6.0, 6.5, 0.5)]
+    whole = distance(free, locked)
+    from_free, from_locked = ([distance(one, end) / whole for one in found] for end in (free, locked))
+    assert from_free[0] < 1e-2
+    assert from_locked[-1] < 1e-4
+    # Ten times the inertia changes the result by ten times as much at the free end, and by a tenth at the locked end.
+    assert from_free[2] / from_free[0] == pytest.approx(10.0, rel=0.1)
+    assert from_locked[-3] / from_locked[-1] == pytest.approx(10.0, rel=0.1)
+    assert max(distance(one, other) / whole for one, other in itertools.pairwise(found)) < 0.5
+    assert all(one.health.error_bound < 1e-15 and one.health.double_error < 1e-9 for one in found)
+
+
+@pytest.mark.parametrize(
+    ("joints", "jump", "ropc"),
+    [
+        (Joints(), 0.003, 37.5),
+        (geared(0.01), 0.07, 3.2),
+        (geared(0.05), 0.25, 1.01),
+        (geared(0.2), 0.48, 0.66),
+        (LOCKED, 0.80, 0.85),
+    ],
+    ids=["free", "0.01", "0.05", "0.2", "locked"],
+)
+def test_the_trunk_of_a_go2(joints, jump, ropc):
+    """Two front feet, 1 m/s down: the joint model decides the jump of the trunk [m/s], and its RoPc is not even monotone."""
+    profile = go2(joints)
+    assert abs(profile.rotation[0] @ profile.delta_v[0])[2] == pytest.approx(jump, abs=0.006)
+    assert profile.ropc[0] == pytest.approx(ropc, rel=0.01)
+
+
+def test_the_bracket_is_what_the_other_scenes_give():
+    """Free and locked in the bracket are the profiles of the same landing with free and with locked joints."""
+    bracket = {row.place: row for row in go2(geared(0.05)).bracket}
+    found = bracket["base"].free, bracket["base"].as_modelled, bracket["base"].locked
+    assert found == pytest.approx([float(go2(joints).shock_com[0]) for joints in (FREE, geared(0.05), LOCKED)], rel=1e-10)
+    assert "imu" in bracket
+
+
+# Joint by joint
+
+
+def test_a_pattern_means_the_joints_that_match_it():
+    """Later patterns replace earlier ones; the base has no armature."""
+    robot = known_robot("go2")
+    found = joint_model(robot, Joints(armature={"*_calf_joint": 0.05, "FL_*": 0.02}))
+    assert {joint.name: inertia for joint in robot.joints[1:] if (inertia := found.armature[joint.v].item())} == {
+        **{f"{leg}_calf_joint": 0.05 for leg in ("FR", "RL", "RR")},
+        **{f"FL_{part}_joint": 0.02 for part in ("hip", "thigh", "calf")},
+    }
+    assert not found.armature[:6].any()
+    assert found.name == "mixed"
+
+
+def test_a_rotor_reflects_its_inertia_by_the_square_of_its_gear_ratio():
+    """9² · 1e-4 = 0.0081 kg m²: the landing is that with the reflected inertia given."""
+    rotor = Joints(rotor={"*": Rotor(inertia=1e-4, gear_ratio=9.0)})
+    np.testing.assert_allclose(joint_model(known_robot("go2"), rotor).armature[6:], 0.0081, rtol=1e-15)
+    assert distance(go2(rotor), go2(geared(81e-4))) < 1e-12
+
+
+def test_reflected_inertia_is_on_the_diagonal_and_not_on_the_base():
+    """An MJCF's armature is part of the joint model: the inertia of the bodies is without it, and the floating base has none."""
+    text = mjcf(
+        floating(body("b", joints='<joint name="j" axis="0 1 0" armature="0.3"/>')), '<default><joint armature="0.2"/></default>'
+    )
+    robot = robot_from(text, ".xml")
+    np.testing.assert_array_equal(joint_model(robot, Joints()).armature, [0.0] * 6 + [0.3])
+    assert not joint_model(robot, FREE).armature.any()
+    q = np.array([0, 0, 0, 0, 0, 0, 1.0, 0.3])
+    np.testing.assert_allclose(dynamics(robot, q[None]).H[0], dense.inertia(robot.model, q), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("joints", "name"),
+    [(Joints(), "free"), (geared(0.05), "geared"), (LOCKED, "locked"), (Joints(locked=("*_calf_joint",)), "mixed")],
+)
+def test_what_a_joint_carries_and_how_it_moves(joints, name):
+    """A free joint carries nothing along its axis, a geared one −a Δq̇, and a locked one does not move; the profile says which."""
+    profile = go2(joints)
+    assert profile.joint_model == name
+    for load in profile.loads:
+        rate = profile.delta_qd[profile.robot.joint(load.joint).v].item()
+        if name == "locked" or (name == "mixed" and "calf" in load.joint):
+            assert rate == 0.0
+            assert abs(load.along) > 1e-9
+        else:
+            assert load.along == pytest.approx(-(0.05 if name == "geared" else 0.0) * rate, abs=1e-12)
+
+
+def test_a_robot_with_locked_joints_is_one_rigid_body():
+    """All joints of Go2 locked, every body has one angular velocity."""
+    profile = go2(LOCKED)
+    omega = (profile.rotation @ profile.delta_omega[..., None])[..., 0]
+    np.testing.assert_allclose(omega, np.broadcast_to(omega[0], omega.shape), atol=1e-12)
+
+
+# Rotors beside the robot: an SRDF's <rotor_params>
+
+BELOW = f'<origin xyz="0.05 0.02 -0.3" rpy="0 0.3 0"/>{LIMIT}'
+ARM = urdf(
+    *map(link, ("base", "upper", "lower", "hand")),
+    joint("shoulder", "base", "upper", more=BELOW), joint("elbow", "upper", "lower", more=BELOW),
+    joint("wrist", "lower", "hand", more=BELOW),
+    name="arm",
+)  # fmt: skip
+
+
+def rotor_file(*rotors):
+    """An SRDF with a rotor for every (joint, mass, gear_ratio)."""
+    lines = "".join(f'<joint name="{joint}" mass="{mass}" gear_ratio="{ratio}"/>' for joint, mass, ratio in rotors)
+    return f'<robot name="arm"><rotor_params>{lines}</rotor_params></robot>'
+
+
+ROTORS = rotor_file(("shoulder", "1.5e-4", "9"), ("elbow", "2e-4", "-36.5"))
+
+
+def test_rotors_of_an_srdf_are_those_pinocchio_loads(tmp_path):
+    """Armature gear_ratio² · inertia, on the joints that the SRDF names; one that the robot does not have is ignored."""
+    (tmp_path / "arm.srdf").write_text(ROTORS)
+    model = pin.buildModelFromXML(ARM, pin.JointModelFreeFlyer())
+    pin.loadRotorParameters(model, str(tmp_path / "arm.srdf"), False)
+    found = joint_model(
+        robot_from(ARM, srdf=ROTORS.replace("</r", '<joint name="other" mass="1" gear_ratio="1"/></r', 1)), Joints()
+    )
+    np.testing.assert_allclose(found.armature, model.rotorGearRatio**2 * model.rotorInertia, rtol=1e-15)
+    np.testing.assert_allclose(found.armature[6:], [81.0 * 1.5e-4, 36.5**2 * 2e-4, 0.0], rtol=1e-15)
+    assert found.name == "mixed"  # the wrist has no rotor
+
+
+def test_rotors_of_an_srdf_are_those_that_a_scene_could_give():
+    """Joint by joint; a scene with free joints ignores them."""
+    contact = (Contact(frame="hand", offset=(0.1, 0.0, -0.2)),)
+    given = Joints(rotor={"shoulder": Rotor(inertia=1.5e-4, gear_ratio=9.0), "elbow": Rotor(inertia=2e-4, gear_ratio=-36.5)})
+    with_rotors, without = robot_from(ARM, srdf=ROTORS), robot_from(ARM)
+    landed, same, free, bare = (
+        shock_profile(Scene(robot="arm", contact=contact, joints=joints), robot)
+        for robot, joints in ((with_rotors, Joints()), (without, given), (with_rotors, FREE), (without, Joints()))
+    )
+    assert [one.joint_model for one in (landed, same, free, bare)] == ["mixed", "mixed", "free", "free"]
+    assert distance(landed, same) < 1e-12
+    assert distance(free, bare) == 0.0
+    assert distance(landed, bare) > 1e-2
+
+
+@pytest.mark.parametrize(
+    ("mass", "ratio"),
+    [("-1e-4", "9"), ("1e-4 2e-4", "9"), ("", "9"), ("1e-4", ""), ("1e-4", "9 9"), ("light", "9"), ("1e-4", "inf"), ("nan", "9")],
+)
+def test_a_rotor_without_one_finite_number_each_is_refused(mass, ratio):
+    """An attribute that is missing counts as an empty one."""
+    text = rotor_file(("elbow", mass, ratio))
+    for written in {text, text.replace(' gear_ratio=""', "")}:
+        with pytest.raises(RobotError) as refusal:
+            robot_from(ARM, srdf=written)
+        assert all(name in str(refusal.value) for name in ("robot.srdf", '"elbow"', f'mass "{mass}"', f'gear_ratio "{ratio}"'))
+
+
+# Refused
+
+PAIR = urdf(
+    *map(link, "abc"), joint("j", "a", "b"), joint("k", "b", "c", more=f'<mimic joint="j" multiplier="2"/>{LIMIT}'), name="pair"
+)
+
+
+@pytest.mark.parametrize(
+    ("joints", "error", "names"),
+    [
+        (Joints(locked=("j",)), SceneError, ('"j" is locked', '"k"')),
+        (Joints(locked=("k",)), SceneError, ('"k" is locked', '"j"')),
+        (geared(0.0, "j"), SceneError, ('"j" is 0', '"free"')),
+        (geared(-0.5, "j"), SceneError, ('"j" is -0.5', '"free"')),
+        (Joints(rotor={"j": Rotor(inertia=-1e-4, gear_ratio=9.0)}), SceneError, ('"j"', "-0.0001 kg m²", "9", '"free"')),
+        (Joints(rotor={"j": Rotor(inertia=1e-4, gear_ratio=0.0)}), SceneError, ('"j"', "0.0001 kg m²", "ratio 0", '"free"')),
+        (Joints(rotor={"j": Rotor(inertia=1e4, gear_ratio=1e5)}), SceneError, ('"j"', "1e+14", "1e+12", '"locked"')),
+        (Joints(armature={"j": 0.1}, rotor={"j": Rotor(inertia=1e-4, gear_ratio=9.0)}), SceneError, ('"j"', "armature", "rotor")),
+        (Joints(armature={"j": 0.1}, locked=("*",)), SceneError, ('"j" is locked',)),
+        (geared(0.1, "root_joint"), SceneError, ('"root_joint"', "floating base", '"pair"')),
+        (Joints(locked=("root_joint",)), SceneError, ('"root_joint"', "floating base", '"pair"')),
+        (Joints(locked=("elbow",)), UnknownName, ('"elbow"', '"pair"', '"j"', '"k"')),
+        (Joints(model="geared"), SceneError, ("armature", "rotor", "gear_ratio")),
+    ],
+    ids=[
+        "leader alone", "follower alone", "zero", "negative", "negative rotor", "no gear", "too large", "given twice",
+        "locked and geared", "base geared", "base locked", "no such joint", "no inertia",
+    ],
+)  # fmt: skip
+def test_a_joint_model_that_cannot_be_is_refused(joints, error, names):
+    """The message names the joints and what would be valid."""
+    with pytest.raises(error) as refusal:
+        joint_model(robot_from(PAIR), joints)
+    assert all(name in str(refusal.value) for name in names)
+
+
+def test_leader_and_follower_may_be_locked_together():
+    scene = Scene(robot="r", contact=(Contact(frame="c", offset=(0.1, 0.0, -0.1)),), joints=Joints(locked=("j", "k")))
+    profile = shock_profile(scene, robot_from(PAIR))
+    assert profile.joint_model == "locked"
+    assert not profile.delta_qd[6:].any()

@@ -1,0 +1,295 @@
+"""What is derived from a solution: loads, energy, effective masses, extreme directions, pulses, and the normalising speed."""
+
+import dataclasses
+import math
+
+import dense
+import numpy as np
+import pytest
+from trees import known_robot
+
+from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
+from shockpc.errors import SceneError
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
+from shockpc.paper.landings import land, robot_of, scene
+from shockpc.profile import shock_profile
+from shockpc.scene import GRAVITY, Point, Scene, Strike
+
+FEET = {
+    "anymal_b": ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),
+    "anymal_c": ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),
+    "go2": ("FL_foot", "FR_foot", "RL_foot", "RR_foot"),
+    "solo12": ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"),
+    "hyq": ("lf_foot", "rf_foot", "lh_foot", "rh_foot"),
+}
+MODELS = {"free": Joints(), "locked": Joints(model="locked"), "geared": Joints(armature={"*": 0.05})}
+SOMERSAULT = Strike(velocity=(0.0, 0.0, -2.0), angular_velocity=(0.0, 3.0, 0.0))
+
+
+def struck(name, *feet, **changes):
+    contact = tuple(Contact(frame=foot) for foot in feet or FEET[name][:1])
+    return shock_profile(Scene(**({"robot": name, "contact": contact} | changes)), known_robot(name))
+
+
+# Impulses through the joints
+
+
+@pytest.mark.parametrize("joints", MODELS)
+@pytest.mark.parametrize("name", ["anymal_b", "go2", "hyq"])
+def test_the_load_of_a_joint_is_the_momentum_behind_it(name, joints):
+    """Force and moment: the jump of the momentum of all bodies behind the joint, minus what the ground gives them."""
+    first, second = FEET[name][:2]
+    contacts = Contact(frame=first), Contact(frame=second, directions=("z",))
+    profile = struck(name, contact=contacts, joints=MODELS[joints])
+    robot = profile.robot
+    for load in profile.loads:
+        joint = robot.joint(load.joint)
+        behind = robot.moves[:, joint.v].any(axis=1)
+        force, moment = np.zeros(3), np.zeros(3)
+        about = profile.position[robot.joints.index(joint)]
+        for i in np.flatnonzero(behind):
+            body, R = robot.bodies[i], profile.rotation[i]
+            change = body.mass * dense.velocity(profile, i, body.com)
+            force += change
+            moment += np.cross(profile.position[i] + R @ body.com - about, change) + R @ body.inertia @ profile.delta_omega[i]
+        for contact, placed in zip(profile.contacts, profile.landing.contacts, strict=True):
+            force -= behind[placed.body] * contact.impulse
+            moment -= behind[placed.body] * np.cross(contact.point - about, contact.impulse)
+        size = np.linalg.norm(profile.total_impulse)
+        np.testing.assert_allclose(load.force, force, atol=1e-11 * size)
+        np.testing.assert_allclose(load.moment, moment, atol=1e-11 * size)
+        assert load.along == pytest.approx(load.moment @ profile.rotation[robot.joints.index(joint)] @ joint.axis, abs=1e-11 * size)
+
+
+def test_loads_of_a_loop_are_those_of_the_cut_closed_again():
+    """About its end, where the loop of Skippy's drive is closed, only the pin loads the rod: r × F is its change of momentum."""
+    profile = land("fig3")
+    rod = profile.bodies.index("rod")
+    body, R = profile.robot.bodies[rod], profile.rotation[rod]
+    force = next(load.force for load in profile.loads if load.joint == "crank_pin")
+    end = profile.robot.frame("rod_end").offset
+    change = R @ body.inertia @ profile.delta_omega[rod]
+    change = change + np.cross(R @ (body.com - end), body.mass * dense.velocity(profile, rod, body.com))
+    np.testing.assert_allclose(np.cross(R @ -end, force), change, atol=1e-15)
+    assert np.abs(change).max() > 1e-6
+
+
+def test_a_knee_carries_more_when_locked():
+    """ANYmal C, one foot, 1 m/s: 2.6 N s through the knee with free joints, 37.9 N s with locked ones."""
+    loads = [{load.joint: load.force for load in struck("anymal_c", joints=MODELS[joints]).loads} for joints in ("free", "locked")]
+    assert [float(np.linalg.norm(load["LF_KFE"])) for load in loads] == pytest.approx([2.6, 37.9], abs=0.06)
+
+
+# Energy
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize(
+    "strike",
+    [
+        Strike(velocity=(0.3, 0.1, -1.0)),
+        Strike(velocity=(0.0, 0.0, -2.0), angular_velocity=(1.0, 2.0, -0.5), joint_velocities={"*_KFE": 3.0}),
+    ],
+    ids=["falling", "turning"],
+)
+@pytest.mark.parametrize("joints", ["free", "geared"])
+def test_the_energy_lost_is_the_drop_in_kinetic_energy(e, strike, joints):
+    """½ q̇ᵀ (H + armature) q̇ with Pinocchio's H, before minus after; none is lost where e = 1."""
+    contacts = tuple(Contact(frame=foot, restitution=e) for foot in ("LF_FOOT", "RH_FOOT"))
+    profile = struck("anymal_b", contact=contacts, strike=strike, joints=MODELS[joints])
+    qd = np.array(profile.landing.before.joint_rates)
+    qd[:3] = profile.rotation[0].T @ strike.velocity
+    qd[3:6] = profile.rotation[0].T @ (strike.angular_velocity or (0.0, 0.0, 0.0))
+    H = dense.inertia(profile.robot.model, profile.q) + np.diag(profile.landing.joint_model.armature)
+    before, after = (0.5 * v @ H @ v for v in (qd, qd + profile.delta_qd))
+    assert profile.energy_lost == pytest.approx(before - after, abs=1e-10 * before)
+    assert profile.energy_share == pytest.approx(profile.energy_lost / before, abs=1e-12)
+    assert profile.energy_lost == pytest.approx(0.0, abs=1e-10) if e == 1.0 else profile.energy_lost > 0.0
+
+
+@pytest.mark.parametrize("name", FEET)
+def test_one_sticking_point_takes_half_v_lambda_v(name):
+    """½ vᵀ Λ v for an inelastic strike: straight down at 1 m/s it is half the sticking mass."""
+    profile = struck(name)
+    assert profile.energy_lost == pytest.approx(0.5 * profile.contacts[0].mass_sticking, rel=1e-12)
+
+
+# Effective masses, mitigation, friction
+
+
+def response(H, J, K):
+    """Velocity of a point after unit impulses on it along x, y and z (3, 3), while the rows K stay held."""
+    whole = np.block([[H, K.T], [K, np.zeros((len(K), len(K)))]])
+    pushed = np.concatenate([J.T, np.zeros((len(K), 3))])
+    # Rows of a planar loop repeat one another, so their own impulses are not unique; the motion is.
+    return J @ np.linalg.lstsq(whole, pushed, rcond=1e-12)[0][: len(H)]
+
+
+@pytest.mark.parametrize(
+    ("name", "stance", "loop"),
+    [("go2", (), ()), ("go2", ("FR_foot", "RL_foot"), ()), ("fig3", (), ("rod_end", "leg_lever")),
+     ("fig3", ("head",), ("rod_end", "leg_lever"))],
+    ids=["alone", "stance", "closure", "stance and closure"],
+)  # fmt: skip
+def test_effective_masses_while_stance_and_closures_hold(name, stance, loop):
+    """1 / (nᵀ A n) and nᵀ A⁻¹ n for the response A of the point; what is held lets the point move less."""
+    found = scene(name) if loop else Scene(robot=name, contact=(Contact(frame="FL_foot"),))
+    if stance:
+        found = dataclasses.replace(found, strike=Strike(), stance=stance)
+    profile = shock_profile(found, robot_of(found) if loop else known_robot(name))
+    model, q, (contact,) = profile.robot.model, profile.q, profile.contacts
+    H, J = dense.inertia(model, q), dense.point_rows(model, q, contact.frame)
+    free = response(H, J, np.zeros((0, model.nv)))
+    held = [dense.point_rows(model, q, frame) for frame in stance]
+    if loop:
+        held.append(dense.point_rows(model, q, loop[0]) - dense.point_rows(model, q, loop[1]))
+    A = response(H, J, np.concatenate(held)) if held else free
+    assert contact.mass_frictionless == pytest.approx(1.0 / A[2, 2], rel=1e-9)
+    # Skippy is planar: nothing moves along y.
+    moving = np.abs(A).max(axis=0) > 1e-12 * np.abs(A).max()
+    assert contact.mass_sticking == pytest.approx(np.linalg.inv(A[np.ix_(moving, moving)])[-1, -1], rel=1e-7)
+    if held:
+        reduced = np.linalg.eigvalsh(free - A)
+        assert reduced[0] > -1e-9 * np.abs(free).max()
+        assert reduced[-1] > 1e-4 * np.abs(free).max()
+
+
+def test_effective_masses_of_an_anymal_c():
+    """0.46 kg if the foot slides, 2.71 kg if it sticks."""
+    contact = struck("anymal_c").contacts[0]
+    assert (contact.mass_frictionless, contact.mass_sticking) == pytest.approx((0.46, 2.71), abs=0.006)
+
+
+@pytest.mark.parametrize(("name", "factor"), [("anymal_c", 0.721), ("go2", 0.780), ("solo12", 0.783), ("hyq", 0.866)])
+def test_impact_mitigation_factors(name, factor):
+    """det(1 − Λ Λ_L⁻¹), Wensing et al. (T-RO 2017), one foot; by Pinocchio's H, whose base rows alone are the locked robot."""
+    profile = struck(name, joints=Joints(model="free"))
+    H, J = (of(profile.robot.model, profile.q, *more) for of, more in ((dense.inertia, ()), (dense.point_rows, FEET[name][:1])))
+    A, A_locked = response(H, J, np.zeros((0, len(H)))), response(H[:6, :6], J[:, :6], np.zeros((0, 6)))
+    assert profile.contacts[0].mitigation == pytest.approx(np.linalg.det(A - A_locked) / np.linalg.det(A), rel=1e-9)
+    assert profile.contacts[0].mitigation == pytest.approx(factor, abs=6e-4)
+    assert struck(name, base="fixed").contacts[0].mitigation is None
+
+
+@pytest.mark.parametrize(("name", "friction"), [("go2", 0.44), ("anymal_c", 0.57), ("solo12", 0.62), ("hyq", 0.72)])
+def test_friction_that_a_standard_stance_needs(name, friction):
+    """The most that any one foot, landing alone straight down, needs to stick."""
+    contacts = [struck(name, foot).contacts[0] for foot in FEET[name]]
+    for contact in contacts:
+        assert contact.friction_needed == pytest.approx(np.hypot(*contact.impulse[:2]) / contact.impulse[2], rel=1e-12)
+    assert max(contact.friction_needed for contact in contacts) == pytest.approx(friction, abs=0.006)
+
+
+# The most and the least severe directions
+
+
+@pytest.mark.parametrize("name", ["anymal_b", "go2"])
+def test_extreme_directions_against_the_whole_sphere(name):
+    """No strike of a fine sphere is outside the extremes, and the extremes are the shocks of strikes along their directions."""
+    k = np.arange(4000) + 0.5
+    polar, around = np.arccos(1.0 - 2.0 * k / len(k)), math.pi * (1.0 + math.sqrt(5.0)) * k
+    sphere = np.stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)], axis=1)
+    profile = struck(name)
+    found = profile.directions
+    for i, body in enumerate(profile.robot.bodies):
+        v = profile.maps[i, 3:] + np.cross(profile.maps[i, :3].T, body.com).T
+        shock = np.linalg.norm(v @ sphere.T, axis=0)
+        assert found.least_severe_shock[i] - 1e-12 <= shock.min()
+        assert shock.max() <= found.most_severe_shock[i] + 1e-12
+        assert shock.max() == pytest.approx(found.most_severe_shock[i], rel=2e-3)
+        for direction, size in (
+            (found.most_severe[i], found.most_severe_shock[i]),
+            (found.least_severe[i], found.least_severe_shock[i]),
+        ):
+            assert np.linalg.norm(v @ direction) == pytest.approx(size, abs=1e-12)
+            assert np.linalg.norm(direction) == pytest.approx(1.0)
+            assert direction[2] <= 1e-12
+
+
+def test_the_most_severe_strike_is_what_a_scene_gives_in_that_direction():
+    """A landing with that velocity has that shock at the sensor, more than straight down."""
+    (first, *_) = struck("go2", point=(Point(frame="imu"),)).points
+    (again, *_) = struck(
+        "go2", point=(Point(frame="imu"),), strike=Strike(velocity=tuple(map(float, first.directions.most_severe)))
+    ).points
+    assert again.shock == pytest.approx(first.directions.most_severe_shock, rel=1e-9)
+    assert again.shock > first.shock
+
+
+# Pulses
+
+
+t = (np.arange(200000) + 0.5) / 200000
+
+
+@pytest.mark.parametrize(
+    ("shape", "form"),
+    [("half-sine", np.sin(math.pi * t)), ("saw-tooth", t), ("haversine", np.sin(math.pi * t) ** 2), ("rectangle", np.ones_like(t))],
+)
+def test_a_pulse_has_the_area_of_its_jump(shape, form):
+    """IEC 60068-2-27: the integral of the pulse is Δv, whatever its shape."""
+    assert shape in SHAPES
+    assert peak_acceleration(1.7, pulse_from(f"{shape}:11ms")) * float(form.mean()) * 0.011 == pytest.approx(1.7, rel=1e-9)
+
+
+def test_the_peak_at_a_sensor_is_that_of_its_jump():
+    """π Δv / (2 T): 1 m/s in 5 ms is 32 g. Beyond a sensor's range there is a warning; without a pulse there is no peak."""
+    assert peak_acceleration(1.0, pulse_from("half-sine:5ms")) / GRAVITY == pytest.approx(32.0, abs=0.1)
+    profile = struck("anymal_b", pulse="half-sine:5ms", range_g=0.1)
+    sensor = next(point for point in profile.points if point.frame == "imu_link")
+    assert sensor.peak_g == pytest.approx(math.pi * np.linalg.norm(sensor.delta_v) / (2.0 * 0.005) / GRAVITY)
+    assert ("sensor", "imu_link", sensor.peak_g) in [warning[:3] for warning in profile.health.warnings]
+    assert struck("anymal_b").points[0].peak_g is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [
+        ({"pulse": "triangle:5ms"}, ('"triangle"', *SHAPES)),
+        ({"pulse": "half-sine:0ms"}, ('"0ms"', "half-sine:5ms")),
+        ({"pulse": "half-sine"}, ('""', "half-sine:5ms")),
+        ({"range_g": 16.0}, ("half-sine:5ms",)),
+        ({"pulse": "half-sine:5ms", "range_g": 0.0}, ("0 g",)),
+    ],
+    ids=["shape", "no time", "no length", "no pulse", "no range"],
+)
+def test_a_pulse_that_cannot_be_is_refused(changes, names):
+    """The message repeats what was given, and says what would be valid."""
+    with pytest.raises(SceneError) as refusal:
+        struck("anymal_b", **changes)
+    assert all(name in str(refusal.value) for name in names)
+
+
+# The speed by which shock is normalised
+
+
+def test_v_in_of_the_centre_of_mass():
+    """Falling without turning, contact and centre of mass have one speed; in a somersault shock is scaled by their ratio."""
+    by_contact, by_com = (struck("anymal_b", strike=Strike(speed=2.0), v_in=v_in).v_in for v_in in ("contact", "com"))
+    assert by_com == pytest.approx(by_contact, rel=1e-14)
+    by_contact, by_com = (struck("anymal_b", strike=SOMERSAULT, v_in=v_in) for v_in in ("contact", "com"))
+    lever = dense.centre_of_mass(by_com) - by_com.position[0]
+    assert by_com.v_in == pytest.approx(
+        np.linalg.norm(SOMERSAULT.velocity + np.cross(SOMERSAULT.angular_velocity, lever)), rel=1e-12
+    )
+    ratio = by_contact.v_in / by_com.v_in
+    np.testing.assert_allclose(by_com.shock_com, by_contact.shock_com * ratio, rtol=1e-12)
+    np.testing.assert_allclose(by_com.ropc * ratio, by_contact.ropc, rtol=1e-12)
+    np.testing.assert_allclose(by_com.copc, by_contact.copc)
+
+
+def test_a_centre_of_mass_at_rest_normalises_nothing():
+    """The beam's middle is half its length from the pivot: −0.5 + 1 · 0.5 = 0."""
+    found = scene("fig1_d")
+    spinning = Strike(velocity=(0.0, 0.0, -0.5), angular_velocity=(0.0, -1.0, 0.0))
+    with pytest.raises(SceneError, match='v_in = "contact"'):
+        _ = shock_profile(Scene(robot=found.robot, contact=found.contact, strike=spinning, v_in="com")).v_in
+
+
+def test_with_several_contacts_v_in_is_the_fastest():
+    """Also where the fastest is not the first."""
+    profile = struck("anymal_b", "LF_FOOT", "RH_FOOT", strike=SOMERSAULT)
+    speeds = [float(np.linalg.norm(contact.approach)) for contact in profile.contacts]
+    assert profile.v_in == pytest.approx(max(speeds))
+    assert min(speeds) < 0.9 * max(speeds)
