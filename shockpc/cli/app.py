@@ -8,6 +8,7 @@ import typer
 
 from shockpc import __version__
 from shockpc.cli.analyze import analyze
+from shockpc.cli.batch import batch
 from shockpc.cli.bench import bench
 from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
@@ -16,7 +17,14 @@ from shockpc.cli.schema import schema
 
 __all__ = ["COMMANDS", "app_for"]
 
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
+COMMANDS: dict[str, Callable[..., None]] = {
+    "analyze": analyze,
+    "batch": batch,
+    "bench": bench,
+    "paper": paper,
+    "robots": robots,
+    "schema": schema,
+}
 
 EXAMPLES = """\b
 Examples:
