@@ -10,6 +10,7 @@ from shockpc import __version__
 from shockpc.cli.analyze import analyze
 from shockpc.cli.batch import batch
 from shockpc.cli.bench import bench
+from shockpc.cli.compare import compare
 from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
 from shockpc.cli.robots import robots
@@ -21,6 +22,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "analyze": analyze,
     "batch": batch,
     "bench": bench,
+    "compare": compare,
     "paper": paper,
     "robots": robots,
     "schema": schema,

@@ -7,9 +7,10 @@ from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.model.joint_model import Joints
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry
+from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.robot.geometry import outline
 from shockpc.robot.robot import load_robot
-from shockpc.robot.variant import Change, changed, read_changes
+from shockpc.robot.variant import link_mass
 from shockpc.scene import Scene
 
 
@@ -33,7 +34,7 @@ def kinetic(robot, q, v):
 
 
 @pytest.mark.parametrize(
-    "text", ["mass:*_SHANK=0.9x", "com-z:base=-0.03", "inertia:LF_THIGH=1.7x", "mass:base=20; com-y:*_HIP=0.01"]
+    "text", ["mass:*_SHANK=0.9x", "com-z:base_inertia=-0.03", "inertia:LF_THIGH=1.7x", "mass:base_inertia=20; com-y:*_HIP=0.01"]
 )
 def test_bodies_and_model_agree_after_a_change(dog, text):
     """The kinetic energy of Pinocchio's model is the sum over the bodies' own records."""
@@ -48,25 +49,37 @@ def test_bodies_and_model_agree_after_a_change(dog, text):
     assert kinetic(robot, q, v) != pytest.approx(kinetic(dog, q, v), rel=1e-6)
 
 
-def test_mass_changes_in_proportion_with_its_inertia(dog):
-    robot = changed(dog, [Change("mass", "base", 0.5, True)])
-    assert robot.masses[0] == 0.5 * dog.masses[0]
-    np.testing.assert_allclose(robot.inertias[0], 0.5 * dog.inertias[0], rtol=1e-13, atol=1e-18)
-    np.testing.assert_array_equal(robot.coms, dog.coms)
-    np.testing.assert_array_equal(robot.masses[1:], dog.masses[1:])
-    assert robot.mass == pytest.approx(dog.mass - 0.5 * dog.masses[0], rel=1e-14)
+def test_mass_of_a_link_changes_in_proportion_with_its_inertia():
+    """A link that is a body of its own."""
+    robot = load_robot("leg")
+    heavy = changed(robot, [Change("mass", robot.links[0], 2.0, True)])
+    assert heavy.masses[0] == 2.0 * robot.masses[0]
+    np.testing.assert_allclose(heavy.inertias[0], 2.0 * robot.inertias[0], rtol=1e-13, atol=1e-18)
+    np.testing.assert_array_equal(heavy.coms, robot.coms)
+    np.testing.assert_array_equal(heavy.masses[1:], robot.masses[1:])
+    assert heavy.mass == pytest.approx(robot.mass + robot.masses[0], rel=1e-14)
 
 
 def test_mass_as_a_number_is_the_same_as_its_factor(dog):
-    number = changed(dog, [Change("mass", "base", 0.5 * dog.masses[0], False)])
-    factor = changed(dog, [Change("mass", "base", 0.5, True)])
-    np.testing.assert_allclose(number.inertias, factor.inertias, rtol=1e-15)
+    number = changed(dog, [Change("mass", "LF_SHANK", 0.5 * link_mass(dog, "LF_SHANK"), False)])
+    factor = changed(dog, [Change("mass", "LF_SHANK", 0.5, True)])
+    np.testing.assert_allclose(number.inertias, factor.inertias, rtol=1e-12)
+    assert not np.allclose(number.inertias, dog.inertias, rtol=1e-6)
 
 
-def test_centre_of_mass_moves_along_the_axes_of_the_body_frame(dog):
-    moved = changed(dog, [Change("com-x", "base", 0.02, False)]).coms - dog.coms
+def test_centre_of_mass_moves_along_the_axes_of_the_link():
+    robot = load_robot("leg")
+    moved = changed(robot, [Change("com-x", robot.links[0], 0.02, False)]).coms - robot.coms
     np.testing.assert_allclose(moved[0], [0.02, 0.0, 0.0], atol=1e-16)
     assert not moved[1:].any()
+
+
+def test_a_glob_means_the_links_that_have_mass(dog):
+    """Frames without mass are no obstacle to it, but are refused by name."""
+    robot = changed(dog, read_changes("mass:*=2x"))
+    np.testing.assert_allclose(robot.masses, 2.0 * dog.masses, rtol=1e-9)
+    with pytest.raises(RobotError, match="no mass"):
+        changed(dog, [Change("mass", next(link for link in dog.links if not link_mass(dog, link)), 2.0, True)])
 
 
 def test_armature_of_the_robot_is_that_of_the_scene(dog):
@@ -104,8 +117,8 @@ def test_uniform_scaling_of_all_masses_changes_no_shock(dog):
     scene = Scene(robot="anymal_b", contact="LF_FOOT")
     heavy = shock_profile(scene, changed(dog, read_changes("mass:*=2x")))
     light = shock_profile(scene, dog)
-    np.testing.assert_allclose(heavy.maps, light.maps, rtol=1e-12, atol=1e-14)
-    assert heavy.contacts[0].mass_sticking == pytest.approx(2.0 * light.contacts[0].mass_sticking, rel=1e-12)
+    np.testing.assert_allclose(heavy.maps, light.maps, rtol=1e-9, atol=1e-12)
+    assert heavy.contacts[0].mass_sticking == pytest.approx(2.0 * light.contacts[0].mass_sticking, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -127,12 +140,10 @@ def test_refusal_of_a_change_says_what_is_valid(text, words):
         read_changes(text)
 
 
-def test_unknown_body_is_refused_by_name(dog):
+def test_unknown_names_are_refused(dog):
     with pytest.raises(UnknownName, match="LF_SHANK"):
         changed(dog, [Change("mass", "LF_SHNK", 0.9, True)])
     with pytest.raises(UnknownName, match="joint"):
         changed(dog, [Change("armature", "knee", 0.9, True)])
-    with pytest.raises(StudyError, match='fixed to body "LF_SHANK"'):
-        changed(dog, [Change("mass", "LF_FOOT", 0.9, True)])
     with pytest.raises(RobotError, match="cannot be computed with"):
-        changed(dog, [Change("mass", "base", 1e30, False)])
+        changed(dog, [Change("mass", "LF_SHANK", 1e30, False)])
