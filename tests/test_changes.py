@@ -78,8 +78,10 @@ def test_a_glob_means_the_links_that_have_mass(dog):
     """Frames without mass are no obstacle to it, but are refused by name."""
     robot = changed(dog, read_changes("mass:*=2x"))
     np.testing.assert_allclose(robot.masses, 2.0 * dog.masses, rtol=1e-9)
+    other = load_robot("go2")
     with pytest.raises(RobotError, match="no mass"):
-        changed(dog, [Change("mass", next(link for link in dog.links if not link_mass(dog, link)), 2.0, True)])
+        changed(other, [Change("mass", "imu", 2.0, True)])
+    assert changed(other, read_changes("mass:*=2x")).mass == pytest.approx(2.0 * other.mass, rel=1e-9)
 
 
 def test_armature_of_the_robot_is_that_of_the_scene(dog):

@@ -64,7 +64,10 @@ def compare_document(comparison: Comparison) -> dict[str, Any]:
             }
             for quantity in comparison.quantities
         ],
-        "unmatched": [{"kind": one.kind, "name": one.name, "designs": list(one.designs)} for one in comparison.unmatched],
+        "unmatched": [
+            {"kind": one.kind, "name": one.name, "designs": [comparison.designs[k].label for k in one.designs]}
+            for one in comparison.unmatched
+        ],
     }
 
 

@@ -84,12 +84,12 @@ class Unmatched:
     Attributes:
         kind: "body", "point" or "joint".
         name: its name.
-        designs: labels of those that have it.
+        designs: indices of those that have it.
     """
 
     kind: str
     name: str
-    designs: tuple[str, ...]
+    designs: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ def compare(designs: Iterable[Design]) -> Comparison:
         _quantity("effective mass of the contact", "contact", "kg", _effective_masses(profiles)),
         *(_quantity(f"{what} through the joint", "joint", unit, [_loads(one, what) for one in profiles]) for what, unit in LOADS),
     )
-    return Comparison(every, profiles, tuple(one for one in quantities if one.rows), _unmatched(every, profiles))
+    return Comparison(every, profiles, tuple(one for one in quantities if one.rows), _unmatched(profiles))
 
 
 def _quantity(
@@ -224,7 +224,7 @@ def _loads(profile: ShockProfile, what: str) -> dict[str, float]:
     return {load.joint: math.hypot(*(load.force if what == FORCE else load.moment)) for load in profile.loads}
 
 
-def _unmatched(designs: Sequence[Design], profiles: Sequence[ShockProfile]) -> tuple[Unmatched, ...]:
+def _unmatched(profiles: Sequence[ShockProfile]) -> tuple[Unmatched, ...]:
     """Bodies, points and joints that not all designs have. The heaviest bodies are partners whatever their names."""
     trunks = _trunks(profiles)
     found = []
@@ -234,7 +234,7 @@ def _unmatched(designs: Sequence[Design], profiles: Sequence[ShockProfile]) -> t
         ("joint", [profile.robot.joint_names for profile in profiles]),
     ):
         for name in dict.fromkeys(name for own in names for name in own):
-            having = tuple(design.label for design, own in zip(designs, names, strict=True) if name in own)
-            if len(having) < len(designs) and not (kind == "body" and name in trunks):
+            having = tuple(k for k, own in enumerate(names) if name in own)
+            if len(having) < len(profiles) and not (kind == "body" and name in trunks):
                 found.append(Unmatched(kind, name, having))
     return tuple(found)

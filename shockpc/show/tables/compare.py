@@ -35,13 +35,13 @@ def difference_sheets(comparison: Comparison, most: int | None = None) -> list[S
 
 def unmatched_lines(comparison: Comparison) -> list[str]:
     """What has no partner of its name in every design, by kind and by the designs that have it."""
-    letter = dict(zip((design.label for design in comparison.designs), letters(comparison), strict=True))
-    groups: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    letter = letters(comparison)
+    groups: dict[tuple[str, tuple[int, ...]], list[str]] = {}
     for one in comparison.unmatched:
         groups.setdefault((one.kind, one.designs), []).append(one.name)
     plural = {"body": "bodies", "point": "points", "joint": "joints"}
     return [
-        f"only in {' and '.join(letter[label] for label in designs)}: {count(len(names), kind, plural[kind])}: {', '.join(names)}"
+        f"only in {' and '.join(letter[k] for k in designs)}: {count(len(names), kind, plural[kind])}: {', '.join(names)}"
         for (kind, designs), names in groups.items()
     ]
 
