@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike, read_scene
+    from shockpc.studies.batch import batch
+    from shockpc.studies.compare import Design, compare
 
 __version__ = "0.1.0"
 
@@ -27,6 +29,7 @@ _HOMES = {
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",
+    "Design": "studies.compare",
     "Health": "results.accuracy",
     "JointLoad": "results.loads",
     "Joints": "model.joint_model",
@@ -48,6 +51,8 @@ _HOMES = {
     "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
+    "batch": "studies.batch",
+    "compare": "studies.compare",
     "load_robot": "robot.robot",
     "read_scene": "scene",
     "resolve": "landing",
@@ -60,6 +65,7 @@ __all__ = [
     "Closure",
     "Contact",
     "ContactImpulse",
+    "Design",
     "Health",
     "JointLoad",
     "Joints",
@@ -81,6 +87,8 @@ __all__ = [
     "Strike",
     "StudyError",
     "UnknownName",
+    "batch",
+    "compare",
     "load_robot",
     "read_scene",
     "resolve",

@@ -22,15 +22,15 @@ import typer
 __all__ = ["option", "takes_options", "without"]
 
 
-class Without(NamedTuple):
+class _Without(NamedTuple):
     """Names of the fields of a record that a command leaves out; they keep their defaults."""
 
     names: tuple[str, ...]
 
 
-def without(*names: str) -> Without:
+def without(*names: str) -> _Without:
     """What a command writes beside the type of a record to leave some of its options out."""
-    return Without(names)
+    return _Without(names)
 
 
 def option(help_: str, *names: str, group: str, metavar: str | None = None, parser: Callable[[str], Any] | None = None) -> Any:
@@ -56,7 +56,7 @@ def takes_options(command: Callable[..., None]) -> Callable[..., None]:
         if not is_dataclass(record):
             parameters.append(parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY))
             continue
-        left_out = {name for note in notes if isinstance(note, Without) for name in note.names}
+        left_out = {name for note in notes if isinstance(note, _Without) for name in note.names}
         taken = [one for one in fields(record) if one.name not in left_out]
         records[parameter.name] = record, [one.name for one in taken]
         hints = get_type_hints(record, include_extras=True)

@@ -31,7 +31,7 @@ SETS: dict[str, tuple[str, ...]] = {
         "quadruped_8dof", "solo8", "solo12",
     ),
     "bipeds": (
-        "alexander", "bolt", "g1", "g1_hands", "human", "icub", "icub_reduced", "romeo", "romeo_laas_small", "romeo_small",
+        "alexander", "bolt", "g1", "g1_hands", "icub", "icub_reduced", "romeo", "romeo_laas_small", "romeo_small",
         "simple_humanoid", "simple_humanoid_classical", "talos", "talos_full", "talos_full_box", "talos_reduced_box",
         "talos_reduced_corrected",
     ),

@@ -76,7 +76,14 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     figure, page = new_page(width, height)
     room = width - 2.0 * MARGIN
     line(page, MARGIN, height - 0.12, f"{len(rows)} landings, ranked by the greatest shock over the trunk", 11.0, room, "bold")
-    line(page, MARGIN, height - 0.34, "arrow: velocity of the contact before the impact; each robot on its own scale", 7.5, room)
+    line(
+        page,
+        MARGIN,
+        height - 0.34,
+        "arrow: velocity of the contact before the impact; numbers are of the trunk; each robot on its own scale",
+        7.5,
+        room,
+    )
     for k, row in enumerate(rows):
         x, y = MARGIN + (k % across) * step, height - HEAD - (k // across) * drop - HEIGHT
         _picture(figure, row.picture, x, y)
@@ -89,16 +96,18 @@ def draw_contact_sheet(batch: Batch) -> Figure:
 
 def _words(row: BatchRow) -> str:
     """Shock and radius of percussion of the trunk."""
-    shock = f"at CoM {row.shock_com:.3g}" if row.shock_max is None else f"up to {row.shock_max:.3g}"
-    return f"trunk {shock}, RoPc {row.ropc:.3g} m"
+    shock = f"{row.shock_com:.2g} at CoM" if row.shock_max is None else f"up to {row.shock_max:.2g}"
+    return f"{shock}; RoPc {row.ropc:.3g} m"
 
 
 def _picture(figure: Figure, picture: Thumbnail, x: float, y: float) -> None:
     """One robot in a rectangle of `WIDTH` and `HEIGHT` whose lower left corner is (x, y) [inches]."""
-    low = np.minimum(picture.view.low, picture.contacts.min(axis=0))
-    high = np.maximum(picture.view.high, picture.contacts.max(axis=0))
-    # Around the robot there is room for an arrow in any direction.
-    inch = max(float(((high - low) / (np.array([WIDTH, HEIGHT]) - 2.0 * ARROW)).max()), 1e-9)
+    low, high, inch = picture.view.low, picture.view.high, 0.0
+    # The arrows have a fixed length on paper, so the room that they need depends on the scale, and the scale on that room.
+    for _ in range(4):
+        ends = np.concatenate([picture.contacts, picture.contacts + ARROW * inch * picture.velocities])
+        low, high = np.minimum(picture.view.low, ends.min(axis=0)), np.maximum(picture.view.high, ends.max(axis=0))
+        inch = max(float(((high - low) / (np.array([WIDTH, HEIGHT]) - 0.1)).max()), 1e-9)
     centre = (low + high) / 2.0
     half = np.array([WIDTH, HEIGHT]) * inch / 2.0
     axes = add_axes(figure, x, y, WIDTH, HEIGHT)

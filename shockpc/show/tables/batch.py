@@ -20,10 +20,10 @@ def batch_sheet(batch: Batch, fold: bool = True) -> Sheet:
             sensors, the trunk's name, and the landings that failed.
     """
     modelled = any(row.joint_model != "free" for row in batch.rows) or not fold
-    header: tuple[str, ...] = ("robot", "contact", "mass [kg]", "RoPc [m]", "greatest [-]", "free [-]")
+    header: tuple[str, ...] = ("robot", "contact", "mass [kg]", "trunk", "RoPc [m]", "greatest [-]", "free [-]")
     header += ("as modelled [-]",) * modelled
-    header += ("locked [-]", "IMU", "at IMU [-]", "eff. mass [kg]", "friction [-]", "error")
-    header += () if fold else ("trunk", "posture", "joint model", "sensors and points [-]", "warnings", "failure")
+    header += ("locked [-]", "IMU", "at IMU [-]", "eff. mass [kg]", "friction [-]", "error bound [-]" if not fold else "error")
+    header += () if fold else ("posture", "joint model", "sensors and points [-]", "warnings", "failure")
     rows = [_cells(row, modelled, fold) for row in batch.rows]
     if not fold:
         blank: tuple[Cell, ...] = (None,) * (len(header) - 3)
@@ -35,13 +35,13 @@ def batch_sheet(batch: Batch, fold: bool = True) -> Sheet:
 def _cells(row: BatchRow, modelled: bool, fold: bool) -> tuple[Cell, ...]:
     """One landing."""
     imu, shock = _greatest(row)
-    cells: tuple[Cell, ...] = (row.robot, row.contact, row.mass, row.ropc, row.shock_max, row.shock_free)
+    cells: tuple[Cell, ...] = (row.robot, row.contact, row.mass, row.trunk, row.ropc, row.shock_max, row.shock_free)
     cells += (row.shock_com,) * modelled
     cells += (row.shock_locked, imu, shock, row.effective_mass)
     if fold:
         return (*cells, "tensile" if row.friction_needed == math.inf else row.friction_needed, f"{row.error_bound:.0e}")
     sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
-    cells += (row.friction_needed, row.error_bound, row.trunk, row.scene.posture.reference, row.joint_model)
+    cells += (row.friction_needed, row.error_bound, row.scene.posture.reference, row.joint_model)
     return (*cells, sensors, "; ".join(row.warnings), None)
 
 
