@@ -93,7 +93,7 @@ def test_armature_of_the_robot_is_that_of_the_scene(dog):
 
 
 def test_no_change_is_no_change(dog):
-    robot = changed(dog, read_changes("mass:*=1x; inertia:*=1x; com-x:*=0; armature:*=1x"))
+    robot = changed(dog, read_changes("mass:*=1x; inertia:*=1x; com-x:*=0; armature:*=0"))
     scene = Scene(robot="anymal_b", contact="LF_FOOT")
     np.testing.assert_array_equal(shock_profile(scene, robot).maps, shock_profile(scene, dog).maps)
 
@@ -147,5 +147,7 @@ def test_unknown_names_are_refused(dog):
         changed(dog, [Change("mass", "LF_SHNK", 0.9, True)])
     with pytest.raises(UnknownName, match="joint"):
         changed(dog, [Change("armature", "knee", 0.9, True)])
+    with pytest.raises(StudyError, match="no effect"):
+        changed(dog, [Change("armature", "*", 2.0, True)])
     with pytest.raises(RobotError, match="cannot be computed with"):
         changed(dog, [Change("mass", "LF_SHANK", 1e30, False)])

@@ -95,6 +95,7 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
 
     Raises:
         UnknownName: a pattern matches no link, or no joint.
+        StudyError: a reflected inertia of zero is multiplied.
         RobotError: a link does not move or has no mass, or a body becomes too heavy or too light to compute with.
     """
     for change in changes:
@@ -107,9 +108,13 @@ def _with_armature(robot: Robot, change: Change) -> Robot:
     """The robot with the reflected inertia of some joints changed."""
     model = robot.model.copy()
     armature = np.array(model.armature)
-    for name in robot.match_joints(change.pattern):
-        columns = robot.joint(name).v
-        armature[columns] = armature[columns] * change.value if change.factor else change.value
+    chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
+    if change.factor and not armature[chosen].any():
+        raise StudyError(
+            f'change {change} has no effect, because the file of robot "{robot.name}" gives these joints no reflected inertia; '
+            f"give a number, such as armature:{change.pattern}=0.01"
+        )
+    armature[chosen] = armature[chosen] * change.value if change.factor else change.value
     model.armature = armature
     return replace(robot, model=model)
 
