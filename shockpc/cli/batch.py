@@ -27,7 +27,7 @@ INCOMPLETE = 3
 
 @takes_options
 def batch(
-    options: Annotated[SceneOptions, without("set")],
+    *,
     robots: Annotated[
         list[str] | None,
         typer.Argument(metavar="[ROBOT]...", help="Robots by name, robot files and scenes.", show_default=False, parser=robot_name),
@@ -40,6 +40,7 @@ def batch(
         int | None,
         option("Processes that compute at the same time; 1 by default.", group=ROBOTS, metavar="N", parser=positive_count),
     ] = None,
+    options: Annotated[SceneOptions, without("set")],
     format_: Annotated[
         Literal["table", "json", "csv", "markdown"],
         option("What is printed; table by default.", "--format", group=OUTPUT),

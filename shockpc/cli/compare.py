@@ -21,7 +21,7 @@ DESIGNS, OUTPUT = "Designs", "Output"
 
 @takes_options
 def compare(
-    options: SceneOptions,
+    *,
     designs: Annotated[
         list[str],
         typer.Argument(metavar="DESIGN...", help="Robot files, robots by name or scenes (TOML).", parser=robot_name),
@@ -35,6 +35,7 @@ def compare(
             metavar="CHANGES",
         ),
     ] = None,
+    options: SceneOptions,
     format_: Annotated[
         Literal["table", "json", "csv", "markdown"],
         option("What is printed; table by default.", "--format", group=OUTPUT),
