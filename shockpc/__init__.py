@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike, read_scene
+    from shockpc.studies.batch import batch
+    from shockpc.studies.compare import Design, compare
     from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
@@ -28,6 +30,7 @@ _HOMES = {
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",
+    "Design": "studies.compare",
     "Health": "results.accuracy",
     "JointLoad": "results.loads",
     "Joints": "model.joint_model",
@@ -50,6 +53,8 @@ _HOMES = {
     "Strike": "scene",
     "UnknownName": "errors",
     "assert_shock": "testing",
+    "batch": "studies.batch",
+    "compare": "studies.compare",
     "load_robot": "robot.robot",
     "read_scene": "scene",
     "resolve": "landing",
@@ -62,6 +67,7 @@ __all__ = [
     "Closure",
     "Contact",
     "ContactImpulse",
+    "Design",
     "Health",
     "JointLoad",
     "Joints",
@@ -84,6 +90,8 @@ __all__ = [
     "StudyError",
     "UnknownName",
     "assert_shock",
+    "batch",
+    "compare",
     "load_robot",
     "read_scene",
     "resolve",

@@ -8,8 +8,10 @@ import typer
 
 from shockpc import __version__
 from shockpc.cli.analyze import analyze
+from shockpc.cli.batch import batch
 from shockpc.cli.bench import bench
 from shockpc.cli.check import BUDGETS_HELP, check
+from shockpc.cli.compare import compare
 from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
 from shockpc.cli.robots import robots
@@ -19,8 +21,10 @@ __all__ = ["COMMANDS", "app_for"]
 
 COMMANDS: dict[str, Callable[..., None]] = {
     "analyze": analyze,
+    "batch": batch,
     "bench": bench,
     "check": check,
+    "compare": compare,
     "paper": paper,
     "robots": robots,
     "schema": schema,

@@ -18,6 +18,7 @@ __all__ = [
     "folder_definition",
     "path",
     "plane_or_normal",
+    "positive_count",
     "robot_name",
     "setting",
     "vector",
@@ -48,6 +49,17 @@ class Definition(NamedTuple):
 
     name: str
     value: str
+
+
+def positive_count(text: str) -> int:
+    """A whole number above zero.
+
+    Raises:
+        typer.BadParameter: it is not one.
+    """
+    if not (text.isascii() and text.isdigit() and 0 < len(text.lstrip("0")) < 10):
+        raise typer.BadParameter(f'"{text}" is not a whole number above zero')
+    return int(text)
 
 
 def finite(text: str) -> float:

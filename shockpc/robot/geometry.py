@@ -117,7 +117,7 @@ def outline(robot: Robot, kind: Kind) -> Outline:
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[_Unread] = []
-    for piece in _urdf_shapes(robot.source, kind) if robot.source.kind == "urdf" else _mjcf_shapes(robot.source, kind):
+    for piece in _shapes(robot.source, kind):
         frame = robot.frames.get(piece.link)
         if isinstance(piece, _Unread):
             unread.append(piece)
@@ -144,6 +144,12 @@ def inertia_box(body: Body) -> Shape | None:
         return None
     half = 0.5 * np.sqrt(np.maximum(squared, 0.0))
     return Shape(body.name, read_only(body.com + _primitive(body.name, "box", half).points @ axes.T))
+
+
+@functools.lru_cache(maxsize=4)
+def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | _Unread, ...]:
+    """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
+    return tuple(_urdf_shapes(source, kind) if source.kind == "urdf" else _mjcf_shapes(source, kind))
 
 
 def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
