@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike, read_scene
+    from shockpc.studies.place.study import PlaceStudy, place
 
 __version__ = "0.1.0"
 
@@ -34,6 +35,7 @@ _HOMES = {
     "OutputError": "errors",
     "Place": "model.closure",
     "Point": "scene",
+    "PlaceStudy": "studies.place.study",
     "PointShock": "results.points",
     "Posture": "model.posture",
     "Robot": "robot.robot",
@@ -49,6 +51,7 @@ _HOMES = {
     "Strike": "scene",
     "UnknownName": "errors",
     "load_robot": "robot.robot",
+    "place": "studies.place.study",
     "read_scene": "scene",
     "resolve": "landing",
     "shock_maps": "profile",
@@ -66,6 +69,7 @@ __all__ = [
     "Landing",
     "OutputError",
     "Place",
+    "PlaceStudy",
     "Point",
     "PointShock",
     "Posture",
@@ -82,6 +86,7 @@ __all__ = [
     "StudyError",
     "UnknownName",
     "load_robot",
+    "place",
     "read_scene",
     "resolve",
     "shock_maps",

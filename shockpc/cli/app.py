@@ -11,12 +11,20 @@ from shockpc.cli.analyze import analyze
 from shockpc.cli.bench import bench
 from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
+from shockpc.cli.place import place
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
 
 __all__ = ["COMMANDS", "app_for"]
 
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
+COMMANDS: dict[str, Callable[..., None]] = {
+    "analyze": analyze,
+    "bench": bench,
+    "paper": paper,
+    "place": place,
+    "robots": robots,
+    "schema": schema,
+}
 
 EXAMPLES = """\b
 Examples:
