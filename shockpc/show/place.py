@@ -120,13 +120,31 @@ def _header(study: PlaceStudy) -> list[tuple[str, str]]:
 
 def _closing(study: PlaceStudy) -> list[str]:
     """What was gained, what is proven, what could not be computed, and warnings."""
-    warnings = dict.fromkeys(str(warning) for profile in study.profiles for warning in profile.health.warnings)
     return [
         *gain_lines(study),
         *proof_lines(study),
         *(f"not computed: {name}: {reason}" for name, reason in study.failures),
-        *(f"warning: {text}" for text in dict.fromkeys([*study.region.warnings, *warnings])),
+        *(f"warning: {text}" for text in [*study.region.warnings, *_warnings(study)]),
     ]
+
+
+def _warnings(study: PlaceStudy) -> list[str]:
+    """One line for each thing that landings warn of, with the landing in which it is largest; margins stand in a table."""
+    found: dict[tuple[str, str], list[tuple[float, str, str]]] = {}
+    for name, profile in zip(study.landings, study.profiles, strict=True):
+        for one in profile.health.warnings:
+            if one.kind != "sensor":
+                found.setdefault((one.kind, one.subject), []).append((abs(one.value or 0.0), str(one), name))
+    lines = []
+    for every in found.values():
+        _, text, name = max(every, key=lambda one: one[0])
+        where = (
+            ""
+            if len(every) == len(study.landings)
+            else f" (in {name}" + (f", less in {len(every) - 1} more)" if every[1:] else ")")
+        )
+        lines.append(text + where)
+    return lines
 
 
 def _report(study: PlaceStudy, figure: str | None = None) -> str:

@@ -26,6 +26,7 @@ from shockpc.show.figure.palette import BANDS, INK, PAPER
 from shockpc.show.figure.silhouette import Region, silhouette, to_plane
 from shockpc.show.figure.window import Window
 from shockpc.show.header import count, joint_model_text, posture_text
+from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
 __all__ = ["draw_place", "place_figure"]
@@ -46,6 +47,9 @@ CELLS = 160
 _MARK: dict[str, Any] = {"linestyle": "none", "markeredgecolor": INK, "markeredgewidth": 0.7}
 STAR = _MARK | {"marker": "*", "markersize": 9.0, "markerfacecolor": "#ffd24d", "zorder": 7.5}
 DOT = _MARK | {"marker": "o", "markersize": 3.2, "markerfacecolor": PAPER, "zorder": 6}
+
+DASHED = (0, (4, 2))
+"""Line style of the region in which a sensor may be."""
 
 
 class _View(NamedTuple):
@@ -80,6 +84,8 @@ def draw_place(study: PlaceStudy) -> Figure:
     """
     shapes = _shapes(study)
     marks = np.array([one.position for one in (*study.today, *study.places)])
+    if study.region.solid:
+        marks = np.concatenate([marks, *(cell.points + s * cell.radius for cell in study.region.cells for s in (-1.0, 1.0))])
     solid = np.concatenate([shape.points + s * shape.radius for shape in shapes for s in (-1.0, 1.0)]) if shapes else marks
     low, high = np.minimum(solid.min(axis=0), marks.min(axis=0)), np.maximum(solid.max(axis=0), marks.max(axis=0))
     size = float((high - low).max())
@@ -93,7 +99,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     tall = max(sides[2] + GAP + sides[1], LINE * (len(rows) + len(notes) + 6.0) - FOOT + 0.3)
     width, height = LEFT + sides[0] + GAP + sides[1] + 2.0 * MARGIN + COLUMN + MARGIN, HEAD + tall + FOOT
     figure, page = new_page(width, height)
-    levels, colours = _scale(study, shapes)
+    levels, colours = _scale(study, low, high, solid)
     middle = (low + high) / 2.0
     up = FOOT + tall - sides[2] - GAP - sides[1]
     for view, x, y in ((SIDE, LEFT, up), (TOP, LEFT, up + sides[2] + GAP), (FRONT, LEFT + sides[0] + GAP, up)):
@@ -109,12 +115,10 @@ def draw_place(study: PlaceStudy) -> Figure:
     for note in notes:
         page.text(x, y, note, fontsize=7, fontstyle="italic", va="top")
         y -= 0.85 * LINE
-    handles = [
-        Line2D([], [], **STAR),
-        *([Line2D([], [], **SIGNS["sensor"])] if study.today else []),
-        *([Line2D([], [], **DOT)] if near.any() else []),
-    ]
-    words = ["place found", *(["sensor or point of today"] if study.today else []), *(["CoPc of a landing"] if near.any() else [])]
+    key = [(True, STAR, "place found"), (bool(study.today), SIGNS["sensor"], "sensor or point of today")]
+    key.append((bool(near.any()), DOT, "CoPc of a landing"))
+    key.append((study.region.solid, {"color": INK, "linewidth": 0.6, "linestyle": DASHED}, "where a sensor may be"))
+    handles, words = [Line2D([], [], **style) for shown, style, _ in key if shown], [text for shown, _, text in key if shown]
     page.legend(
         handles,
         words,
@@ -141,7 +145,7 @@ def _draw_view(
     axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]))
     axes.set_facecolor("none")
     axes.spines[["top", "right"]].set_visible(False)
-    step = next(k * 10.0**p for p in range(-4, 4) for k in (1.0, 2.0, 5.0) if k * 10.0**p >= 0.6 * window.inch)
+    step = next(k * 10.0**p for p in range(-4, 4) for k in (1.0, 2.0, 5.0) if k * 10.0**p >= 0.4 * window.inch)
     first, lowest = view is not FRONT, view is not TOP
     for axis, name, shown in ((axes.xaxis, "xyz"[view.axes[0]], lowest), (axes.yaxis, "xyz"[view.axes[1]], first)):
         axis.set_major_locator(MultipleLocator(step))
@@ -152,7 +156,12 @@ def _draw_view(
     for colour, part in _bands(study, view, window, region, levels, colours):
         paint(axes, part, size, facecolor=colour, edgecolor="none", zorder=1.0)
     paint(axes, region, size, facecolor="none", edgecolor=INK, linewidth=0.7, zorder=2.0)
+    if study.region.solid:
+        allowed = shapely.union_all([_projected(cell, plane) for cell in study.region.cells])
+        paint(axes, allowed, size, facecolor="none", edgecolor=INK, linewidth=0.6, linestyle=DASHED, zorder=3.0)
     labels = Labels(axes, window, region)
+    for place in copc:
+        labels.keep_free(to_plane(place, plane), 0.03)
     groups = ((study.today, SIGNS["sensor"], letter), (study.places, STAR, lambda k: str(k + 1)))
     for places, _, _ in groups:
         for one in places:
@@ -164,6 +173,12 @@ def _draw_view(
             axes.plot(*to_plane(one.position, plane), **sign)
             labels.place(to_plane(one.position, plane), text(k), gap=0.08)
     axes.text(0.02, 0.98, view.name, fontsize=7.5, fontstyle="italic", va="top", transform=axes.transAxes)
+
+
+def _projected(cell: Cell, plane: Plane) -> Region:
+    """The projection of a convex set."""
+    hull = shapely.MultiPoint(to_plane(cell.points, plane)).convex_hull
+    return hull.buffer(cell.radius) if cell.radius > 0.0 else hull
 
 
 def _bands(
@@ -189,13 +204,20 @@ def _bands(
     return found
 
 
-def _scale(study: PlaceStudy, shapes: tuple[Shape, ...]) -> tuple[Array, list[str]]:
-    """Round levels from the least to the greatest shock over the body, and a colour for each step, darker for more."""
-    points = np.concatenate([shape.points for shape in shapes]) if shapes else np.array([one.position for one in study.places])
-    low, high = min(float(one.combined) for one in study.places), float(study.fields.at(points).max())
-    levels = np.asarray(MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(low, max(high, low + 1e-9)))
-    levels = np.maximum(levels, 0.0)
-    levels = np.unique(levels)
+def _scale(study: PlaceStudy, low: Array, high: Array, corners: Array) -> tuple[Array, list[str]]:
+    """Round levels from the least to the greatest shock over the body, and a colour for each step, darker for more.
+
+    Args:
+        study: where a sensor sees least shock.
+        low: (3,) lower corner of what is drawn [m].
+        high: (3,) upper corner [m].
+        corners: (n, 3) of the body, where shock is greatest [m].
+    """
+    grid = np.stack(np.meshgrid(*(np.linspace(low[k], high[k], 16) for k in range(3))), axis=-1).reshape(-1, 3)
+    least = min(float(study.fields.at(grid).min()), *(one.combined for one in study.places))
+    most = float(study.fields.at(corners).max())
+    levels = np.asarray(MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(least, max(most, least + 1e-9)))
+    levels = np.unique(np.maximum(levels, 0.0))
     ramp = LinearSegmentedColormap.from_list("shock", [*BANDS[:5], "#3a6ea8", "#23406e"])
     return levels, [to_hex(ramp(t)) for t in np.linspace(0.0, 1.0, len(levels) - 1)]
 
@@ -245,7 +267,7 @@ def _rows(study: PlaceStudy) -> list[tuple[str, ...]]:
     rows += [row(letter(k), one) for k, one in enumerate(study.today)]
     rows += [row(str(k + 1), one) for k, one in enumerate(study.places)]
     if study.count > 1:
-        rows.append(("", "the better one", "", "", "", f"{study.combined:.3g}"))
+        rows.append(("", "the better one" if study.count == 2 else "the best one", "", "", "", f"{study.combined:.3g}"))
     return rows
 
 

@@ -66,6 +66,8 @@ def best_places(fields: Fields, cells: Sequence[Cell], outside: Sequence[HalfSpa
 
 def _bounds(fields: Fields, cells: Sequence[Cell]) -> list[float]:
     """A lower bound over each cell: that of the tangent at the middle of its points."""
+    if not cells:
+        return []
     counts = np.array([len(cell.points) for cell in cells])
     start = np.cumsum(counts) - counts
     points = np.concatenate([cell.points for cell in cells])

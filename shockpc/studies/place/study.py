@@ -15,7 +15,7 @@ from shockpc.landing import pulse_of
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.points import Spot, spots
-from shockpc.robot.geometry import Kind, Shape, outline
+from shockpc.robot.geometry import Kind, outline
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.robot.surface import HalfSpaces, facets, half_spaces
 from shockpc.scene import GRAVITY, Point, Scene
@@ -86,6 +86,7 @@ class Region(NamedTuple):
         cells: convex sets that make it up.
         outside: convex sets whose inside does not belong to it.
         size: the longest side of its box [m].
+        solid: whether it has an inside, which a surface has not.
         warnings: about shapes that could not be read.
     """
 
@@ -93,6 +94,7 @@ class Region(NamedTuple):
     cells: tuple[Cell, ...]
     outside: tuple[HalfSpaces, ...]
     size: float
+    solid: bool
     warnings: tuple[str, ...]
 
 
@@ -291,42 +293,38 @@ def _region(robot: Robot, body: int, within: Box | None, surface: bool, geometry
     """Where a sensor may be."""
     name = robot.bodies[body].name
     limits = None if within is None else _checked_box(within)
-    if limits is not None and not surface:
-        low, high = limits
-        corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-        return Region(f"in the box {_box_text(limits)} of {name}", (Cell(corners),), (), float((high - low).max()), ())
     other: Kind = "visual" if geometry == "collision" else "collision"
     kind = geometry if outline(robot, geometry).shapes[body] else other
-    read = outline(robot, kind)
-    shapes = read.shapes[body]
-    if not shapes:
+    seen = outline(robot, kind)
+    shapes = seen.shapes[body]
+    if not shapes and (limits is None or surface):
         raise StudyError(f'body "{name}" has no geometry, so there is no place on it; give a box with --within')
-    extent = [np.concatenate([shape.points - shape.radius, shape.points + shape.radius]) for shape in shapes]
-    size = float(np.ptp(np.concatenate(extent), axis=0).max())
+    boxes = [np.stack([shape.points.min(axis=0) - shape.radius, shape.points.max(axis=0) + shape.radius]) for shape in shapes]
+    whole = (np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]) if shapes else limits or (np.zeros(3), np.zeros(3))
+    if limits is not None and (np.any(limits[0] > whole[1]) or np.any(limits[1] < whole[0])):
+        raise StudyError(f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(whole)} of its frame")
+    if limits is not None and not surface:
+        corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
+        return Region(f"in the box {_box_text(limits)} of {name}", (Cell(corners),), (), _size(limits), True, ())
     if not surface:
         pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
-        hulls = "; the hull of each mesh" if any(shape.mesh is not None for shape in shapes) else ""
-        whole = tuple(Cell(shape.points, shape.radius) for shape in shapes)
-        return Region(f"inside the {kind} geometry of {name} ({pieces}{hulls})", whole, (), size, read.warnings)
-    solid = [shape for shape, points in zip(shapes, extent, strict=True) if np.ptp(points, axis=0).max() > MARKER * size]
-    cells, where = _surface(solid), ""
+        hulls = ", a mesh as its convex hull" if any(shape.mesh is not None for shape in shapes) else ""
+        cells = [Cell(shape.points, shape.radius) for shape in shapes]
+        text = f"inside the {kind} geometry of {name} ({pieces}{hulls})"
+        return Region(text, tuple(cells), (), _size(whole), True, seen.warnings)
+    solid = [shape for shape, one in zip(shapes, boxes, strict=True) if np.ptp(one, axis=0).max() > MARKER * _size(whole)]
+    cells = [Cell(corners) for shape in solid for corners in facets(shape)]
     if limits is not None:
-        where = f", within {_box_text(limits)}"
         cells = [part for cell in cells if (part := _cut(cell, limits)) is not None]
-        if not cells:
-            low, high = (np.concatenate(extent).min(axis=0), np.concatenate(extent).max(axis=0))
-            raise StudyError(
-                f"the box {_box_text(limits)} holds no part of the surface of {name}, which is in {_box_text((low, high))}"
-            )
+    held = "" if limits is None else f", within {_box_text(limits)}"
+    text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{held})"
     outside = tuple(one for shape in solid if (one := half_spaces(shape)) is not None)
-    return Region(
-        f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{where})", tuple(cells), outside, size, read.warnings
-    )
+    return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings)
 
 
-def _surface(shapes: list[Shape]) -> list[Cell]:
-    """The facets of shapes."""
-    return [Cell(corners) for shape in shapes for corners in facets(shape)]
+def _size(limits: tuple[Array, Array]) -> float:
+    """The longest side of a box [m]."""
+    return float((limits[1] - limits[0]).max())
 
 
 def _cut(cell: Cell, limits: tuple[Array, Array]) -> Cell | None:
