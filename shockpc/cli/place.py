@@ -8,7 +8,7 @@ import typer
 
 from shockpc.cli.declare import option, takes_options
 from shockpc.cli.options import SceneOptions
-from shockpc.cli.parse import Setting, finite, path, robot_name, setting
+from shockpc.cli.parse import Setting, finite, limits, path, robot_name, setting
 from shockpc.cli.vary import Varied, varied
 
 if TYPE_CHECKING:
@@ -21,19 +21,6 @@ LANDINGS, REGION, SENSORS, OUTPUT = "Landings", "Where a sensor may be", "Sensor
 
 INCOMPLETE = 3
 """Exit code if some landings could not be computed."""
-
-
-def limits(text: str) -> Any:
-    """The two corners of a box typed as X0:X1,Y0:Y1,Z0:Z1.
-
-    Raises:
-        typer.BadParameter: it is not a box.
-    """
-    sides = [side.split(":") for side in text.split(",")]
-    if [len(side) for side in sides] != [2, 2, 2]:
-        raise typer.BadParameter(f'"{text}" is not a box X0:X1,Y0:Y1,Z0:Z1, such as -0.1:0.1,-0.05:0.05,0:0.1')
-    low, high = zip(*(tuple(map(finite, side)) for side in sides), strict=True)
-    return low, high
 
 
 @takes_options

@@ -2,13 +2,15 @@
 
 import dataclasses
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
 from shockpc.cli.parse import definition, finite
 from shockpc.errors import StudyError
-from shockpc.scene import Scene
+
+if TYPE_CHECKING:
+    from shockpc.scene import Scene
 
 __all__ = ["Varied", "varied", "varied_scenes"]
 
@@ -40,7 +42,7 @@ def varied(text: str) -> Varied:
     return Varied(subject, (first,) if number == 1 else (*steps, last))
 
 
-def varied_scenes(name: str, scene: Scene, all_: Iterable[Varied]) -> dict[str, Scene]:
+def varied_scenes(name: str, scene: "Scene", all_: Iterable[Varied]) -> "dict[str, Scene]":
     """All combinations of values, by a name that says them.
 
     Raises:
@@ -56,7 +58,7 @@ def varied_scenes(name: str, scene: Scene, all_: Iterable[Varied]) -> dict[str, 
     return scenes
 
 
-def _with(scene: Scene, subject: str, value: float) -> Scene:
+def _with(scene: "Scene", subject: str, value: float) -> "Scene":
     """The scene with one value set."""
     if subject in ("strike-angle", "speed"):
         if scene.strike.velocity is not None or scene.strike.drop_height is not None:

@@ -9,7 +9,7 @@ from shockpc.printed import printable
 from shockpc.scene import scene_table
 from shockpc.show.document import plain
 from shockpc.show.header import header_lines
-from shockpc.show.tables.place import combined_text, gain_lines, landings_sheet, margin_sheet, places_sheet, proof_lines
+from shockpc.show.tables.place import combined_text, gain_lines, landings_sheet, margin_sheets, places_sheet, proof_lines
 from shockpc.show.tables.text import SHORT, as_csv, as_markdown, as_text, markdown_list
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
@@ -27,8 +27,7 @@ def place_text(study: PlaceStudy, format_: str) -> str:
     if format_ == "markdown":
         return _report(study)
     header = "\n".join(f"{name:<12} {text}" for name, text in _header(study)) + "\n"
-    margin = margin_sheet(study)
-    sheets = [places_sheet(study), *([] if margin is None else [margin]), landings_sheet(study, SHORT)]
+    sheets = [places_sheet(study), *margin_sheets(study), landings_sheet(study, SHORT)]
     return "\n".join([header, *map(as_text, sheets), "".join(f"{printable(line)}\n" for line in _closing(study))])
 
 
@@ -149,9 +148,8 @@ def _warnings(study: PlaceStudy) -> list[str]:
 
 def _report(study: PlaceStudy, figure: str | None = None) -> str:
     """The study as Markdown."""
-    margin = margin_sheet(study)
     picture = [] if figure is None else [f"![greatest shock over the body]({figure})\n"]
-    sheets = [places_sheet(study), *([] if margin is None else [margin]), landings_sheet(study)]
+    sheets = [places_sheet(study), *margin_sheets(study), landings_sheet(study)]
     title = f"## Place of least shock on {study.robot.bodies[study.body].name} of {study.robot.name}\n"
     header = markdown_list(f"{name}: {text}" for name, text in _header(study))
     return "\n".join([title, header, *picture, *map(as_markdown, sheets), markdown_list(_closing(study))])

@@ -34,7 +34,7 @@ __all__ = ["draw_place", "place_figure"]
 ROOM = 6.6
 """Largest width and height of the views together [inches]."""
 
-MARGIN, LEFT, HEAD, FOOT, GAP, COLUMN, PAD = 0.2, 0.62, 0.95, 1.05, 0.16, 3.5, 0.2
+MARGIN, LEFT, HEAD, FOOT, GAP, COLUMN, PAD = 0.2, 0.62, 0.95, 1.05, 0.28, 3.5, 0.2
 """Room around everything, for the vertical coordinate, the title, the colour bar, between views, for the column beside them, and
 around the body in each view [inches]."""
 

@@ -6,7 +6,7 @@ from shockpc.show.header import count
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
-__all__ = ["combined_text", "gain_lines", "landings_sheet", "margin_sheet", "places_sheet", "proof_lines"]
+__all__ = ["combined_text", "gain_lines", "landings_sheet", "margin_sheets", "places_sheet", "proof_lines"]
 
 
 def combined_text(study: PlaceStudy) -> str:
@@ -49,27 +49,27 @@ def landings_sheet(study: PlaceStudy, most: int | None = None) -> Sheet:
     return Sheet("shock in each landing", header, rows, notes)
 
 
-def margin_sheet(study: PlaceStudy) -> Sheet | None:
-    """Peaks along the axes of each sensor, what is left of its range, and its best mounting; None without a pulse."""
-    rows: list[tuple[Cell, ...]] = []
-    ranged = False
-    for one in (*study.today, *study.places):
-        if one.margin is None:
-            return None
-        found = one.margin
-        ranged = found.left is not None
-        left = () if found.left is None else (100.0 * float(found.left.min()),)
-        mounted = () if found.mounted_left is None else (100.0 * found.mounted_left,)
-        rows.append((one.name, *map(float, found.peak_g), *left, *found.mounting.rpy_deg, found.mounting.greatest, *mounted))
-    header = ("place", "peak x [g]", "y [g]", "z [g]", *(("range left [%]",) if ranged else ()))
-    header += ("best roll [deg]", "pitch [deg]", "yaw [deg]", "peak [g]", *(("left [%]",) if ranged else ()))
+def margin_sheets(study: PlaceStudy) -> list[Sheet]:
+    """Peaks along the axes of each sensor with what is left of its range, and its best mounting; nothing without a pulse."""
+    places = [(one.name, one.margin) for one in (*study.today, *study.places) if one.margin is not None]
+    if not places:
+        return []
     scene = study.profiles[0].scene
-    span = f", range {scene.range_g:g} g" if ranged else ""
-    notes = (
-        "along the axes of today's sensors, and of the body for new places; best: the rotation against the body in which the "
-        "greatest peak of any axis is least",
-    )
-    return Sheet(f"peak acceleration along each axis of a sensor (pulse {scene.pulse}{span})", header, rows, notes)
+    span = "" if scene.range_g is None else f", range {scene.range_g:g} g"
+    along: list[tuple[Cell, ...]] = []
+    turned: list[tuple[Cell, ...]] = []
+    for name, margin in places:
+        left = () if margin.left is None else tuple(float(100.0 * share) for share in margin.left)
+        along.append((name, *map(float, margin.peak_g), *left))
+        mounted = () if margin.mounted_left is None else (100.0 * margin.mounted_left,)
+        turned.append((name, *margin.mounting.rpy_deg, margin.mounting.greatest, *mounted))
+    header = ("place", "peak x [g]", "y [g]", "z [g]", *(("left x [%]", "y [%]", "z [%]") if span else ()))
+    mounting = ("place", "roll [deg]", "pitch [deg]", "yaw [deg]", "greatest peak [g]", *(("left [%]",) if span else ()))
+    note = "axes: those of today's sensors; for new places those of the body"
+    return [
+        Sheet(f"peak acceleration along each axis (pulse {scene.pulse}{span}; left: share of the range)", header, along, (note,)),
+        Sheet("mounting with the largest margin (rotation against the body)", mounting, turned),
+    ]
 
 
 def gain_lines(study: PlaceStudy) -> list[str]:
