@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from shockpc.scene import Point, Scene, Strike, read_scene
     from shockpc.studies.batch import batch
     from shockpc.studies.compare import Design, compare
+    from shockpc.studies.place.study import PlaceStudy, place
     from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
@@ -38,6 +39,7 @@ _HOMES = {
     "OutputError": "errors",
     "Place": "model.closure",
     "Point": "scene",
+    "PlaceStudy": "studies.place.study",
     "PointShock": "results.points",
     "Posture": "model.posture",
     "Robot": "robot.robot",
@@ -56,6 +58,7 @@ _HOMES = {
     "batch": "studies.batch",
     "compare": "studies.compare",
     "load_robot": "robot.robot",
+    "place": "studies.place.study",
     "read_scene": "scene",
     "resolve": "landing",
     "shock_maps": "profile",
@@ -74,6 +77,7 @@ __all__ = [
     "Landing",
     "OutputError",
     "Place",
+    "PlaceStudy",
     "Point",
     "PointShock",
     "Posture",
@@ -93,6 +97,7 @@ __all__ = [
     "batch",
     "compare",
     "load_robot",
+    "place",
     "read_scene",
     "resolve",
     "shock_maps",

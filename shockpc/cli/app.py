@@ -14,6 +14,7 @@ from shockpc.cli.check import BUDGETS_HELP, check
 from shockpc.cli.compare import compare
 from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
+from shockpc.cli.place import place
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
 
@@ -26,6 +27,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "check": check,
     "compare": compare,
     "paper": paper,
+    "place": place,
     "robots": robots,
     "schema": schema,
 }
