@@ -26,7 +26,7 @@ class Inputs:
 
     Attributes:
         robot: the robot.
-        q: (nq,) configuration.
+        q: (nq,) configuration; balls where it lies between doubles.
         blocks: what is held.
         choice: which of its rows are independent.
         base: how the base may move.
@@ -37,7 +37,7 @@ class Inputs:
     """
 
     robot: Robot
-    q: Array
+    q: Array | Balls
     blocks: tuple[Block, ...]
     choice: RowChoice
     base: Base
@@ -79,7 +79,7 @@ def free_mechanism(inputs: Inputs, tree: Tree) -> Mechanism:
         S.append(own)
         v.append(columns)
     arm = [[arb(0) if column < 0 else armature[column] for column in columns] for columns in v]
-    return Mechanism(robot, tree, found, S, v, arm, inputs.q[:3] if robot.free_base else np.zeros(3))
+    return Mechanism(robot, tree, found, S, v, arm, np.asarray(inputs.q[:3], dtype=float) if robot.free_base else np.zeros(3))
 
 
 def _planar(plane: Plane, rotation: arb_mat) -> arb_mat:
