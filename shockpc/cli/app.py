@@ -10,13 +10,23 @@ from shockpc import __version__
 from shockpc.cli.analyze import analyze
 from shockpc.cli.bench import bench
 from shockpc.cli.help import GroupedCommand
+from shockpc.cli.limits import limits
 from shockpc.cli.paper import paper
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
+from shockpc.cli.sensitivity import sensitivity
 
 __all__ = ["COMMANDS", "app_for"]
 
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
+COMMANDS: dict[str, Callable[..., None]] = {
+    "analyze": analyze,
+    "bench": bench,
+    "limits": limits,
+    "paper": paper,
+    "robots": robots,
+    "schema": schema,
+    "sensitivity": sensitivity,
+}
 
 EXAMPLES = """\b
 Examples:

@@ -19,7 +19,7 @@ from shockpc.errors import SceneError, StudyError
 from shockpc.landing import Landing
 from shockpc.model.assembly import assemble
 from shockpc.model.posture import configuration, held_joints
-from shockpc.profile import shock_maps, shock_profile
+from shockpc.profile import ILL_CONDITIONED, shock_maps, shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.points import Spot, spot_of
 from shockpc.robot.robot import Joint, Robot
@@ -100,7 +100,7 @@ class ShockLimits:
         gram: (n, 2, 2) EᵀE of every posture: with u = (sin θ, cos θ), uᵀ gram u is the square of the shock.
         limits: at the scene's own strike angle, at others one by one, and last at all strike angles of the range.
         unreachable: (least value, greatest value, reason) of the ranges in which a loop cannot be closed.
-        inaccurate: number of postures in which rounding in double precision may show above 1e-9.
+        inaccurate: number of postures in which rounding may show above 1e-9, or fewer rows are independent than in most others.
     """
 
     profile: ShockProfile = field(repr=False)
@@ -304,10 +304,12 @@ class _Sweep:
         return good, near
 
     def grams(self, Q: Array) -> tuple[Array, int]:
-        """EᵀE (n, 2, 2) in some configurations (n, nq), and in how many of them double precision may show."""
+        """EᵀE (n, 2, 2) in some configurations (n, nq), and in how many rounding may show, or other rows are independent."""
         maps = shock_maps(self._landing, Q)
         E = maps.at(self._spot.frame.body, self._spot.r) @ self._axes
-        return np.swapaxes(E, -1, -2) @ E, int(maps.prove.sum())
+        ranks, counts = np.unique(maps.rank, return_counts=True)
+        doubtful = (maps.condition > ILL_CONDITIONED) | (maps.rank != ranks[np.argmax(counts)])
+        return np.swapaxes(E, -1, -2) @ E, int(doubtful.sum())
 
     def greatest(self, value: float, near: Array, strikes: tuple[float, float]) -> float:
         """The greatest shock over some strikes with the joint at a value, as `posture` takes it."""

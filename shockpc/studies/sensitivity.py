@@ -6,6 +6,7 @@ the derivatives with respect to all of them. A joint angle changes H and the row
 ball arithmetic, exact to the last digit. The jump is linear in the velocity of the strike, so the strike angle needs a product.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
@@ -29,6 +30,7 @@ from shockpc.model.regressor import INERTIA_ENTRIES, inertia_regressor, paramete
 from shockpc.model.rows import row_jacobian
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
+from shockpc.results.percussion import robot_length
 from shockpc.results.points import Spot, spot_of
 from shockpc.results.speed import speed_in
 from shockpc.robot.robot import Joint, Robot
@@ -40,18 +42,11 @@ __all__ = ["Effect", "Kind", "ShockSensitivity", "sensitivity"]
 Kind = Literal["mass", "proportion", "com", "inertia", "armature", "angle", "strike"]
 """What is changed: mass alone, mass and inertia in proportion, centre of mass, inertia, reflected inertia, joint value, strike."""
 
-STEPS: dict[tuple[Kind, str], float] = {
-    ("mass", "kg"): 0.1,
-    ("proportion", "1"): 0.1,
-    ("com", "m"): 0.01,
-    ("inertia", "kg m²"): 0.001,
-    ("armature", "kg m²"): 0.001,
-    ("armature", "kg"): 0.1,
-    ("angle", "rad"): float(np.radians(1.0)),
-    ("angle", "m"): 0.01,
-    ("strike", "rad"): float(np.radians(1.0)),
-}
-"""The changes that a designer thinks in, by kind and SI unit: 100 g, 10 %, 10 mm, 0.001 kg m², 1°."""
+LARGEST = {"mass": 0.1, "inertia": 1e-3, "com": 0.01}
+"""Largest steps: 100 g, 0.001 kg m², 10 mm; a robot of small bodies has steps of a tenth, a hundredth or less of that."""
+
+NATURAL = {"mass": 0.2, "inertia": 0.2, "com": 0.05}
+"""Largest steps as shares of the median mass and inertia of the bodies, and of the robot's length."""
 
 STILL = 1e-12
 """Shock that is zero but for rounding."""
@@ -129,6 +124,7 @@ class _Place(NamedTuple):
         normal: (3,) of the plane.
         v_in: [m/s].
         translates: whether the body has no centre of percussion.
+        steps: of every kind and unit.
     """
 
     spot: Spot
@@ -138,6 +134,12 @@ class _Place(NamedTuple):
     normal: Array
     v_in: float
     translates: bool
+    steps: dict[tuple[Kind, str], float]
+
+    def effect(self, kind: Kind, axis: str, name: str, value: float, unit: str, changes: Array, reason: str = "") -> Effect:
+        """An effect from its derivatives (5,)."""
+        shock, copc, ropc = float(changes[0]), read_only(changes[1:4]), float(changes[4])
+        return Effect(kind, axis, name, value, unit, self.steps[kind, unit], shock, copc, ropc, reason)
 
     def changes(self, d_jump: Array, d_speed: Array) -> Array:
         """Derivatives (k, 5) of shock, CoPc and RoPc. Args: d_jump (6, k) of (Δω, Δv); d_speed (k,) of v_in."""
@@ -185,6 +187,7 @@ def sensitivity(scene: Scene, at: Point, robot: Robot | None = None, trace: Trac
         landing.plane.normal @ profile.rotation[body],
         profile.v_in,
         bool(profile.translates[body]),
+        _steps(landing),
     )
     velocity = velocity_at(place.omega, place.v, spot.r)
     shock = float(np.linalg.norm(velocity)) / profile.v_in
@@ -209,10 +212,29 @@ def sensitivity(scene: Scene, at: Point, robot: Robot | None = None, trace: Trac
     )
 
 
-def _effect(kind: Kind, axis: str, name: str, value: float, unit: str, changes: Array, reason: str = "") -> Effect:
-    """An effect from its derivatives (5,)."""
-    shock, copc, ropc = float(changes[0]), read_only(changes[1:4]), float(changes[4])
-    return Effect(kind, axis, name, value, unit, STEPS[kind, unit], shock, copc, ropc, reason)
+def _steps(landing: Landing) -> dict[tuple[Kind, str], float]:
+    """The changes that a designer of this robot thinks in, by kind and SI unit."""
+    bodies = [body for body in landing.robot.bodies if body.mass > 0.0]
+    natural = {
+        "mass": float(np.median([body.mass for body in bodies])),
+        "inertia": float(np.median([max(np.trace(body.inertia) / 3.0, 1e-30) for body in bodies])),
+        "com": robot_length(landing),
+    }
+    mass, inertia, com = (
+        10.0 ** math.floor(math.log10(min(LARGEST[kind], NATURAL[kind] * size)) + 1e-9) for kind, size in natural.items()
+    )
+    degree = math.radians(1.0)
+    return {
+        ("mass", "kg"): mass,
+        ("proportion", "1"): 0.1,
+        ("com", "m"): com,
+        ("inertia", "kg m²"): inertia,
+        ("armature", "kg m²"): inertia,
+        ("armature", "kg"): mass,
+        ("angle", "rad"): degree,
+        ("angle", "m"): com,
+        ("strike", "rad"): degree,
+    }
 
 
 def _inertial(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
@@ -236,12 +258,12 @@ def _inertial(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
         kinds += [("com", axis, float(x), "m") for axis, x in zip("xyz", body.com, strict=True)]
         kinds += [("inertia", "xyz"[j] + "xyz"[k], float(body.inertia[j, k]), "kg m²") for j, k in INERTIA_ENTRIES]
         for (kind, axis, value, unit), found in zip(kinds, changes, strict=True):
-            yield _effect(kind, axis, body.name, value, unit, found)
+            yield place.effect(kind, axis, body.name, value, unit, found)
     changes = place.changes(-U.T * profile.delta_qd, np.zeros(robot.model.nv))
     for joint, axis, unit, column in _coordinates(robot):
         if not landing.joint_model.locked[column]:
             unit = "kg m²" if unit == "rad" else "kg"
-            yield _effect("armature", axis, joint.name, float(landing.joint_model.armature[column]), unit, changes[column])
+            yield place.effect("armature", axis, joint.name, float(landing.joint_model.armature[column]), unit, changes[column])
 
 
 def _speed_by_mass(landing: Landing) -> Array:
@@ -282,7 +304,7 @@ def _strike(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     d_speed = float(fastest @ d_velocity) / profile.v_in
     d_jump = profile.maps[place.body] @ d_velocity
     angle = float(np.arctan2(velocity @ plane.forward, -velocity[2]))
-    yield _effect("strike", "", "", angle, "rad", place.changes(d_jump[:, None], np.array([d_speed]))[0])
+    yield place.effect("strike", "", "", angle, "rad", place.changes(d_jump[:, None], np.array([d_speed]))[0])
 
 
 def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
@@ -315,7 +337,7 @@ def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     changes = derivatives(inputs, paths, outputs)
     for name, axis, value, unit, k, reason in rows:
         found = nothing if reason else np.append(changes[k], nothing[changes.shape[1] :])
-        yield _effect("angle", axis, name, value, unit, found, reason)
+        yield place.effect("angle", axis, name, value, unit, found, reason)
 
 
 def _turn(q: Array) -> float:
