@@ -192,7 +192,7 @@ def _warnings(found: ShockLimits) -> list[str]:
     ]
     if found.inaccurate:
         warnings.append(
-            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned, or fewer contact rows "
+            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned, or fewer rows "
             "are independent than in the others; double precision may be off by more than 1e-9 there: compare with shockpc analyze"
         )
     return warnings

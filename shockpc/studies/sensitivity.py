@@ -13,12 +13,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import norm, percussion
 from shockpc.core.spatial import Array, read_only, velocity_at
 from shockpc.errors import StudyError
 from shockpc.exact.balls import Balls, balls
 from shockpc.exact.derivative import derivatives, displaced
+from shockpc.exact.proof import rounded
 from shockpc.exact.solution import ExactImpact, Inputs
 from shockpc.landing import Landing
 from shockpc.model.closure import closure_block
@@ -240,15 +240,7 @@ def _steps(landing: Landing) -> dict[tuple[Kind, str], float]:
 def _inertial(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     """Masses, centres of mass and inertias of the bodies, then the armature of the joints that are not locked."""
     landing, robot = profile.landing, profile.robot
-    equation = profile.solution.equation
-    state = equation.state
-    own = np.where(state.moves[place.body], state.J[0], 0.0)
-    to_body = state.rotation[0, place.body].T
-    v = own[3:] + np.cross(own[:3], state.position[0, place.body], axis=0)
-    C = np.concatenate([to_body @ own[:3], to_body @ v])[None]
-    X = np.linalg.solve(equation.H, np.swapaxes(C if equation.G is None else C @ equation.G, -1, -2))
-    held = X + solve_impact(equation.H, equation.J_c, equation.J_c @ X, equation.terms).delta_qd
-    U = equation.full(held)[0]
+    U = profile.proof.enclosure.read(lambda impact: rounded(impact.held_velocities(place.body)))
     jumps = -np.einsum("vk,vbp->bkp", U, inertia_regressor(robot, landing.q, profile.delta_qd))
     speeds = _speed_by_mass(landing)
     for i, body in enumerate(robot.bodies):
@@ -382,6 +374,8 @@ def _rates(landing: Landing, column: int) -> tuple[Array, str]:
     rates = np.ones(1) if G is None else G[0, :, 0]
     if not landing.loops:
         return rates, ""
+    if landing.before.joint_rates.any():
+        return rates, "the loops tie the joints that move before the impact, and how fast they move depends on the posture"
     K = row_jacobian(state, [closure_block(loop) for loop in landing.loops])[0]
     held = held_joints(robot, landing.scene.posture, landing.scene.assemble)
     held[column] = True
