@@ -195,6 +195,7 @@ def test_command(capfd, tmp_path):
     found = json.loads(good(capfd, *words, "--format", "json"))
     assert found == json.loads((tmp_path / "limits.json").read_text())
     assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/1", [-140.0, -20.0], [-150.0, 0.0])
+    assert good(capfd, *words, "--format", "csv") == (tmp_path / "limits.csv").read_text()
     rows = list(csv.DictReader((tmp_path / "limits.csv").read_text().splitlines()))
     assert float(rows[-1]["high [deg]"]) == found["limits"][-1]["allowed"][-1]["high"]
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {

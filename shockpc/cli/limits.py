@@ -53,12 +53,12 @@ def limits(
         Path | None, option("Write JSON, CSV, a report and the map into this folder.", group=OUTPUT, metavar="DIR", parser=path)
     ] = None,
 ) -> None:
-    """Find which values of a joint, under which strikes, keep the shock at a point below a bound."""
+    """Find the values of a joint that keep the shock at a point below a bound."""
     import json
 
     from shockpc.cli.output import check_places
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.limits import allowed_sheet, limits_document, limits_text, write_limits
+    from shockpc.show.limits import intervals_sheet, limits_document, limits_text, write_limits
     from shockpc.show.tables.text import as_csv
     from shockpc.studies.limits import limits as study
     from shockpc.trace import Trace
@@ -82,5 +82,5 @@ def limits(
     if format_ == "json":
         text = json.dumps(limits_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     else:
-        text = as_csv(allowed_sheet(found)) if format_ == "csv" else limits_text(found)
+        text = as_csv(intervals_sheet(found)) if format_ == "csv" else limits_text(found)
     sys.stdout.write(text)

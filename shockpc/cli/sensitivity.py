@@ -30,7 +30,7 @@ def sensitivity(
         option("Report on standard error what ran, how long it took, and what was not needed.", "--explain", group=OUTPUT),
     ] = False,
 ) -> None:
-    """Compute what changes the shock at a point: every mass, centre of mass, inertia, drive, joint angle and the strike angle."""
+    """Compute how masses, inertias, joint angles and the strike change the shock."""
     import json
 
     from shockpc.cli.output import check_places

@@ -17,7 +17,7 @@ from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown, as_text
 from shockpc.studies.limits import Interval, ShockLimits, StrikeLimits
 
-__all__ = ["allowed_sheet", "limits_document", "limits_text", "postures_sheet", "write_limits"]
+__all__ = ["allowed_sheet", "intervals_sheet", "limits_document", "limits_text", "postures_sheet", "write_limits"]
 
 SCHEMA = "shockpc.limits/1"
 
@@ -156,7 +156,7 @@ def write_limits(found: ShockLimits, folder: Path) -> None:
         folder,
         {
             **limits_figure(found),
-            "limits.csv": as_csv(_intervals_sheet(found)),
+            "limits.csv": as_csv(intervals_sheet(found)),
             "postures.csv": as_csv(postures),
             "report.md": "\n".join(filter(None, report)),
             "limits.json": json.dumps(limits_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n",
@@ -164,7 +164,7 @@ def write_limits(found: ShockLimits, folder: Path) -> None:
     )
 
 
-def _intervals_sheet(found: ShockLimits) -> Sheet:
+def intervals_sheet(found: ShockLimits) -> Sheet:
     """A row for every interval, for a spreadsheet."""
     unit = _unit(found)
     rows: list[tuple[Cell, ...]] = []
@@ -214,9 +214,9 @@ def _strikes(found: ShockLimits, one: StrikeLimits) -> str:
 
 
 def _interval(found: ShockLimits, interval: Interval) -> str:
-    """An interval; signs where something else than the bound ends it."""
-    low, high = (f"{_number(found, end):.2f}" for end in interval[:2])
-    return f"{low}{MARKS[interval.low_end]} … {high}{MARKS[interval.high_end]}"
+    """An interval, rounded inwards to hundredths; signs where something else than the bound ends it."""
+    low, high = math.ceil(100.0 * _number(found, interval.low) - 1e-6), math.floor(100.0 * _number(found, interval.high) + 1e-6)
+    return f"{low / 100.0:.2f}{MARKS[interval.low_end]} … {high / 100.0:.2f}{MARKS[interval.high_end]}"
 
 
 def _joints(found: ShockLimits) -> str:

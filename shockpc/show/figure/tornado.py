@@ -30,7 +30,7 @@ def tornado_figure(found: ShockSensitivity) -> dict[str, bytes]:
 def draw_tornado(found: ShockSensitivity) -> Figure:
     """Draw the chart."""
     effects = found.ranked[:MOST]
-    figure = Figure(figsize=(7.2, 1.25 + HEIGHT * len(effects)), facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=(7.2, 1.45 + HEIGHT * len(effects)), facecolor=PAPER, layout="constrained")
     axes = figure.add_subplot()
     largest = max(abs(effect.shock * effect.step) for effect in effects) or found.shock
     for k, effect in enumerate(effects):
@@ -56,5 +56,5 @@ def draw_tornado(found: ShockSensitivity) -> Figure:
     title = f"What changes the shock at {printable(found.point, 60)} of {robot} landing on {foot}"
     figure.suptitle(title, fontsize=10, fontweight="bold", x=0.01, ha="left")
     handles = [Patch(color=UP, label="change as given (the number)"), Patch(color=DOWN, label="the opposite change")]
-    axes.legend(handles=handles, loc="lower right", fontsize=7.0)
+    figure.legend(handles=handles, loc="outside lower right", ncols=2, fontsize=7.0)
     return figure
