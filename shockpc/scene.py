@@ -235,13 +235,13 @@ def check_scene(scene: Scene) -> Scene:
     return checked
 
 
-def read_scene(path: Path) -> Scene:
+def read_scene(path: Path | str) -> Scene:
     """Read a scene file. Paths in it are relative to the file's folder and are returned as absolute paths.
 
     Raises:
         SceneError: the file cannot be read or is not a scene; the text names the file, the key and what would be valid.
     """
-    faults: list[str] = []
+    path, faults = Path(path), list[str]()
     if path.is_fifo() or path.is_char_device() or path.is_block_device():
         raise SceneError(f'"{path}" is a pipe or a device; save what it gives in a file')
     try:

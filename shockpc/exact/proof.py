@@ -71,6 +71,7 @@ class Proof(NamedTuple):
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
         bounds: (nb,) proven error of the scene's own jumps relative to each body's motion [1].
+        bits: precision at which they were proven.
     """
 
     enclosure: Enclosure
@@ -78,11 +79,7 @@ class Proof(NamedTuple):
     delta_qd: Array
     impulse: Array
     bounds: Array
-
-    @property
-    def bits(self) -> int:
-        """Precision of the arithmetic."""
-        return self.enclosure.bits
+    bits: int
 
 
 def prove(inputs: Inputs, length: Array) -> Proof:
@@ -99,7 +96,7 @@ def prove(inputs: Inputs, length: Array) -> Proof:
     jumps, bounds = enclosure.read(lambda impact: _jumps(impact, length))
     delta_qd = enclosure.read(lambda impact: rounded(impact.delta_qd))
     impulse = enclosure.read(lambda impact: rounded(impact.impulse.table(), together=True))
-    return Proof(enclosure, jumps, delta_qd, impulse, bounds)
+    return Proof(enclosure, jumps, delta_qd, impulse, bounds, enclosure.bits)
 
 
 def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:

@@ -54,7 +54,7 @@ def sensitivity(proof: Proof, length: Array, others: Callable[[ExactImpact], lis
         length: as for `prove`.
         others: other results, each as the components of a vector.
     """
-    inputs, bits = proof.enclosure.inputs, proof.bits
+    inputs, bits = proof.enclosure.inputs, proof.enclosure.bits
     jumps = proof.jumps[..., 3:]
     size = motion(jumps, length)[:, 0]
 
