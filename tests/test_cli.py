@@ -517,7 +517,7 @@ def test_help(capfd):
     for command, sentence in commands.items():
         text = good(capfd, command, "-h")
         assert text.startswith(f"Usage: shockpc {command} ")
-        assert sentence in " ".join(text.split())
+        assert sentence.removesuffix("...") in " ".join(text.split())
 
 
 def test_whole_help(capfd, snapshot):

@@ -13,10 +13,12 @@ from shockpc.cli.bench import bench
 from shockpc.cli.check import BUDGETS_HELP, check
 from shockpc.cli.compare import compare
 from shockpc.cli.help import GroupedCommand
+from shockpc.cli.limits import limits
 from shockpc.cli.paper import paper
 from shockpc.cli.place import place
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
+from shockpc.cli.sensitivity import sensitivity
 
 __all__ = ["COMMANDS", "app_for"]
 
@@ -26,10 +28,12 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "bench": bench,
     "check": check,
     "compare": compare,
+    "limits": limits,
     "paper": paper,
     "place": place,
     "robots": robots,
     "schema": schema,
+    "sensitivity": sensitivity,
 }
 
 EXAMPLES = """\b

@@ -12,6 +12,7 @@ from shockpc.paths import usable_path
 __all__ = [
     "Definition",
     "Setting",
+    "Span",
     "Vector",
     "definition",
     "finite",
@@ -22,6 +23,7 @@ __all__ = [
     "positive_count",
     "robot_name",
     "setting",
+    "span",
     "vector",
 ]
 
@@ -36,6 +38,13 @@ class Vector(NamedTuple):
     x: float
     y: float
     z: float
+
+
+class Span(NamedTuple):
+    """LOW:HIGH."""
+
+    low: float
+    high: float
 
 
 class Setting(NamedTuple):
@@ -86,6 +95,18 @@ def vector(example: str) -> Callable[[str], Vector]:
         if len(parts) != 3:
             raise typer.BadParameter(f'"{text}" is not three numbers with commas between them, such as {example}')
         return Vector(*map(finite, parts))
+
+    return parse
+
+
+def span(example: str) -> Callable[[str], Span]:
+    """A parser of LOW:HIGH; the example, such as "-30:75", is for its messages."""
+
+    def parse(text: str) -> Span:
+        low, colon, high = text.partition(":")
+        if not colon:
+            raise typer.BadParameter(f'"{text}" is not LOW:HIGH, such as {example}')
+        return Span(finite(low), finite(high))
 
     return parse
 
