@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike, read_scene
+    from shockpc.studies.sweep import Chunk, sweep
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "Bracket": "results.bracket",
+    "Chunk": "studies.sweep",
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",
@@ -53,10 +55,12 @@ _HOMES = {
     "resolve": "landing",
     "shock_maps": "profile",
     "shock_profile": "profile",
+    "sweep": "studies.sweep",
 }
 
 __all__ = [
     "Bracket",
+    "Chunk",
     "Closure",
     "Contact",
     "ContactImpulse",
@@ -86,6 +90,7 @@ __all__ = [
     "resolve",
     "shock_maps",
     "shock_profile",
+    "sweep",
 ]
 
 

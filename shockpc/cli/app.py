@@ -13,10 +13,18 @@ from shockpc.cli.help import GroupedCommand
 from shockpc.cli.paper import paper
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
+from shockpc.cli.sweep import sweep
 
 __all__ = ["COMMANDS", "app_for"]
 
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
+COMMANDS: dict[str, Callable[..., None]] = {
+    "analyze": analyze,
+    "bench": bench,
+    "paper": paper,
+    "robots": robots,
+    "schema": schema,
+    "sweep": sweep,
+}
 
 EXAMPLES = """\b
 Examples:

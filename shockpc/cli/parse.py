@@ -12,6 +12,7 @@ from shockpc.paths import usable_path
 __all__ = [
     "Definition",
     "Setting",
+    "Variable",
     "Vector",
     "definition",
     "finite",
@@ -20,6 +21,7 @@ __all__ = [
     "plane_or_normal",
     "robot_name",
     "setting",
+    "variable",
     "vector",
 ]
 
@@ -48,6 +50,13 @@ class Definition(NamedTuple):
 
     name: str
     value: str
+
+
+class Variable(NamedTuple):
+    """NAME=VALUES; values are None where only a name is typed."""
+
+    name: str
+    values: str | None
 
 
 def finite(text: str) -> float:
@@ -119,6 +128,18 @@ def definition(form: str, example: str) -> Callable[[str], Definition]:
         return Definition(name, value.strip())
 
     return parse
+
+
+def variable(text: str) -> Variable:
+    """A quantity and its values, which the sweep interprets.
+
+    Raises:
+        typer.BadParameter: one of them is empty.
+    """
+    name, equals, values = (part.strip() for part in text.partition("="))
+    if not name or (equals and not values):
+        raise typer.BadParameter(f'"{text}" is not NAME=VALUES, such as "*_KFE=-120:-10:200" or strike-angle=0,15,30')
+    return Variable(name, values if equals else None)
 
 
 def folder_definition(text: str) -> Definition:

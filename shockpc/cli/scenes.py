@@ -18,7 +18,7 @@ from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Point, Scene, Strike, plane_of
 from shockpc.trace import Trace
 
-__all__ = ["ROBOT_SUFFIXES", "is_scene_file", "scenes_from"]
+__all__ = ["ROBOT_SUFFIXES", "is_scene_file", "point", "scenes_from"]
 
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 
@@ -54,7 +54,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot,
         v_in=options.v_in or scene.v_in,
         pulse=options.pulse or scene.pulse,
         range_g=scene.range_g if options.range_g is None else options.range_g,
-        point=scene.point + tuple(_point(loaded, text) for text in options.point),
+        point=scene.point + tuple(point(loaded, text) for text in options.point),
     )
     return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options)]
 
@@ -169,12 +169,12 @@ def _replaced(values: Mapping[str, float], settings: Iterable[Setting]) -> dict[
     return {name: value for name, value in values.items() if name not in given} | given
 
 
-def _point(robot: Robot, text: str) -> Point:
-    """FRAME or FRAME:X,Y,Z; the frame's own name may hold a colon."""
+def point(robot: Robot, text: str, name: str = "--point") -> Point:
+    """FRAME or FRAME:X,Y,Z; the frame's own name may hold a colon. Name: of the option, for the message."""
     frame, colon, offset = text.rpartition(":")
     if not colon or text in robot.frames:
         return Point(frame=text)
     try:
         return Point(frame=frame, offset=vector("0,0,0.1")(offset))
     except typer.BadParameter as refusal:
-        raise SceneError(f"--point {frame}: {refusal.message}") from None
+        raise SceneError(f"{name} {frame}: {refusal.message}") from None

@@ -144,10 +144,12 @@ class Sweep:
         Raises:
             ShockError: there is no such landing.
         """
+        return self._case(self.values_of(row))
+
+    def values_of(self, row: int) -> dict[Variation, Any]:
+        """What was varied, in one row."""
         part = next(k for k, (_, end) in enumerate(self.parts) if row < end * self.strikes)
-        values = self._values(part)
-        solve, strike = divmod(row - self.parts[part][0] * self.strikes, self.strikes)
-        return self._case(_picked(values, solve, strike))
+        return _picked(self._values(part), *divmod(row - self.parts[part][0] * self.strikes, self.strikes))
 
     def _chunk(self, k: int) -> Chunk:
         (a, b), S, robot = self.parts[k], self.strikes, self.robot
@@ -390,7 +392,7 @@ def sweep_of(
     robot: Robot,
     vary: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
     *,
-    each: bool = False,
+    vary_each: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
     at: Sequence[Point | str] = (),
     bodies: Sequence[str] = (),
     greatest: bool = False,
@@ -405,7 +407,7 @@ def sweep_of(
         scene: the landing that is varied.
         robot: its robot.
         vary: values by subject, as in `variation`.
-        each: whether every joint that a pattern matches is varied by itself.
+        vary_each: the same, with a quantity of its own for each joint that a pattern matches.
         at: points, as `Point` or names of frames.
         bodies: names of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
@@ -417,8 +419,8 @@ def sweep_of(
     Raises:
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved.
     """
-    pairs = list(vary.items() if isinstance(vary, Mapping) else vary)
-    found = [variation(robot, subject, values) for subject, values in pairs]
+    found = [variation(robot, subject, values) for subject, values in _pairs(vary)]
+    found += [one for subject, values in _pairs(vary_each) for one in each_of(robot, variation(robot, subject, values))]
     if sample is not None:
         if sample < 1:
             raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
@@ -428,7 +430,7 @@ def sweep_of(
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
     if not found:
         raise StudyError("nothing varies; name a joint or another quantity with --vary, or draw random postures with --sample")
-    found = [part for one in found for part in (each_of(robot, one) if each or not (one.values or one.span) else (one,))]
+    found = [part for one in found for part in ((one,) if one.values or one.span else each_of(robot, one))]
     found = [_complete(robot, one, sample is not None) for one in found]
     _refuse_twice(robot, found)
     if scene.posture.base_quaternion is not None and any(one.kind.startswith("base-") for one in found):
@@ -490,6 +492,11 @@ def _unpickled(pickled: bytes) -> Sweep:
     """A sweep; reading it takes longer than a small part."""
     made: Sweep = pickle.loads(pickled)
     return made
+
+
+def _pairs(vary: Mapping[str, Any] | Iterable[tuple[str, Any]]) -> list[tuple[str, Any]]:
+    """Subjects and values."""
+    return list(vary.items()) if isinstance(vary, Mapping) else list(vary)
 
 
 def _targets(robot: Robot, points: tuple[Point, ...], names: Sequence[str], greatest: bool) -> Targets:
