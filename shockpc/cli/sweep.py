@@ -154,7 +154,7 @@ def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> 
     from shockpc.studies.summary import summarise
 
     summary = summarise(made, functools.partial(read_column, made, out, format_))
-    files = {
+    files: dict[str, str | bytes] = {
         **sweep_figure(summary),
         "summary.md": sweep_markdown(summary, "sweep.svg"),
         "summary.csv": as_csv(extents_sheet(summary)),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.directions import most_severe_directions
-from shockpc.core.extremes import greatest_shock
+from shockpc.core.extremes import Pieces, greatest_shock
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.landing import Landing, contact_velocity
@@ -15,7 +15,6 @@ from shockpc.model.dynamics import Dynamics
 from shockpc.model.motion import twist_before
 from shockpc.profile import impact_jumps, joined, needs_proof
 from shockpc.result import ShockProfile
-from shockpc.results.geometry import body_pieces
 from shockpc.results.percussion import ROUNDED, robot_length
 from shockpc.results.points import Spot
 from shockpc.robot.robot import Robot
@@ -34,12 +33,12 @@ class Targets(NamedTuple):
     Attributes:
         spots: points.
         bodies: indices of bodies.
-        greatest: whether the greatest shock over the geometry of each of these bodies is wanted.
+        pieces: geometry of each of these bodies, if the greatest shock over it is wanted; else empty.
     """
 
     spots: tuple[Spot, ...]
     bodies: tuple[int, ...]
-    greatest: bool
+    pieces: tuple[Pieces, ...]
 
     @property
     def carriers(self) -> tuple[int, ...]:
@@ -50,7 +49,7 @@ class Targets(NamedTuple):
         """The columns that hold a shock for the row's own strike."""
         points = (f"{spot.label} shock [-]" for spot in self.spots)
         names = [robot.bodies[i].name for i in self.bodies]
-        greatest = (f"{name} greatest shock [-]" for name in names if self.greatest)
+        greatest = (f"{name} greatest shock [-]" for name in names if self.pieces)
         return (*points, *(f"{name} shock at CoM [-]" for name in names), *greatest)
 
     def headings(self, robot: Robot) -> tuple[str, ...]:
@@ -59,7 +58,7 @@ class Targets(NamedTuple):
         for spot in self.spots:
             found += [f"{spot.label} shock [-]", *_severe_headings(spot.label)]
         for name in (robot.bodies[i].name for i in self.bodies):
-            found += [f"{name} shock at CoM [-]", *([f"{name} greatest shock [-]"] if self.greatest else [])]
+            found += [f"{name} shock at CoM [-]", *([f"{name} greatest shock [-]"] if self.pieces else [])]
             found += [*(f"{name} CoPc {axis} [m]" for axis in AXES), f"{name} RoPc [m]", *_severe_headings(f"{name} CoM")]
         return (*found, "friction needed [-]", "condition [-]")
 
@@ -153,14 +152,14 @@ def columns(landing: Landing, solved: Solved, strikes: Array, targets: Targets) 
             maps = _point_maps(solved.jumps[:, k], solved.rotation[:, k], spot.r)
             found[f"{spot.label} shock [-]"] = _length(product(maps)) / v_in
             found |= _severe(spot.label, maps, landing.up, v_in.shape)
-        for body in targets.bodies:
+        for number, body in enumerate(targets.bodies):
             jumps, rotation, name = solved.jumps[:, place[body]], solved.rotation[:, place[body]], landing.robot.bodies[body].name
             maps = _point_maps(jumps, rotation, landing.robot.coms[body])
             found[f"{name} shock at CoM [-]"] = _length(product(maps)) / v_in
             to_body = rotation[:, None]
             omega, v = ((product(part)[..., None, :] @ to_body)[..., 0, :] for part in (jumps[:, :3], jumps[:, 3:]))
-            if targets.greatest:
-                found[f"{name} greatest shock [-]"] = greatest_shock(omega, v, body_pieces(landing.robot, body)) / v_in
+            if targets.pieces:
+                found[f"{name} greatest shock [-]"] = greatest_shock(omega, v, targets.pieces[number]) / v_in
             normal = np.broadcast_to((landing.plane.normal @ rotation)[:, None], omega.shape)
             translates, still = translation(omega, v, normal, v_in, robot_length(landing), ROUNDED)
             centre = percussion(omega, v, normal, v_in, translates, still)
@@ -185,7 +184,7 @@ def proven_columns(profile: ShockProfile, targets: Targets) -> dict[str, float]:
     for body in targets.bodies:
         name = profile.robot.bodies[body].name
         found[f"{name} shock at CoM [-]"] = float(profile.shock_com[body])
-        if targets.greatest:
+        if targets.pieces:
             found[f"{name} greatest shock [-]"] = float(profile.shock_max[body])
         found |= {f"{name} CoPc {axis} [m]": float(x) for axis, x in zip(AXES, profile.copc[body], strict=True)}
         found[f"{name} RoPc [m]"] = float(profile.ropc[body])

@@ -21,6 +21,7 @@ from shockpc.landing import Landing, resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import joint_model
 from shockpc.profile import shock_profile
+from shockpc.results.geometry import body_pieces
 from shockpc.results.points import Spot, spots
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.robot.variant import changed_link, link_mass
@@ -515,7 +516,8 @@ def _targets(robot: Robot, points: tuple[Point, ...], names: Sequence[str], grea
         indices.append(found)
     if not chosen and not indices:
         indices = [0]
-    return Targets(chosen, tuple(dict.fromkeys(indices)), greatest)
+    indices = list(dict.fromkeys(indices))
+    return Targets(chosen, tuple(indices), tuple(body_pieces(robot, i) for i in indices) if greatest else ())
 
 
 def _all_joints(robot: Robot) -> list[Variation]:

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
 from shockpc.printed import printable
 from shockpc.show.figure.canvas import render
-from shockpc.show.figure.palette import BANDS, EDGES, INK, PAPER
+from shockpc.show.figure.palette import BANDS, INK, PAPER, band
 from shockpc.studies.summary import Extent, SweepSummary
 from shockpc.studies.variation import Variation
 
@@ -23,6 +23,9 @@ MOST = 8
 
 MAPS = 4
 """Maps of one figure."""
+
+COLOUR_MAP = "YlGnBu"
+"""Light to dark, as the bands of the other figures."""
 
 
 def sweep_figure(summary: SweepSummary) -> dict[str, bytes]:
@@ -94,8 +97,8 @@ def _maps(summary: SweepSummary, axes: list[Variation], extents: list[Extent]) -
     width = min(count, 2)
     height = math.ceil(count / width)
     figure = Figure(figsize=(3.6 * width + 1.0, 3.0 * height + 0.3), facecolor=PAPER, layout="constrained")
-    levels = [*EDGES[:-1], max(2.5, 1.01 * max(one.greatest for one in extents))]
-    norm, colours = BoundaryNorm(levels, len(BANDS)), ListedColormap(BANDS)
+    most = max(one.greatest for one in extents) or 1.0
+    norm = Normalize(0.0, most)
     panels = figure.subplots(height, width, squeeze=False).ravel()
     for panel in panels[count:]:
         panel.set_axis_off()
@@ -103,19 +106,21 @@ def _maps(summary: SweepSummary, axes: list[Variation], extents: list[Extent]) -
     for panel, extent in zip(panels, extents, strict=False):
         x, y = _scale(panel.xaxis, fast), _scale(panel.yaxis, slow)
         values = _values(extent).reshape(len(y), len(x))
-        mesh = panel.pcolormesh(x, y, values, norm=norm, cmap=colours, shading="nearest", rasterized=True)
+        mesh = panel.pcolormesh(x, y, values, norm=norm, cmap=COLOUR_MAP, shading="nearest", rasterized=True)
         smooth = min(len(x), len(y)) > 2 and "contact" not in (slow.kind, fast.kind)
         if smooth and np.isfinite(values).any() and extent.greatest > extent.least:
             span = extent.greatest - extent.least
-            lines = panel.contour(x, y, values, levels=_round_levels(extent.least, span), colors=INK, linewidths=0.5)
-            panel.clabel(lines, fontsize=6.0, fmt="%g")
+            levels = _round_levels(extent.least, span)
+            dark = [PAPER if level > 0.55 * most else INK for level in levels]
+            lines = panel.contour(x, y, values, levels=levels, colors=dark, linewidths=0.6)
+            panel.clabel(lines, fontsize=6.5, fmt="%g")
         panel.set_title(_label(extent), fontsize=8.0, loc="left")
         panel.tick_params(labelsize=7.0, length=2.5, width=0.6)
     figure.suptitle(_title(summary), fontsize=9.0, x=0.01, ha="left")
-    bar = figure.colorbar(mesh, ax=panels.tolist(), spacing="uniform", drawedges=True, aspect=30)
-    bar.set_ticks(levels, labels=[*(f"{edge:g}" for edge in EDGES[:-1]), "∞"])
+    bar = figure.colorbar(mesh, ax=panels.tolist(), aspect=30)
     bar.set_label("normalised shock |Δv| / v_in [-]")
-    bar.ax.tick_params(labelsize=7.0, length=0.0)
+    bar.ax.tick_params(labelsize=7.0, length=2.5, width=0.6)
+    bar.outline.set_linewidth(0.6)
     return figure
 
 
@@ -135,14 +140,15 @@ def _distributions(summary: SweepSummary, extents: list[Extent]) -> Figure:
         if not extent.greatest > extent.least:
             edges = np.linspace(extent.least - 0.005, extent.least + 0.005, len(extent.counts) + 1)
         middles = 0.5 * (edges[1:] + edges[:-1])
-        bands = [next(i for i, upper in enumerate(EDGES[1:]) if x <= upper) for x in middles]
-        panel.bar(edges[:-1], extent.counts / extent.counts.sum(), np.diff(edges), align="edge", color=[BANDS[i] for i in bands])
+        colours = [BANDS[band(x)] for x in middles]
+        panel.bar(edges[:-1], extent.counts / extent.counts.sum(), np.diff(edges), align="edge", color=colours)
         panel.stairs(extent.counts / extent.counts.sum(), edges, color=INK, linewidth=0.6)
         panel.axvline(extent.median, color=INK, linewidth=0.8, linestyle="--")
         panel.set_title(f"{_label(extent)}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", fontsize=8.0, loc="left")
         panel.set_yticks([])
         panel.spines["left"].set_visible(False)
         _plain(panel)
+    figure.supylabel("share of landings", fontsize=7.5)
     panels[-1].set_xlabel("normalised shock |Δv| / v_in [-]; dashed: median")
     panels[-1].set_xlim(left=0.0)
     figure.suptitle(f"{_title(summary)}: {summary.sweep.rows} landings", fontsize=9.0, x=0.01, ha="left")
