@@ -54,7 +54,9 @@ def most_severe_directions(maps: Array, up: Array) -> tuple[Array, Array]:
 
     Returns: directions (N, 3) as in `ExtremeDirections`, and the shock (N,) there [1].
     """
-    a, b, c = (np.ascontiguousarray(maps[:, :, k].T) for k in range(3))
+    size = np.abs(maps).max(axis=(1, 2))
+    size = np.where(size > 0.0, size, 1.0)
+    a, b, c = (maps[:, :, k].T / size for k in range(3))
     xx, yy, zz, xy, xz, yz = _dot(a, a), _dot(b, b), _dot(c, c), _dot(a, b), _dot(a, c), _dot(b, c)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         mean = (xx + yy + zz) / 3.0
@@ -68,7 +70,7 @@ def most_severe_directions(maps: Array, up: Array) -> tuple[Array, Array]:
             v = _adjugate_column(xx - largest, yy - largest, zz - largest, xy, xz, yz)
             image = a * v[0] + b * v[1] + c * v[2]
             largest = _dot(image, image)
-        direction, shock = _downwards(v.T, up), np.sqrt(largest)
+        direction, shock = _downwards(v.T, up), np.sqrt(largest) * size
         unclear = np.flatnonzero(~(gap > SEPARATED * largest))
     if len(unclear):
         found = extreme_directions(maps[unclear], up)

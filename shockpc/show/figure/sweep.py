@@ -40,7 +40,9 @@ def sweep_figure(summary: SweepSummary) -> dict[str, bytes]:
             return figure
         if extents[0].values is None:
             return _distributions(summary, extents[:MOST])
-        return _curves(summary, axes[0], extents[:MOST]) if len(axes) == 1 else _maps(summary, axes, extents[:MAPS])
+        if len(axes) == 1:
+            return _curves(summary, axes[0], extents[:MOST])
+        return (_families if axes[0].kind == "contact" else _maps)(summary, axes, extents[:MAPS])
 
     return {f"sweep.{kind}": content for kind, content in render(draw).items()}
 
@@ -87,6 +89,28 @@ def _curves(summary: SweepSummary, one: Variation, extents: list[Extent]) -> Fig
     axes.grid(True, linewidth=0.4, color="#dddddd")
     _plain(axes)
     figure.legend(loc="outside right upper", fontsize=7.5)
+    return figure
+
+
+def _families(summary: SweepSummary, axes: list[Variation], extents: list[Extent]) -> Figure:
+    """Shock over one quantity, a panel for each point and a curve for each contact."""
+    contacts, one = axes
+    figure = Figure(figsize=(6.4, 0.8 + 2.0 * len(extents)), facecolor=PAPER, layout="constrained")
+    panels = figure.subplots(len(extents), 1, sharex=True, squeeze=False).ravel()
+    for panel, extent in zip(panels, extents, strict=True):
+        x = np.array(one.values, dtype=float)
+        for k, y in enumerate(_values(extent).reshape(len(contacts.values), len(x))[: len(COLOURS)]):
+            style: dict[str, Any] = {"marker": "o", "markersize": 3.0} if len(x) <= 32 else {}
+            label = printable(str(contacts.values[k]), 60) if panel is panels[0] else None
+            panel.plot(x, y, color=COLOURS[k], linewidth=1.3, label=label, **style)
+        panel.set_ylim(bottom=0.0)
+        panel.set_title(_label(extent), fontsize=8.0, loc="left")
+        panel.grid(True, linewidth=0.4, color="#dddddd")
+        _plain(panel)
+    panels[-1].set_xlabel(printable(one.column, 60))
+    figure.supylabel("normalised shock |Δv| / v_in [-]", fontsize=7.5)
+    figure.suptitle(_title(summary), fontsize=9.0, x=0.01, ha="left")
+    figure.legend(loc="outside right upper", fontsize=7.5, title="contact", title_fontsize=7.5)
     return figure
 
 
