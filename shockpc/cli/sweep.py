@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
+import typer
+
 from shockpc.cli.declare import option, takes_options
 from shockpc.cli.options import RobotName, SceneOptions
 from shockpc.cli.parse import Variable, path, variable
@@ -90,7 +92,7 @@ def sweep(
     resume: Annotated[bool, option("Continue a sweep that was interrupted.", "--resume", group=RUN)] = False,
 ) -> None:
     """Compute many landings that differ in posture, strike or model."""
-    from shockpc.errors import StudyError
+    from shockpc.errors import SolveError, StudyError
     from shockpc.show.files import check_folder
     from shockpc.show.parts import open_sweep, write_parts
     from shockpc.studies.work import executor_for
@@ -99,17 +101,21 @@ def sweep(
     if jobs < 1:
         raise StudyError(f"{jobs} processes compute nothing; give --jobs a number above zero")
     made = _sweep(robot, options, varied)
-    open_sweep(made, out, format_, resume)
     done = 0
     try:
         with executor_for(jobs, cluster) as executor, _progress(made.rows) as advance:
-            for rows in write_parts(made, out, format_, executor, 4 * jobs if cluster is None else 64):
+            open_sweep(made, out, format_, resume)
+            for rows in write_parts(made, out, format_, executor, 64 if cluster is not None else 4 * jobs if jobs > 1 else 0):
                 done += rows
                 advance(rows)
     except BaseException:
-        sys.stderr.write(f"shockpc: {done} of {made.rows} rows are complete in {out}; the same command with --resume continues\n")
+        if done:
+            sys.stderr.write(
+                f"shockpc: {done} of {made.rows} rows are complete in {out}; the same command with --resume continues\n"
+            )
         raise
-    _summarise(made, out, format_)
+    if _summarise(made, out, format_):
+        raise typer.Exit(SolveError.exit_code)
 
 
 def _sweep(robot: str, options: SceneOptions, varied: SweepOptions) -> "Sweep":
@@ -142,8 +148,8 @@ def _sweep(robot: str, options: SceneOptions, varied: SweepOptions) -> "Sweep":
     )
 
 
-def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> None:
-    """Print the summary, and write it with the figure."""
+def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> int:
+    """Print the summary, and write it with the figure; the number of rows that could not be computed."""
     import functools
 
     from shockpc.show.figure.sweep import sweep_figure
@@ -161,6 +167,7 @@ def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> 
     }
     write_folder(out, files)
     sys.stdout.write(sweep_text(summary))
+    return summary.failed
 
 
 @contextmanager
