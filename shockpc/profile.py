@@ -31,8 +31,8 @@ __all__ = ["impact_jumps", "joined", "needs_proof", "shock_maps", "shock_profile
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
-ILL_CONDITIONED = 1e4
-"""Condition above which rounding may show above 1e-9 of a body's motion: up to a hundred times ε for each unit of it."""
+ILL_CONDITIONED = 1e6
+"""Condition above which rounding may show above 1e-9 of a body's motion."""
 
 
 def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:

@@ -242,6 +242,8 @@ def read_scene(path: Path) -> Scene:
         SceneError: the file cannot be read or is not a scene; the text names the file, the key and what would be valid.
     """
     faults: list[str] = []
+    if path.is_fifo() or path.is_char_device() or path.is_block_device():
+        raise SceneError(f'"{path}" is a pipe or a device; save what it gives in a file')
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         scene = _checked(table, Scene, "", faults)

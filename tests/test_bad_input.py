@@ -393,20 +393,30 @@ def test_disk_that_runs_full(capfd, here, monkeypatch):
     assert (here / "landing.toml").read_bytes() == before
 
 
-def test_file_that_cannot_be_read(capfd, here, monkeypatch):
-    def refuse(path, *_, **__):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
-
+@pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml"), ("analyze", "./landing")], ids=lambda words: words[1])
+def test_files_that_cannot_be_read(here, words):
+    """In a process of its own, in which no file of the folder can be opened."""
     for name in ("landing.toml", "landing"):
         (here / name).write_text('robot = "stick.urdf"\n')
-    for method in ("open", "read_bytes", "read_text"):
-        monkeypatch.setattr(Path, method, refuse)
-    opened = os.open
-    monkeypatch.setattr(
-        os, "open", lambda path, *more: refuse(path) if str(path).endswith(("stick.urdf", "landing")) else opened(path, *more)
-    )
-    for words in (LANDING, ("analyze", "landing.toml"), ("analyze", "./landing")):
-        assert contains(refusal(capfd, here, *words), words[1].removeprefix("./"), "Permission denied")
+    code = """
+import errno, os, sys
+def refuse(event, arguments):
+    if event == "open" and os.path.basename(str(arguments[0])) in ("stick.urdf", "landing", "landing.toml"):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(arguments[0]))
+sys.addaudithook(refuse)
+from shockpc.cli.entry import entry
+entry()
+"""
+    done = python(code, *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert contains(done.stderr, "shockpc: ", words[1].removeprefix("./"), "Permission denied")
+
+
+@pytest.mark.parametrize("name", ["stick.toml", "stick"])
+def test_pipes_are_not_waited_for(capfd, here, name):
+    """Neither as a scene nor as a robot."""
+    os.mkfifo(here / name)
+    assert contains(refusal(capfd, here, "analyze", f"./{name}", "--contact", "foot"), name, "pipe")
 
 
 # Streams

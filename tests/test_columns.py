@@ -1,12 +1,15 @@
 """Which joint velocities are free: bases, locked joints and joints that follow others, as columns of G (Eq. 7)."""
 
+import math
+
 import dense
 import numpy as np
 import pinocchio as pin
 import pytest
+import trees
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import body, joint, link, mjcf, urdf
+from robot_texts import LIMIT, body, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError
@@ -14,7 +17,7 @@ from shockpc.landing import resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc.profile import impact_jumps, shock_profile
 from shockpc.scene import Scene, Strike
 
 V = np.array([0.3, 0.1, -1.0])
@@ -80,6 +83,30 @@ def test_a_planar_base_is_a_free_one_for_a_robot_that_lies_in_the_plane(name, an
     )
     assert_close(planar.delta_qd, free.delta_qd)
     np.testing.assert_allclose(planar.ropc, free.ropc, rtol=1e-10)
+
+
+@given(trees.mechanisms(planar=True, most=8), st.integers(0, 2**32 - 1))
+def test_a_planar_robot_on_a_fixed_base_does_not_move_across_its_plane(mechanism, seed):
+    """However its links' frames are turned: what rounding of the file makes of that zero is no independent row."""
+    file = trees.written(mechanism, seed=seed)
+    contacts = [Contact(frame=f"body{k}", offset=POINT) for k in range(1, len(mechanism.mass))]
+    robot = robot_from(file.text)
+    for contact in contacts:
+        landing = resolve(Scene(robot="tree.urdf", base="fixed", contact=(contact,), posture=file.posture), robot)
+        equation, impact, _ = impact_jumps(landing, landing.q[None])
+        assert impact.rank[0] <= 2
+        assert 1 not in impact.choices[0].rows
+        assert np.abs(equation.J_c[0, 1]).max() < 1e-14
+
+
+@given(st.floats(-180.0, 180.0), st.sampled_from(["prismatic", "revolute"]))
+def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
+    """A level slide, or a point on the axis of a level hinge, strikes downwards: rounding of the rotations is no motion."""
+    place = f'<origin xyz="0 0 0" rpy="{-math.radians(angle)} 0 0"/>' + LIMIT
+    robot = robot_from(urdf(link("a"), link("b"), joint("j", "a", "b", kind, "0 1 0", place)))
+    point = Contact(frame="b", offset=(0.0, 0.3, 0.0), directions=("z",))
+    with pytest.raises(SceneError, match=r'"b" cannot be stopped: 1 m/s .* \(0 0 1\)'):
+        shock_profile(Scene(robot="r", base="fixed", contact=(point,), posture=Posture(base_rpy_deg=(angle, 0.0, 0.0))), robot)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["xz", "yz", "xy", (1.0, 2.0, 0.5)]))

@@ -155,7 +155,10 @@ def test_texts_where_arithmetic_needs_numbers(expression: str, folder: Path):
 
 REFUSED = {
     xacro(link("base", mass="$(arg payload)")): (
-        'dog.urdf.xacro: xacro argument "payload" has no value; give it one: --xacro payload=VALUE'
+        'dog.urdf.xacro: xacro argument "payload" has no value; give: --xacro payload:=VALUE'
+    ),
+    xacro(link("base", mass="$(arg payload)"), link("leg", mass="$(arg leg)")): (
+        'dog.urdf.xacro: xacro arguments "leg", "payload" have no value; give: --xacro leg:=VALUE --xacro payload:=VALUE'
     ),
     xacro('<xacro:include filename="none.xacro"/>'): ('dog.urdf.xacro includes "{folder}/none.xacro", which does not exist'),
     xacro('<xacro:include filename="$(find cat)/a.xacro"/>'): (

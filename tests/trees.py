@@ -23,7 +23,7 @@ from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 URDF_KINDS = ("revolute", "continuous", "prismatic")
-MJCF_KINDS = ("revolute", "prismatic", "spherical")
+MJCF_KINDS = ("revolute", "prismatic", "spherical", "planar")
 STICKS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 SLIDES = ((0.0, 0.0, 1.0),)
 
@@ -340,6 +340,8 @@ def joint_rows(mechanism) -> np.ndarray:
                 rows += [across @ slip, turn]
             case "spherical":
                 rows += [slip]
+            case "planar":
+                rows += [joint.axis[None] @ slip, across @ turn]
             case _:
                 rows += [slip, across @ turn]
     return np.concatenate(rows)

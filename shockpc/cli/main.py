@@ -8,6 +8,7 @@ import sys
 from shockpc.cli.signals import interrupted_code, was_interrupted
 from shockpc.cli.streams import deliver
 from shockpc.errors import ShockError
+from shockpc.printed import printable
 
 __all__ = ["main"]
 
@@ -83,6 +84,6 @@ def _is_robot(word: str) -> bool:
 
 
 def _complain(message: str, code: int) -> int:
-    """One message on standard error."""
-    sys.stderr.write(f"shockpc: {message}\n")
+    """One message on standard error, on one line whatever the names in it hold."""
+    sys.stderr.write(f"shockpc: {printable(message)}\n")
     return code

@@ -9,10 +9,9 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 from flint import arb, arb_mat
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, quaternion_of
 from shockpc.exact.balls import blocks, cross_matrix, matrix, rotation_matrix, unit_vector
 from shockpc.robot.robot import Joint, Robot
 
@@ -112,27 +111,19 @@ def data_of(robot: Robot) -> Data:
         parts += [(part.rotation, part.offset, part) for part in inner]
         if joint.parts:
             # The placement of a composite joint comes before that of its first part.
-            first = pin.SE3(joint.rotation, joint.offset) * pin.SE3(inner[0].rotation, inner[0].offset)
-            parts[-len(inner)] = (first.rotation, first.translation, inner[0])
+            rotation, offset = joint.rotation @ inner[0].rotation, joint.offset + joint.rotation @ inner[0].offset
+            parts[-len(inner)] = (rotation, offset, inner[0])
     carried = [robot.model.inertias[body.joint] for body in robot.bodies]
     return Data(
         mass=np.array([float(own.mass) for own in carried]),
         lever=np.array([own.lever for own in carried]),
         inertia=np.array([own.inertia for own in carried]),
-        rotation=np.array([_quaternion(rotation) for rotation, _, _ in parts]),
+        rotation=np.array([quaternion_of(rotation) for rotation, _, _ in parts]),
         offset=np.array([offset for _, offset, _ in parts]),
         axis=np.array([np.zeros(3) if part.axis is None else part.axis for *_, part in parts]),
-        body_rotation=np.array([_quaternion(body.rotation) for body in robot.bodies]),
+        body_rotation=np.array([quaternion_of(body.rotation) for body in robot.bodies]),
         body_offset=np.array([body.offset for body in robot.bodies]),
     )
-
-
-def _quaternion(rotation: Array) -> Array:
-    """A quaternion (x, y, z, w) of a rotation, of any length; quarter turns about an axis, and none, stay exact."""
-    found = np.array(pin.Quaternion(np.array(rotation)).coeffs())
-    found /= found[np.argmax(np.abs(found))]
-    whole = np.round(found)
-    return np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found)
 
 
 @functools.lru_cache(maxsize=16)

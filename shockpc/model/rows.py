@@ -75,30 +75,43 @@ def block_axes(state: Dynamics, block: Block) -> Array:
 
 def row_jacobian(state: Dynamics, blocks: Sequence[Block]) -> Array:
     """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4)."""
-    return np.concatenate([_rows(state, block, False) for block in blocks], axis=1)
+    return np.concatenate([_rows(state, block) for block in blocks], axis=1)
 
 
 def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
-    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a share of its terms."""
-    return np.concatenate([_rows(state, block, True) for block in blocks], axis=1)
+    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a share of its terms.
+
+    They are lengths of vectors, not of their components: a rotation spreads the rounding of a vector over all its components, so
+    the speed of a planar robot across its plane is a rounding error of the speed in it.
+    """
+    angular, linear = np.linalg.norm(state.J[:, :3], axis=1), np.linalg.norm(state.J[:, 3:], axis=1)
+    # The linear part of a rotating joint is a product of its axis and its place, which may be parallel.
+    place = np.linalg.norm(state.position, axis=-1)[:, np.argmax(state.moves, axis=0)]
+    linear = np.maximum(linear, angular * place)
+    terms = []
+    for block in blocks:
+        r = np.linalg.norm(block_point(state, block), axis=-1)[:, None]
+        moved = _moved(state, block) != 0.0
+        of_forces, of_moments = (r * angular + linear) * moved, angular * moved
+        terms += [of_forces] * len(block.forces) + [of_moments] * len(block.moments)
+    return np.stack(terms, axis=1)
 
 
-def _rows(state: Dynamics, block: Block, sizes: bool) -> Array:
-    """The power of the wrenches of one block, (r × a, a) for a force and (a, 0) for a moment, or the sizes of its terms."""
+def _rows(state: Dynamics, block: Block) -> Array:
+    """The power of the wrenches of one block: (r × a, a) for a force and (a, 0) for a moment."""
     n = len(block.forces)
     axes, r, J = block_axes(state, block), block_point(state, block)[:, None, :], state.J
-    if sizes:
-        axes, r, J = np.abs(axes), np.abs(r), np.abs(J)
     forces = axes[:, :n]
     x, y, z = r[..., 0], r[..., 1], r[..., 2]
     a, b, c = forces[..., 0], forces[..., 1], forces[..., 2]
-    s = 1.0 if sizes else -1.0
-    moments = np.stack([y * c + s * (z * b), z * a + s * (x * c), x * b + s * (y * a)], axis=-1)
+    moments = np.stack([y * c - z * b, z * a - x * c, x * b - y * a], axis=-1)
     speeds = moments @ J[:, :3] + forces @ J[:, 3:]
     if len(block.moments):
         speeds = np.concatenate([speeds, axes[:, n:] @ J[:, :3]], axis=1)
-    ends = state.moves[[body for body in (block.body, block.other) if body >= 0]].astype(float)
-    sign = ends[0] if len(ends) == 1 else ends[0] - ends[1]
-    if block.body < 0:
-        sign = -sign
-    return np.asarray(speeds * (np.abs(sign) if sizes else sign))
+    return np.asarray(speeds * _moved(state, block))
+
+
+def _moved(state: Dynamics, block: Block) -> Array:
+    """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
+    body, other = (np.where(end < 0, 0.0, state.moves[end].astype(float)) for end in (block.body, block.other))
+    return np.asarray(body - other)

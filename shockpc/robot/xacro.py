@@ -14,7 +14,7 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -48,7 +48,8 @@ def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, s
             folders, or xacro cannot expand it within the limits.
     """
     name = folders.file.name
-    declared = set(_arguments(markup.text, markup.root))
+    declared: dict[str, bool] = {}
+    _declare(declared, markup.text, markup.root)
     libraries = {
         str(Path(spec.origin).parent.parent) for spec in map(importlib.util.find_spec, ("xacro", "yaml")) if spec and spec.origin
     }
@@ -67,6 +68,11 @@ def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, s
             "that grows without end"
         )
     if "error" in answer:
+        missing = sorted(each for each, has_default in declared.items() if not has_default and each not in arguments)
+        if missing and "has no value" in answer["error"]:
+            listed, typed = ", ".join(f'"{each}"' for each in missing), " ".join(f"--xacro {each}:=VALUE" for each in missing)
+            verb = "has" if len(missing) == 1 else "have"
+            raise RobotError(f"{name}: xacro argument{'s' * (len(missing) > 1)} {listed} {verb} no value; give: {typed}")
         raise RobotError(answer["error"])
     for argument in arguments:
         if argument not in declared:
@@ -75,7 +81,7 @@ def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, s
     return answer["urdf"], tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
 
 
-def _run(request: dict[str, Any], folders: OpenFolders, declared: set[str]) -> tuple[dict[str, Any] | None, bool]:
+def _run(request: dict[str, Any], folders: OpenFolders, declared: dict[str, bool]) -> tuple[dict[str, Any] | None, bool]:
     """The child's result, None without one; and whether it ended in time."""
     answer, in_time = None, True
     with (
@@ -101,7 +107,7 @@ def _run(request: dict[str, Any], folders: OpenFolders, declared: set[str]) -> t
 
 
 def _converse(
-    child: "subprocess.Popen[str]", request: dict[str, Any], folders: OpenFolders, declared: set[str]
+    child: "subprocess.Popen[str]", request: dict[str, Any], folders: OpenFolders, declared: dict[str, bool]
 ) -> dict[str, Any] | None:
     """Answer the child's questions until it has a result; None if it dies."""
     assert child.stdin is not None
@@ -127,14 +133,14 @@ def _converse(
         return None
 
 
-def _read(filename: str, folders: OpenFolders, declared: set[str]) -> str | None:
+def _read(filename: str, folders: OpenFolders, declared: dict[str, bool]) -> str | None:
     """The text of a file that a document names, None if it does not exist; its arguments are added to those declared."""
     place = folders.resolve(Path(filename), filename)
     if not os.path.exists(place):
         return None
     text = read_text(place)
     if text.startswith("<"):
-        declared.update(_arguments(text, parse_xml(text, place.name)))
+        _declare(declared, text, parse_xml(text, place.name))
     return text
 
 
@@ -149,13 +155,14 @@ def _find(package: str, folders: OpenFolders) -> str:
     return str(folder)
 
 
-def _arguments(text: str, root: Element) -> Iterator[str]:
-    """The arguments that a xacro document declares or uses."""
-    yield from (element.get("name", "") for element in root.iter("xacro:arg"))
-    yield from re.findall(r"\$\(\s*arg\s+([^\s)]+)\s*\)", text)
+def _declare(declared: dict[str, bool], text: str, root: Element) -> None:
+    """Add the arguments that a xacro document declares, which have a default, and those that it uses."""
+    declared.update((element.get("name", ""), True) for element in root.iter("xacro:arg"))
+    for name in re.findall(r"\$\(\s*arg\s+([^\s)]+)\s*\)", text):
+        declared.setdefault(name, False)
 
 
-def _unknown_argument(argument: str, declared: set[str], name: str) -> RobotError:
+def _unknown_argument(argument: str, declared: Mapping[str, bool], name: str) -> RobotError:
     """The error for an argument that the file does not have."""
     if not declared:
         return RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… has no effect; leave it out")

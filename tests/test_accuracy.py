@@ -1,0 +1,399 @@
+"""Proven numbers and what is reported of them: bounds, errors of double precision, sensitivity to the data, dependent rows."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from random_landings import random_landing
+from robot_texts import LIMIT, joint, link, urdf
+from trees import known_robot, robot_from
+
+from shockpc.bench.build import Link, box, robot_of
+from shockpc.bench.cases import family
+from shockpc.bench.cases.chains import OBLIQUE, bent, chain, chain_end
+from shockpc.errors import ShockError
+from shockpc.exact.balls import balls
+from shockpc.exact.proof import Enclosure
+from shockpc.landing import resolve
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
+from shockpc.model.posture import Posture
+from shockpc.profile import ILL_CONDITIONED, shock_maps, shock_profile
+from shockpc.results.accuracy import double_error, rotation_lengths
+from shockpc.scene import Scene, Strike
+
+ROUNDING = 2.3e-16
+X, Y, Z = np.eye(3)
+FEET = ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT")
+
+
+def kinds(profile):
+    """Kinds of the warnings that concern arithmetic."""
+    return {warning.kind for warning in profile.health.warnings} & {"rank", "data"}
+
+
+def true_errors(profile, jumps):
+    """Error (nb,) of jumps (nb, 6) against 2048 bits, relative to each body's motion: |v|² + (radius of gyration · |ω|)²."""
+    length = rotation_lengths(profile.landing)
+    weight = np.concatenate([np.repeat(length[:, None], 3, axis=1), np.ones((len(length), 3))], axis=1)
+
+    def read(impact):
+        exact = impact.body_jumps[..., 3]
+        off = (exact - balls(jumps)) * balls(weight)
+        size = np.sum((exact * balls(weight)) ** 2, axis=1)
+        return [float((sum(part, 0 * s) / s).sqrt()) if s > 0 else 0.0 for part, s in zip(off**2, size, strict=True)]
+
+    return np.array(Enclosure(profile.proof.enclosure.inputs).read(read, bits=2048))
+
+
+# Stiff and extreme robots
+
+
+def ratio(size, heavy_root, struck):
+    """Six links whose masses span a ratio, struck at one end."""
+    masses = np.geomspace(1.0, size, 6)
+    robot = chain(masses[::-1] if heavy_root else masses, np.full(6, 0.4))
+    frame, offset = ("link0", (0.0, 0.0, 0.0)) if struck == "root" else chain_end(robot, 0.4)
+    return robot, Scene(robot="chain", posture=bent(robot), strike=OBLIQUE, contact=(Contact(frame=frame, offset=offset),))
+
+
+def armature(**inertias):
+    """An ANYmal with reflected inertias."""
+    scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), joints=Joints(armature=inertias))
+    return known_robot("anymal_b"), scene
+
+
+def nearly_straight(bend, pitch):
+    """A leg on a fixed base, so many radians from straight, struck along itself or beside."""
+    posture = Posture(reference="neutral", base_rpy_deg=(0.0, pitch, 0.0), joints={"hind_knee": bend})
+    return known_robot("quadruped"), Scene(
+        robot="quadruped", base="fixed", posture=posture, contact=(Contact(frame="hind_foot", directions=("x", "z")),)
+    )
+
+
+def long_chain(n, struck="root"):
+    """So many equal links."""
+    robot = chain(np.full(n, 1.0), np.full(n, 0.2))
+    frame, offset = ("link0", (0.0, 0.0, 0.0)) if struck == "root" else chain_end(robot, 0.2)
+    posture = bent(robot, 1.0 / np.sqrt(n))
+    return robot, Scene(robot="chain", posture=posture, strike=OBLIQUE, contact=(Contact(frame=frame, offset=offset),))
+
+
+def scaled(mass, length, thickness=0.3):
+    """Four boxes of one shape."""
+    sides = (thickness * length, 0.7 * thickness * length, length)
+    root = Link(-1, "", np.zeros(3), Y, mass, 0.5 * length * Z, box(mass, sides))
+    arms = [
+        Link(k, "revolute", length * Z, (Y, X)[k % 2], mass / 3, length * (0.5 * Z + 0.1 * Y), box(mass / 3, sides))
+        for k in range(3)
+    ]
+    posture = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"joint1": 0.3, "joint2": -0.4, "joint3": 1.0})
+    contact = Contact(frame="link3", offset=(0.0, 0.0, length))
+    return robot_of([root, *arms], "boxes"), Scene(robot="boxes", posture=posture, strike=OBLIQUE, contact=(contact,))
+
+
+RATIOS = [(ratio, 10.0**n, heavy, struck) for n in (10, 20) for heavy in (False, True) for struck in ("root", "end")]
+LEGS = [(nearly_straight, bend, pitch) for bend in (1e-3, 1e-6, 1e-9) for pitch in (0.0, 10.0)]
+SIZES = ((1e-6, 1e-3, 0.3), (1e-6, 1e3, 0.3), (1e6, 1e-2, 0.3), (1e6, 1e2, 0.3), (1.0, 1e4, 1e-6), (1.0, 1e-4, 1e-6))
+EXTREMES = {
+    **{f"mass ratio {n:g}, heavy root {h}, struck at the {s}": (build, n, h, s) for build, n, h, s in RATIOS},
+    **{f"armature 1e{n} on every joint": (lambda a: armature(**{"*": a}), 10.0**n) for n in (-18, -15, -6, 0, 6, 12)},
+    "armature over 30 decades": (lambda: armature(LF_HAA=1e-18, LF_HFE=1e12, LF_KFE=1.0, RH_KFE=1e12, RH_HFE=1e-18),),
+    **{f"a leg {bend:g} from straight, pitch {pitch:g}": (build, bend, pitch) for build, bend, pitch in LEGS},
+    "200 links struck at the root": (long_chain, 200),
+    "200 links struck at the end": (long_chain, 200, "end"),
+    **{f"{mass:g} kg, {length:g} m, thickness {t:g}": (scaled, mass, length, t) for mass, length, t in SIZES},
+}
+
+
+@pytest.mark.parametrize("name", EXTREMES)
+def test_extreme_robots_get_proven_numbers(name):
+    """The error against 2048 bits is below the proven bound, the bound is that of rounding to doubles, and there is no warning."""
+    build, *values = EXTREMES[name]
+    robot, scene = build(*values)
+    profile = shock_profile(scene, robot)
+    bounds = np.array(profile.health.body_error_bounds)
+    assert profile.health.error_bound == bounds.max() <= ROUNDING
+    assert np.all(true_errors(profile, profile.proof.jumps[..., 3]) <= bounds)
+    assert kinds(profile) == set()
+
+
+@pytest.mark.parametrize("name", ["mass ratio 1e+10, heavy root False, struck at the end", "a leg 1e-06 from straight, pitch 10"])
+def test_the_error_of_double_precision_is_the_true_one(name):
+    """Reported error of the solution in double precision, against 2048 bits; and that of a solution with a known error."""
+    build, *values = EXTREMES[name]
+    robot, scene = build(*values)
+    profile = shock_profile(scene, robot)
+    moves = np.abs(profile.delta_v).sum(axis=1) + np.abs(profile.delta_omega).sum(axis=1) > 0.0
+    true = true_errors(profile, profile.solution.jumps[..., 3])[moves]
+    assert 1e-8 < profile.health.double_error == pytest.approx(true.max(), rel=1e-6)
+    for share in (1e-3, 1e-9):
+        off = profile.proof.jumps[..., 3] * (1.0 + share)
+        assert double_error(profile.landing, profile.proof, off) == pytest.approx(share, rel=1e-6)
+
+
+@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.floats(-1e3, 1e3).filter(lambda d: abs(d) > 1e-3), st.floats(0.0, 1.0))
+def test_a_body_has_the_doubles_nearest_to_its_closed_form(mass, inertia, d, e):
+    """Struck without friction at a distance d from its centre: Δω = −(1 + e) v m d / (I + m d²), Δv = (1 + e) v I / (I + m d²)."""
+    moments = f'<inertia ixx="{inertia!r}" ixy="0" ixz="0" iyy="{inertia!r}" iyz="0" izz="{inertia!r}"/>'
+    robot = robot_from(urdf(link("body", mass=repr(mass), inertia=moments)))
+    contact = Contact(frame="body", offset=(d, 0.0, 0.0), directions=("z",), restitution=e)
+    profile = shock_profile(Scene(robot="body", contact=(contact,)), robot)
+    m, distance, I = Fraction(robot.bodies[0].mass), Fraction(d), Fraction(robot.bodies[0].inertia[1, 1])  # noqa: E741
+    whole = (1 + Fraction(e)) / (I + m * distance**2)
+    assert profile.delta_omega[0].tolist() == [0.0, float(-whole * m * distance), 0.0]
+    assert profile.delta_v[0].tolist() == [0.0, 0.0, float(whole * I)]
+
+
+# Joints that follow others, and joints without load
+
+
+def followers(multiplier, mass, at=""):
+    """A base with an arm, and two links that follow the arm: one on the base, the other on the first, or on the base too."""
+    moments = '<inertia ixx="2" ixy="0" ixz="0" iyy="2" iyz="0" izz="2"/>'
+    place = '<origin xyz="0.1 0 -0.2"/>'
+
+    def follow(leader):
+        return f'{LIMIT}{place}<mimic joint="{leader}" multiplier="{multiplier!r}"/>'
+
+    more = [link("b", mass) if mass else '<link name="b"/>', link("c", mass) if mass else '<link name="c"/>']
+    more += [joint("jb", "base", "b", more=follow("ja")), joint("jc", at, "c", axis="1 0 0", more=follow("jb"))]
+    return robot_from(
+        urdf(link("base"), link("a", inertia=moments), joint("ja", "base", "a", more=LIMIT + place), *(more if at else []))
+    )
+
+
+@pytest.mark.parametrize("multiplier", [1.0, -1.0, 0.5])
+@pytest.mark.parametrize("at", ["base", "b"])
+def test_massless_followers_change_nothing(multiplier, at):
+    """Neither in a chain nor on a leader whose inertia is the mass of the robot."""
+    scene = Scene(robot="r", contact=(Contact(frame="a", offset=(0.1, 0.2, -0.3)),), posture=Posture(joints={"ja": 0.3}))
+    alone, led = (shock_profile(scene, followers(multiplier, 0, where)) for where in ("", at))
+    i, k = led.bodies.index("a"), alone.bodies.index("a")
+    np.testing.assert_allclose(led.delta_v[[0, i]], alone.delta_v[[0, k]], rtol=1e-15, atol=1e-16)
+    np.testing.assert_allclose(led.delta_omega[[0, i]], alone.delta_omega[[0, k]], rtol=1e-15, atol=1e-16)
+    rates = {name: led.delta_qd[led.robot.joint(name).v][0] for name in led.robot.joint_names}
+    assert rates["jb"] == multiplier * rates["ja"]
+    assert rates["jc"] == multiplier * rates["jb"]
+    assert led.health.double_error < 1e-12
+
+
+def test_a_body_on_a_floating_joint_feels_nothing():
+    """Six free velocities carry no impulse."""
+    robot = robot_from(urdf(link("base"), link("loose"), joint("six", "base", "loose", "floating", more="")))
+    profile = shock_profile(Scene(robot="r", contact=(Contact(frame="base", offset=(0.1, 0.2, -0.3)),)), robot)
+    assert not profile.delta_v[1].any()
+    assert not profile.delta_omega[1].any()
+    assert profile.delta_v[0].any()
+
+
+def test_a_foot_that_receives_no_impulse_needs_no_hold():
+    """Another leg of a robot on a fixed base stands: the impulse along its rows is zero, beside rows that depend on others."""
+    scene = Scene(robot="quadruped", base="fixed", contact=(Contact(frame="hind_foot"),), stance=("front_foot",))
+    profile = shock_profile(scene, known_robot("quadruped"))
+    assert profile.stance[0].impulse.tolist() == [0.0, 0.0, 0.0]
+    assert profile.health.warnings == ()
+
+
+# Many postures
+
+
+def assert_maps_are_those_of_the_proof(profile):
+    """Maps in double precision: within 1e-9 of each body's motion unless flagged; flagged are dependent rows and ill conditions."""
+    found = shock_maps(profile.landing, profile.q[None])
+    exact = (profile.rotation[:, None] @ profile.maps.reshape(-1, 2, 3, 3)).reshape(-1, 6, 3)
+    weight = np.repeat([rotation_lengths(profile.landing), np.ones(len(exact))], 3, axis=0).T[..., None]
+    size, off = (np.linalg.norm(weight * part, axis=(1, 2)) for part in (exact, found.maps[0] - exact))
+    moves = size > 1e-13 * size.max()
+    error = float(np.max(off[moves] / size[moves], initial=0.0))
+    assert found.prove[0] == (found.rank[0] < profile.health.rows or found.condition[0] > ILL_CONDITIONED)
+    assert found.rank[0] == profile.health.rank
+    if not found.prove[0]:
+        assert error <= 1e-9
+        # Bodies that hardly move lose more digits than the fastest.
+        assert np.max(off) <= 1e-12 * max(1.0, found.condition[0] / 1e2) * size.max()
+    return error
+
+
+@pytest.mark.parametrize("block", range(10))
+def test_maps_are_those_of_the_proof_unless_flagged(block):
+    """Random trees with every kind of joint, mimic joints, loops, armature, locked joints, stance, every base."""
+    for number in range(20 * block, 20 * block + 20):
+        robot, scene = random_landing(number)
+        try:
+            profile = shock_profile(scene, robot)
+        except ShockError:
+            continue
+        assert_maps_are_those_of_the_proof(profile)
+
+
+@pytest.mark.parametrize(
+    "joints", [Joints(), Joints(armature={"*": 0.05}), Joints(model="locked")], ids=["free", "geared", "locked"]
+)
+@pytest.mark.parametrize("base", ["free", "planar", "fixed"])
+@pytest.mark.parametrize(
+    ("name", "feet"), [("anymal_b", FEET[:1]), ("anymal_b", FEET), ("talos", ("left_sole_link",)), ("solo12", ("FL_FOOT",))]
+)
+def test_ordinary_robots_have_no_warning_of_arithmetic(name, feet, base, joints):
+    if joints.model == "locked" and base != "free":
+        return
+    scene = Scene(robot=name, contact=tuple(Contact(frame=foot) for foot in feet), joints=joints, base=base)
+    try:
+        profile = shock_profile(scene, known_robot(name))
+    except ShockError as refusal:
+        assert "cannot be stopped" in str(refusal)  # noqa: PT017 - a planar or fixed base cannot follow every direction
+        return
+    assert kinds(profile) == set()
+    assert profile.health.data_sensitivity < 1e-11
+    assert assert_maps_are_those_of_the_proof(profile) < 1e-10
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["mass ratio 1e+20, heavy root False, struck at the end", "a leg 1e-09 from straight, pitch 0", "200 links struck at the end"],
+)
+def test_ill_conditioned_postures_are_flagged(name):
+    build, *values = EXTREMES[name]
+    robot, scene = build(*values)
+    assert shock_maps(resolve(scene, robot), resolve(scene, robot).q[None]).prove.all()
+
+
+def test_a_linkage_that_is_nearly_flat_is_flagged():
+    """Its rows are small differences: the bodies are known to 1e-8 only, however well the rows are conditioned."""
+    for case in family("flat four-bar").cases():
+        robot, scene = case.build()
+        try:
+            profile = shock_profile(scene, robot)
+        except ShockError:
+            continue
+        assert_maps_are_those_of_the_proof(profile)
+
+
+def test_many_postures_are_each_posture_alone():
+    robot = known_robot("anymal_b")
+    landing = resolve(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), robot)
+    Q = np.repeat(landing.q[None], 300, axis=0)
+    Q[:, 7:] += np.random.default_rng(0).uniform(-0.3, 0.3, Q[:, 7:].shape)
+    whole = shock_maps(landing, Q)
+    for k in (0, 255, 256, 299):
+        np.testing.assert_allclose(whole.maps[k], shock_maps(landing, Q[k : k + 1]).maps[0], rtol=1e-12, atol=1e-13)
+    assert not whole.prove.any()
+
+
+# What arithmetic cannot decide
+
+
+def at_a_hinge(distance, seed):
+    """A chain that lands with both links of one hinge, on points that far from it, and on its end."""
+    rng = np.random.default_rng(seed)
+    robot = chain(np.full(4, 1.0), np.full(4, 0.4))
+    a, b = distance * rng.normal(size=(2, 3))
+    contacts = (
+        Contact(frame="link2", offset=tuple(a.tolist())),
+        Contact(frame="link1", offset=(float(b[0]), float(b[1]), 0.4 + float(b[2]))),
+        Contact(frame="link3"),
+    )
+    posture = Posture(
+        base_rpy_deg=tuple(rng.uniform(-90, 90, 3).tolist()), joints={name: float(rng.uniform(-1, 1)) for name in robot.joint_names}
+    )
+    return robot, Scene(robot="chain", contact=contacts, posture=posture)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 5])
+@pytest.mark.parametrize(
+    ("distance", "uncertain"), [(0.0, False), (1e-13, True), (1e-12, True), (1e-9, False), (1e-6, False), (1e-3, False)]
+)
+def test_rows_whose_independence_is_rounding_are_reported(distance, uncertain, seed):
+    """Two contacts at one hinge: the same point, points that rounding may take for one, and two points."""
+    robot, scene = at_a_hinge(distance, seed)
+    profile = shock_profile(scene, robot)
+    assert ("rank" in kinds(profile)) == uncertain
+    assert profile.health.error_bound <= ROUNDING
+
+
+def test_a_direction_in_which_rounding_decides_whether_it_moves_is_reported():
+    assert kinds(shock_profile(*reversed(nearly_straight(1e-12, 0.0)))) == {"rank"}
+
+
+def slab(*offsets):
+    robot = robot_from(urdf(link("slab", mass="2")))
+    return robot, Scene(robot="slab", contact=tuple(Contact(frame="slab", offset=offset) for offset in offsets))
+
+
+def nearly_on_the_centre(beside):
+    moments = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
+    robot = robot_from(urdf(f'<link name="body"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>{moments}</inertial></link>'))
+    return robot, Scene(robot="body", contact=(Contact(frame="body", offset=(0.3 + beside, 0.0, -0.1)),))
+
+
+def drawn_in(approach):
+    """A robot falls at 3 m/s and draws its foot in so fast that the foot approaches the ground at `approach`."""
+    robot = known_robot("anymal_b")
+    contact = (Contact(frame="LF_FOOT", directions=("z",)),)
+
+    def falling(rate):
+        return Scene(robot="anymal_b", contact=contact, strike=Strike(velocity=(0.0, 0.0, -3.0), joint_velocities={"LF_KFE": rate}))
+
+    one, two = (float(shock_profile(falling(rate), robot).contacts[0].approach[2]) for rate in (0.0, 1.0))
+    return robot, falling((-approach - one) / (two - one))
+
+
+def hardly_moving(speed):
+    """Two rods, one up and one down: their centre of mass, by whose speed shock is divided, moves at `speed`."""
+    robot = chain(np.full(2, 1.0), np.full(2, 0.4))
+    posture = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"joint1": 0.8})
+
+    def moving(velocity):
+        strike = Strike(velocity=tuple(velocity), joint_velocities={"joint1": -2.0})
+        return Scene(robot="chain", contact=(Contact(frame="link0"),), strike=strike, v_in="com", posture=posture)
+
+    profile = shock_profile(moving((0.0, 0.0, -9.0)), robot)
+    found = profile.proof.enclosure.read(lambda impact: impact.velocities_before((0, 1), robot.coms).astype(float))
+    x, y, z = found.mean(axis=0)
+    return robot, moving((-x, -y, -9.0 - z - speed))
+
+
+@pytest.mark.parametrize(
+    ("case", "small", "large", "words"),
+    [
+        (lambda d: slab((0.3, 0.1, -0.1), (0.3 + d, 0.1 + d, -0.1)), 3e-9, 1e-3, ('body "slab"', "contact points")),
+        (nearly_on_the_centre, 3e-9, 1e-3, ("radius of percussion", 'body "body"')),
+        (drawn_in, 1e-8, 1e-1, ("result of body",)),
+        (hardly_moving, 1e-8, 1.0, ("speed before the impact",)),
+    ],
+    ids=["contacts close together", "strike near the centre of mass", "slow approach", "slow centre of mass"],
+)
+def test_results_that_hang_on_the_last_digits_of_the_data_are_reported(case, small, large, words):
+    """A small difference of large data: the numbers are those of the file, proven, and a warning names what they depend on."""
+    robot, scene = case(small)
+    profile = shock_profile(scene, robot)
+    assert profile.health.error_bound <= ROUNDING
+    told = [warning for warning in profile.health.warnings if warning.kind == "data"]
+    assert any(all(word in str(warning) for word in words) for warning in told)
+    assert all(warning.value > 1e-9 for warning in told)
+    assert kinds(shock_profile(*reversed(case(large)))) == set()
+
+
+def test_the_sensitivity_is_what_a_change_of_the_data_does():
+    """A change of one datum in its last digit moves no body by much more than reported."""
+    robot, scene = slab((0.3, 0.1, -0.1), (0.3 + 1e-7, 0.1 + 1e-7, -0.1))
+    profile = shock_profile(scene, robot)
+    second = replace(scene.contact[1], offset=(float(np.nextafter(0.3 + 1e-7, 1.0)), 0.1 + 1e-7, -0.1))
+    moved = shock_profile(replace(scene, contact=(scene.contact[0], second)), robot)
+    change = true_errors(profile, moved.proof.jumps[..., 3]).max()
+    assert 1e-11 < change <= 10.0 * profile.health.data_sensitivity
+
+
+@pytest.mark.parametrize("yaw", [0.0, 20.0, 33.3, 47.0])
+def test_a_foot_at_the_centre_of_percussion_needs_no_friction(yaw):
+    """Its impulse is zero, which arithmetic only narrows down: there is none, and no friction."""
+    moments = '<inertia ixx="0.75" ixy="0" ixz="0" iyy="0.75" iyz="0" izz="0.75"/>'
+    body = f'<link name="rod"><inertial><origin xyz="0.5 0 0"/><mass value="3"/>{moments}</inertial></link>'
+    robot = robot_from(urdf(body))
+    contact = Contact(frame="rod", offset=(1.0, 0.0, 0.0), directions=("z",))
+    posture = Posture(base_rpy_deg=(0.0, 0.0, yaw))
+    foot = shock_profile(Scene(robot="r", contact=(contact,), stance=("rod",), posture=posture), robot).stance[0]
+    assert (foot.impulse.tolist(), foot.friction_needed) == ([0.0, 0.0, 0.0], None)
