@@ -120,7 +120,7 @@ def sweep(
 
 def _sweep(robot: str, options: SceneOptions, varied: SweepOptions) -> "Sweep":
     """The sweep that the options describe."""
-    from shockpc.cli.scenes import scenes_from
+    from shockpc.cli.scenes import point_from, scenes_from
     from shockpc.errors import StudyError
     from shockpc.studies.sweep import sweep_of
     from shockpc.trace import Trace
