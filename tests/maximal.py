@@ -22,6 +22,7 @@ import mpmath
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.spatial import quaternion_of
 from shockpc.model.closure import loop_of
 
 DIGITS, MOST_DIGITS = 100, 3200
@@ -141,10 +142,7 @@ class _Mechanism:
 
     def orthogonal(self, values):
         """The rotation of the quaternion that is read from nine doubles, which are orthogonal to rounding only."""
-        quaternion = pin.Quaternion(np.array(values)).coeffs()
-        quaternion = quaternion / quaternion[np.argmax(np.abs(quaternion))]
-        whole = np.round(quaternion)
-        return self.quaternion(self.exact(np.where(np.abs(quaternion - whole) < 4.0 * np.finfo(float).eps, whole, quaternion)))
+        return self.quaternion(self.exact(quaternion_of(np.array(values))))
 
     def turned(self, axis, cosine, sine):
         """Rotation about a unit axis (Rodrigues)."""

@@ -1,4 +1,4 @@
-"""Proven numbers and what is said about them: bounds, the error of double precision, the sensitivity to the data, dependent rows."""
+"""Proven numbers and what is reported of them: bounds, errors of double precision, sensitivity to the data, dependent rows."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -12,6 +12,7 @@ from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.bench.build import Link, box, robot_of
+from shockpc.bench.cases import family
 from shockpc.bench.cases.chains import OBLIQUE, bent, chain, chain_end
 from shockpc.errors import ShockError
 from shockpc.exact.balls import balls
@@ -94,16 +95,18 @@ def scaled(mass, length, thickness=0.3):
     return robot_of([root, *arms], "boxes"), Scene(robot="boxes", posture=posture, strike=OBLIQUE, contact=(contact,))
 
 
+RATIOS = [(ratio, 10.0**n, heavy, struck) for n in (10, 20) for heavy in (False, True) for struck in ("root", "end")]
+LEGS = [(nearly_straight, bend, pitch) for bend in (1e-3, 1e-6, 1e-9) for pitch in (0.0, 10.0)]
+SIZES = ((1e-6, 1e-3, 0.3), (1e-6, 1e3, 0.3), (1e6, 1e-2, 0.3), (1e6, 1e2, 0.3), (1.0, 1e4, 1e-6), (1.0, 1e-4, 1e-6))
 EXTREMES = {
-    **{f"mass ratio 1e{n}, heavy root {h}, struck at the {s}": (ratio, 10.0**n, h, s) for n in (10, 20) for h in (False, True) for s in ("root", "end")},
+    **{f"mass ratio {n:g}, heavy root {h}, struck at the {s}": (build, n, h, s) for build, n, h, s in RATIOS},
     **{f"armature 1e{n} on every joint": (lambda a: armature(**{"*": a}), 10.0**n) for n in (-18, -15, -6, 0, 6, 12)},
     "armature over 30 decades": (lambda: armature(LF_HAA=1e-18, LF_HFE=1e12, LF_KFE=1.0, RH_KFE=1e12, RH_HFE=1e-18),),
-    **{f"a leg {bend:g} from straight, pitch {pitch:g}": (nearly_straight, bend, pitch) for bend in (1e-3, 1e-6, 1e-9) for pitch in (0.0, 10.0)},
+    **{f"a leg {bend:g} from straight, pitch {pitch:g}": (build, bend, pitch) for build, bend, pitch in LEGS},
     "200 links struck at the root": (long_chain, 200),
     "200 links struck at the end": (long_chain, 200, "end"),
-    **{f"{mass:g} kg, {length:g} m, thickness {t:g}": (scaled, mass, length, t) for mass, length, t in (
-        (1e-6, 1e-3, 0.3), (1e-6, 1e3, 0.3), (1e6, 1e-2, 0.3), (1e6, 1e2, 0.3), (1.0, 1e4, 1e-6), (1.0, 1e-4, 1e-6))},
-}  # fmt: skip
+    **{f"{mass:g} kg, {length:g} m, thickness {t:g}": (scaled, mass, length, t) for mass, length, t in SIZES},
+}
 
 
 @pytest.mark.parametrize("name", EXTREMES)
@@ -118,7 +121,7 @@ def test_extreme_robots_get_proven_numbers(name):
     assert kinds(profile) == set()
 
 
-@pytest.mark.parametrize("name", ["mass ratio 1e10, heavy root False, struck at the end", "a leg 1e-06 from straight, pitch 10"])
+@pytest.mark.parametrize("name", ["mass ratio 1e+10, heavy root False, struck at the end", "a leg 1e-06 from straight, pitch 10"])
 def test_the_error_of_double_precision_is_the_true_one(name):
     """Reported error of the solution in double precision, against 2048 bits; and that of a solution with a known error."""
     build, *values = EXTREMES[name]
@@ -134,15 +137,15 @@ def test_the_error_of_double_precision_is_the_true_one(name):
 
 @given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.floats(-1e3, 1e3).filter(lambda d: abs(d) > 1e-3), st.floats(0.0, 1.0))
 def test_a_body_has_the_doubles_nearest_to_its_closed_form(mass, inertia, d, e):
-    """Struck without friction at a distance d beside its centre: Δω = −(1 + e) v m d / (I + m d²), Δv = (1 + e) v I / (I + m d²)."""
+    """Struck without friction at a distance d from its centre: Δω = −(1 + e) v m d / (I + m d²), Δv = (1 + e) v I / (I + m d²)."""
     moments = f'<inertia ixx="{inertia!r}" ixy="0" ixz="0" iyy="{inertia!r}" iyz="0" izz="{inertia!r}"/>'
     robot = robot_from(urdf(link("body", mass=repr(mass), inertia=moments)))
     contact = Contact(frame="body", offset=(d, 0.0, 0.0), directions=("z",), restitution=e)
     profile = shock_profile(Scene(robot="body", contact=(contact,)), robot)
-    m, distance, I = Fraction(robot.bodies[0].mass), Fraction(d), Fraction(robot.bodies[0].inertia[1, 1])  # noqa: E741
-    whole = (1 + Fraction(e)) / (I + m * distance**2)
+    m, distance, moment = Fraction(robot.bodies[0].mass), Fraction(d), Fraction(robot.bodies[0].inertia[1, 1])
+    whole = (1 + Fraction(e)) / (moment + m * distance**2)
     assert profile.delta_omega[0].tolist() == [0.0, float(-whole * m * distance), 0.0]
-    assert profile.delta_v[0].tolist() == [0.0, 0.0, float(whole * I)]
+    assert profile.delta_v[0].tolist() == [0.0, 0.0, float(whole * moment)]
 
 
 # Joints that follow others, and joints without load
@@ -238,11 +241,7 @@ def test_ordinary_robots_have_no_warning_of_arithmetic(name, feet, base, joints)
     if joints.model == "locked" and base != "free":
         return
     scene = Scene(robot=name, contact=tuple(Contact(frame=foot) for foot in feet), joints=joints, base=base)
-    try:
-        profile = shock_profile(scene, known_robot(name))
-    except ShockError as refusal:
-        assert "cannot be stopped" in str(refusal)  # noqa: PT017 - a planar or fixed base cannot follow every direction
-        return
+    profile = shock_profile(scene, known_robot(name))
     assert kinds(profile) == set()
     assert profile.health.data_sensitivity < 1e-11
     assert assert_maps_are_those_of_the_proof(profile) < 1e-10
@@ -250,7 +249,7 @@ def test_ordinary_robots_have_no_warning_of_arithmetic(name, feet, base, joints)
 
 @pytest.mark.parametrize(
     "name",
-    ["mass ratio 1e20, heavy root False, struck at the end", "a leg 1e-09 from straight, pitch 0", "200 links struck at the end"],
+    ["mass ratio 1e+20, heavy root False, struck at the end", "a leg 1e-09 from straight, pitch 0", "200 links struck at the end"],
 )
 def test_ill_conditioned_postures_are_flagged(name):
     build, *values = EXTREMES[name]
@@ -260,8 +259,6 @@ def test_ill_conditioned_postures_are_flagged(name):
 
 def test_a_linkage_that_is_nearly_flat_is_flagged():
     """Its rows are small differences: the bodies are known to 1e-8 only, however well the rows are conditioned."""
-    from shockpc.bench.cases import family
-
     for case in family("flat four-bar").cases():
         robot, scene = case.build()
         try:
@@ -303,7 +300,7 @@ def at_a_hinge(distance, seed):
 
 @pytest.mark.parametrize("seed", [0, 1, 5])
 @pytest.mark.parametrize(
-    ("distance", "uncertain"), [(0.0, False), (3e-15, True), (3e-14, True), (1e-11, False), (1e-6, False), (1e-3, False)]
+    ("distance", "uncertain"), [(0.0, False), (1e-13, True), (1e-12, True), (1e-9, False), (1e-6, False), (1e-3, False)]
 )
 def test_rows_whose_independence_is_rounding_are_reported(distance, uncertain, seed):
     """Two contacts at one hinge: the same point, points that rounding may take for one, and two points."""
@@ -350,17 +347,17 @@ def hardly_moving(speed):
         return Scene(robot="chain", contact=(Contact(frame="link0"),), strike=strike, v_in="com", posture=posture)
 
     profile = shock_profile(moving((0.0, 0.0, -9.0)), robot)
-    impact = profile.proof.enclosure.read(lambda impact: impact.velocities_before((0, 1), robot.coms).astype(float))
-    own = impact.mean(axis=0) + [0.0, 0.0, 9.0]
-    return robot, moving((-own[0], -own[1], -own[2] - speed))
+    found = profile.proof.enclosure.read(lambda impact: impact.velocities_before((0, 1), robot.coms).astype(float))
+    x, y, z = found.mean(axis=0)
+    return robot, moving((-x, -y, -9.0 - z - speed))
 
 
 @pytest.mark.parametrize(
     ("case", "small", "large", "words"),
     [
-        (lambda d: slab((0.3, 0.1, -0.1), (0.3 + d, 0.1, -0.1)), 3e-9, 1e-3, ('body "slab"', "contact points")),
+        (lambda d: slab((0.3, 0.1, -0.1), (0.3 + d, 0.1 + d, -0.1)), 3e-9, 1e-3, ('body "slab"', "contact points")),
         (nearly_on_the_centre, 3e-9, 1e-3, ("radius of percussion", 'body "body"')),
-        (drawn_in, 1e-8, 1e-1, ("body", "motion before the impact")),
+        (drawn_in, 1e-8, 1e-1, ("result of body",)),
         (hardly_moving, 1e-8, 1.0, ("speed before the impact",)),
     ],
     ids=["contacts close together", "strike near the centre of mass", "slow approach", "slow centre of mass"],
@@ -378,9 +375,21 @@ def test_results_that_hang_on_the_last_digits_of_the_data_are_reported(case, sma
 
 def test_the_sensitivity_is_what_a_change_of_the_data_does():
     """A change of one datum in its last digit moves no body by much more than reported."""
-    robot, scene = slab((0.3, 0.1, -0.1), (0.3 + 1e-7, 0.1, -0.1))
+    robot, scene = slab((0.3, 0.1, -0.1), (0.3 + 1e-7, 0.1 + 1e-7, -0.1))
     profile = shock_profile(scene, robot)
-    second = replace(scene.contact[1], offset=(np.nextafter(0.3 + 1e-7, 1.0), 0.1, -0.1))
+    second = replace(scene.contact[1], offset=(float(np.nextafter(0.3 + 1e-7, 1.0)), 0.1 + 1e-7, -0.1))
     moved = shock_profile(replace(scene, contact=(scene.contact[0], second)), robot)
     change = true_errors(profile, moved.proof.jumps[..., 3]).max()
     assert 1e-11 < change <= 10.0 * profile.health.data_sensitivity
+
+
+@pytest.mark.parametrize("yaw", [0.0, 20.0, 33.3, 47.0])
+def test_a_foot_at_the_centre_of_percussion_needs_no_friction(yaw):
+    """Its impulse is zero, which arithmetic only narrows down: there is none, and no friction."""
+    moments = '<inertia ixx="0.75" ixy="0" ixz="0" iyy="0.75" iyz="0" izz="0.75"/>'
+    body = f'<link name="rod"><inertial><origin xyz="0.5 0 0"/><mass value="3"/>{moments}</inertial></link>'
+    robot = robot_from(urdf(body))
+    contact = Contact(frame="rod", offset=(1.0, 0.0, 0.0), directions=("z",))
+    posture = Posture(base_rpy_deg=(0.0, 0.0, yaw))
+    foot = shock_profile(Scene(robot="r", contact=(contact,), stance=("rod",), posture=posture), robot).stance[0]
+    assert (foot.impulse.tolist(), foot.friction_needed) == ([0.0, 0.0, 0.0], None)

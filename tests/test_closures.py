@@ -171,13 +171,6 @@ def test_a_frame_closure_welds_two_bodies():
     assert welded.health.rank == 3 + 1
 
 
-def test_followers_stand_and_move_as_their_leader_does():
-    """At q₂ = −1.5 q₁ + 0.2 and q₃ = 0.5 q₂ − 0.1, and their jumps in proportion."""
-    profile = shock_profile(chain(), followers())
-    np.testing.assert_allclose(profile.q[7:], [0.4, -1.5 * 0.4 + 0.2, 0.5 * (-1.5 * 0.4 + 0.2) - 0.1], atol=1e-15)
-    np.testing.assert_allclose(profile.delta_qd[7:], profile.delta_qd[6] * np.array([-1.5, -0.75]), rtol=1e-14)
-
-
 # A pin in a slot
 
 SLOT = robot_from(

@@ -1,5 +1,7 @@
 """Which joint velocities are free: bases, locked joints and joints that follow others, as columns of G (Eq. 7)."""
 
+import math
+
 import dense
 import numpy as np
 import pinocchio as pin
@@ -7,7 +9,7 @@ import pytest
 import trees
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import body, joint, link, mjcf, urdf
+from robot_texts import LIMIT, body, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError
@@ -15,7 +17,7 @@ from shockpc.landing import resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.profile import impact_of, shock_profile
+from shockpc.profile import impact_jumps, shock_profile
 from shockpc.scene import Scene, Strike
 
 V = np.array([0.3, 0.1, -1.0])
@@ -91,10 +93,20 @@ def test_a_planar_robot_on_a_fixed_base_does_not_move_across_its_plane(mechanism
     robot = robot_from(file.text)
     for contact in contacts:
         landing = resolve(Scene(robot="tree.urdf", base="fixed", contact=(contact,), posture=file.posture), robot)
-        equation, _, impact = impact_of(landing, landing.state)
+        equation, impact, _ = impact_jumps(landing, landing.q[None])
         assert impact.rank[0] <= 2
         assert 1 not in impact.choices[0].rows
         assert np.abs(equation.J_c[0, 1]).max() < 1e-14
+
+
+@given(st.floats(-180.0, 180.0), st.sampled_from(["prismatic", "revolute"]))
+def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
+    """A level slide, or a point on the axis of a level hinge, strikes downwards: rounding of the rotations is no motion."""
+    place = f'<origin xyz="0 0 0" rpy="{-math.radians(angle)} 0 0"/>' + LIMIT
+    robot = robot_from(urdf(link("a"), link("b"), joint("j", "a", "b", kind, "0 1 0", place)))
+    point = Contact(frame="b", offset=(0.0, 0.3, 0.0), directions=("z",))
+    with pytest.raises(SceneError, match=r'"b" cannot be stopped: 1 m/s .* \(0 0 1\)'):
+        shock_profile(Scene(robot="r", base="fixed", contact=(point,), posture=Posture(base_rpy_deg=(angle, 0.0, 0.0))), robot)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["xz", "yz", "xy", (1.0, 2.0, 0.5)]))

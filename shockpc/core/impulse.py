@@ -19,7 +19,7 @@ __all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "is_singular", "so
 EPS = float(np.finfo(float).eps)
 
 WELL = 1e-4
-"""Least pivot of the scaled Delassus matrix from which its rows are independent beyond doubt."""
+"""Least pivot of the scaled Delassus matrix from which its rows are certainly independent."""
 
 LOST = 1e10
 """Condition of the inertia from which the Delassus matrix in double precision no longer tells whether its rows are independent."""
@@ -39,7 +39,7 @@ class Impact(NamedTuple):
         impulse: (N, nc, k) impulse of the ground on the robot along each row [N s]: positive where the row is pushed forward.
         scale: (N, nc) by which each row is brought to unit mobility; zero for a row along which nothing can move.
         rank: (N,) number of independent rows.
-        condition: (N,) estimated factor by which the inertia and the rows enlarge rounding [1].
+        condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the jump that is known worst [1].
         choices: the independent rows of each posture in which some depend on others, or nearly do, by its index.
     """
 
@@ -100,7 +100,9 @@ def solve_impact(H: Array, J_c: Array, b: Array, terms: Callable[[int], Array]) 
         scale = np.where(mobility > 0.0, 1.0 / np.sqrt(np.abs(mobility)), 0.0)
         scaled = A * (scale[:, :, None] * scale[:, None, :])
         pivot = _least_pivot(scaled)
-        well = (pivot > WELL) & (stiffness < LOST) & (mobility.min(axis=-1) > 1e-20 * mobility.max(axis=-1))
+        # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
+        natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
+        well = (pivot > WELL) & (stiffness < LOST) & (mobility.min(axis=-1) > 1e-20 * natural)
         scaled[~well] = np.eye(nc)
         impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
         delta_qd = X @ impulse
@@ -115,7 +117,17 @@ def solve_impact(H: Array, J_c: Array, b: Array, terms: Callable[[int], Array]) 
     rank = np.full(n, nc)
     for k, choice in choices.items():
         rank[k] = len(choice.rows)
-    return Impact(delta_qd, impulse, scale, rank, condition, choices)
+    return Impact(delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices)
+
+
+def _light(size: Array, delta_qd: Array) -> Array:
+    """By how much (N,) the jump of the lightest joint is known worse than that of all, ‖D Δq̇‖ / (min D · max |Δq̇|), D² = diag H.
+
+    Rounding is a share of all that moves, measured with its inertia: a heavy body's may be much for a light one.
+    """
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        moved = np.linalg.norm(size[:, :, None] * delta_qd, axis=1) / np.abs(delta_qd).max(axis=1)
+        return np.asarray(np.fmax(np.nanmax(moved, axis=1, initial=0.0) / size.min(axis=1), 1.0))
 
 
 def _solve(H: Array, B: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Array", "Plane", "cross_matrix", "largest_norm", "plane_from", "read_only", "velocity_at"]
+__all__ = ["Array", "Plane", "cross_matrix", "largest_norm", "plane_from", "quaternion_of", "read_only", "velocity_at"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -75,6 +75,26 @@ def velocity_at(omega: Any, v: Any, r: Any) -> Any:
         r: (..., 3) point from that origin, in the same axes [m].
     """
     return v + np.cross(omega, r)
+
+
+def quaternion_of(rotation: Array) -> Array:
+    """A quaternion (x, y, z, w) of a rotation (3, 3), of any length; quarter turns about an axis, and none, stay exact.
+
+    It is a row of 4 q qᵀ, whose entries are sums of those of the rotation.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    products = np.array(
+        [
+            [1.0 + a - e - i, b + d, c + g, h - f],
+            [b + d, 1.0 - a + e - i, f + h, c - g],
+            [c + g, f + h, 1.0 - a - e + i, d - b],
+            [h - f, c - g, d - b, 1.0 + a + e + i],
+        ]
+    )
+    largest = int(np.argmax(np.diagonal(products)))
+    found = products[largest] / products[largest, largest]
+    whole = np.round(found)
+    return np.asarray(np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found))
 
 
 def largest_norm(values: Array) -> Array:

@@ -5,20 +5,18 @@ loaded, the posture, and the rows that were found independent.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 from flint import arb, ctx
 
 from shockpc.core.spatial import Array, largest_norm
-from shockpc.exact.balls import Balls, PrecisionError, nearest
+from shockpc.exact.balls import PrecisionError, nearest
 from shockpc.exact.equation import SingularError
-from shockpc.exact.kinematics import Tree, data_of, loaded_tree, tree_of
+from shockpc.exact.kinematics import loaded_tree
 from shockpc.exact.solution import ExactImpact, Inputs
-from shockpc.model.motion import Motion
 
-__all__ = ["Enclosure", "Proof", "Sensitivity", "motion", "prove", "sensitivity"]
+__all__ = ["Enclosure", "Proof", "motion", "prove", "rounded"]
 
 T = TypeVar("T")
 
@@ -73,6 +71,7 @@ class Proof(NamedTuple):
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
         bounds: (nb,) proven error of the scene's own jumps relative to each body's motion [1].
+        bits: precision at which they were proven.
     """
 
     enclosure: Enclosure
@@ -80,11 +79,7 @@ class Proof(NamedTuple):
     delta_qd: Array
     impulse: Array
     bounds: Array
-
-    @property
-    def bits(self) -> int:
-        """Precision of the arithmetic."""
-        return self.enclosure.bits
+    bits: int
 
 
 def prove(inputs: Inputs, length: Array) -> Proof:
@@ -99,9 +94,9 @@ def prove(inputs: Inputs, length: Array) -> Proof:
     """
     enclosure = Enclosure(inputs)
     jumps, bounds = enclosure.read(lambda impact: _jumps(impact, length))
-    delta_qd = enclosure.read(lambda impact: _rounded(impact.delta_qd, 1))
-    impulse = enclosure.read(lambda impact: _rounded(impact.impulse.table(), 0))
-    return Proof(enclosure, jumps, delta_qd, impulse, bounds)
+    delta_qd = enclosure.read(lambda impact: rounded(impact.delta_qd))
+    impulse = enclosure.read(lambda impact: rounded(impact.impulse.table(), together=True))
+    return Proof(enclosure, jumps, delta_qd, impulse, bounds, enclosure.bits)
 
 
 def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
@@ -124,99 +119,13 @@ def motion(jumps: Array, length: Array) -> Array:
     return largest_norm(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1))
 
 
-def _rounded(table: "list[list[arb]]", axis: int) -> Array:
-    """Numbers as doubles, each row (axis 1) or all of them (axis 0) of one size."""
+def rounded(table: "list[list[arb]]", together: bool = False) -> Array:
+    """Numbers as doubles. Args: table (n, m); together, whether all of them are of one size, or only those of a row.
+
+    Raises:
+        PrecisionError: a ball is too wide.
+    """
     values = np.array([[float(x) for x in row] for row in table])
     largest = np.abs(values).max(initial=0.0)
-    size = np.maximum(np.abs(values).max(axis=1, keepdims=True), 1e-30 * largest) if axis else largest
+    size = largest if together else np.maximum(np.abs(values).max(axis=1, keepdims=True), 1e-30 * largest)
     return nearest(np.array(table, dtype=object), size)
-
-
-CHANGES = 2
-"""Random changes of the data from which the sensitivity to them is estimated."""
-
-
-class Sensitivity(NamedTuple):
-    """What a change of every datum in its last digit does to a result: the largest effect of a few random changes.
-
-    Attributes:
-        bodies: (nb,) on the jump of each body, relative to its motion [1].
-        others: (n,) on each of the other results asked for, relative to its size [1].
-        causes: for each kind of datum what it alone does to all of these, (nb + n,); empty if nothing moves by more than 1e-9.
-    """
-
-    bodies: Array
-    others: Array
-    causes: dict[str, Array]
-
-
-def sensitivity(proof: Proof, length: Array, others: Callable[[ExactImpact], list[Balls]]) -> Sensitivity:
-    """The sensitivity of a landing to its data; data that are zero stay zero.
-
-    Args:
-        proof: of the landing.
-        length: as for `prove`.
-        others: other results, each as the components of a vector.
-    """
-    inputs, bits = proof.enclosure.inputs, proof.bits
-    jumps = proof.jumps[..., 3:]
-    size = motion(jumps, length)[:, 0]
-
-    own = proof.enclosure.read(others)
-
-    def effect(kinds: tuple[str, ...], seed: int) -> Array:
-        with ctx.workprec(bits):
-            try:
-                found = ExactImpact(*_changed(inputs, kinds, seed))
-                moved = np.array([[float(row[3]) for row in jump.table()] for jump in found.jumps])[..., None]
-                of_bodies = motion(moved - jumps, length)[:, 0] / np.where(size > 0.0, size, 1.0)
-                return np.array([*of_bodies, *(_apart(*pair) for pair in zip(others(found), own, strict=True))])
-            except SingularError:
-                return np.full(len(size) + len(own), np.inf)
-
-    every = np.max([effect(KINDS, seed) for seed in range(CHANGES)], axis=0)
-    moving = np.append(size > 1e-13 * size.max(initial=0.0), np.ones(len(own), dtype=bool))
-    causes = {kind: effect((kind,), 0) for kind in KINDS} if np.any(every[moving] > 1e-9) else {}
-    return Sensitivity(every[: len(size)], every[len(size) :], causes)
-
-
-def _apart(one: Balls, other: Balls) -> float:
-    """Distance between two vectors, relative to the second one."""
-    distance, size = (float(np.sum(vector * vector).mid()) for vector in (one - other, other))
-    return float(np.sqrt(distance / size)) if size > 0.0 else 0.0
-
-
-def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs, Tree]:
-    """The inputs and the robot with every datum of some kinds changed in its last digit."""
-    rng = np.random.default_rng(seed)
-    data = data_of(inputs.robot)
-    if "masses and inertias" in kinds:
-        inertia = _last_digit(rng, data.inertia)
-        inertia = np.triu(inertia) + np.swapaxes(np.triu(inertia, 1), 1, 2)
-        data = data._replace(mass=_last_digit(rng, data.mass), lever=_last_digit(rng, data.lever), inertia=inertia)
-        inputs = replace(inputs, armature=_last_digit(rng, inputs.armature))
-    if "placements and axes of the joints" in kinds:
-        fields = ("rotation", "offset", "axis", "body_rotation", "body_offset")
-        data = data._replace(**{name: _last_digit(rng, getattr(data, name)) for name in fields})
-    if "joint values of the posture" in kinds:
-        inputs = replace(inputs, q=_last_digit(rng, inputs.q))
-    if "contact points and motion before the impact" in kinds:
-        blocks = tuple(
-            block._replace(point=_last_digit(rng, block.point), forces=_last_digit(rng, block.forces)) for block in inputs.blocks
-        )
-        inputs = replace(inputs, blocks=blocks, before=Motion(*(_last_digit(rng, part) for part in inputs.before)))
-    return inputs, tree_of(inputs.robot, data)
-
-
-KINDS = (
-    "masses and inertias",
-    "placements and axes of the joints",
-    "joint values of the posture",
-    "contact points and motion before the impact",
-)
-
-
-def _last_digit(rng: np.random.Generator, values: Array) -> Array:
-    """Doubles changed to a neighbour, up or down at random; zeros stay."""
-    towards = np.where(rng.random(np.shape(values)) < 0.5, -np.inf, np.inf)
-    return np.where(values == 0.0, values, np.nextafter(values, towards))

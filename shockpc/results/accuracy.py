@@ -8,7 +8,8 @@ from shockpc.core.percussion import dot
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.exact.balls import Balls, balls, entries
-from shockpc.exact.proof import Proof, motion, sensitivity
+from shockpc.exact.proof import Proof, motion
+from shockpc.exact.sensitivity import sensitivity
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.model.rows import slices_of

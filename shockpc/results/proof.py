@@ -14,6 +14,7 @@ from shockpc.landing import Landing
 from shockpc.model.equation import Equation
 from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
 from shockpc.results.accuracy import rotation_lengths
+from shockpc.results.speed import normalising_speed
 from shockpc.robot.robot import Robot
 
 __all__ = ["proven"]
@@ -54,6 +55,8 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
                 raise SolveError(_without_inertia(landing.robot, equation, singular.body)) from None
             continue
         _refuse_contradiction(equation, choice, proof)
+        if landing.scene.v_in == "com":
+            normalising_speed(landing, proof.enclosure)  # which refuses a centre of mass at rest
         return choice, proof
     names = ", ".join(block.name for block in blocks)
     raise SolveError(f"the rows of {names} depend on one another, and rounding decides which; leave out a contact")
