@@ -17,7 +17,7 @@ import pytest
 from commands import STICK, good, run
 
 SMALL = ("--contact", "foot", "--vary", "knee=-60:60:5", "--vary", "strike-angle=0:30:3", "--at", "body")
-MANY = ("--contact", "foot", "--sample", "400000", "--vary", "*", "--vary", "strike-angle=-30:30", "--at", "body", "--prove", "4")
+MANY = ("--contact", "foot", "--sample", "110000", "--vary", "*", "--vary", "strike-angle=-30:30", "--at", "body", "--prove", "4")
 
 
 @pytest.fixture

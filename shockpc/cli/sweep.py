@@ -17,7 +17,7 @@ from shockpc.cli.parse import Variable, path, variable
 if TYPE_CHECKING:
     from shockpc.studies.sweep import Sweep
 
-__all__ = ["sweep"]
+__all__ = ["SweepOptions", "sweep"]
 
 VARIED, COMPUTED, RUN = "What varies", "What is computed", "How it is computed, and where it is written"
 

@@ -32,7 +32,7 @@ from shockpc.studies.work import InProcess, in_order
 
 __all__ = ["Chunk", "Sweep", "sweep", "sweep_of", "with_sweep"]
 
-ROWS = 65536
+ROWS = 16384
 """Largest number of rows of a part."""
 
 FINISHED = 4096
@@ -138,6 +138,10 @@ class Sweep:
         """Compute a part."""
         with one_thread(self.robot.model.nv):
             return self._chunk(k)
+
+    def configurations(self, k: int) -> Array:
+        """Configurations (m, nq) of a part, if all of its rows are of one landing."""
+        return self._postures(self._landing(self._first()), self._values(k), np.arange(self.parts[k][1] - self.parts[k][0]))
 
     def case(self, row: int) -> tuple[Scene, Robot]:
         """The landing of one row, as `shock_profile` takes it.

@@ -33,12 +33,13 @@ class InProcess(Executor):
 
 
 @contextmanager
-def executor_for(jobs: int = 1, cluster: str | None = None) -> Iterator[Executor]:
+def executor_for(jobs: int = 1, cluster: str | None = None, processes: bool = False) -> Iterator[Executor]:
     """The executor that a command asks for.
 
     Args:
         jobs: number of local processes; with 1 everything is computed in this one.
         cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786.
+        processes: whether one job has a process of its own too.
 
     Raises:
         StudyError: the cluster cannot be reached or `distributed` is not installed; or, from inside, workers died.
@@ -46,7 +47,7 @@ def executor_for(jobs: int = 1, cluster: str | None = None) -> Iterator[Executor
     if cluster is not None:
         with _dask(cluster) as executor:
             yield executor
-    elif jobs == 1:
+    elif jobs == 1 and not processes:
         yield InProcess()
     else:
         pool = ProcessPoolExecutor(
