@@ -142,10 +142,10 @@ def test_a_body_has_the_doubles_nearest_to_its_closed_form(mass, inertia, d, e):
     robot = robot_from(urdf(link("body", mass=repr(mass), inertia=moments)))
     contact = Contact(frame="body", offset=(d, 0.0, 0.0), directions=("z",), restitution=e)
     profile = shock_profile(Scene(robot="body", contact=(contact,)), robot)
-    m, distance, I = Fraction(robot.bodies[0].mass), Fraction(d), Fraction(robot.bodies[0].inertia[1, 1])  # noqa: E741
-    whole = (1 + Fraction(e)) / (I + m * distance**2)
+    m, distance, moment = Fraction(robot.bodies[0].mass), Fraction(d), Fraction(robot.bodies[0].inertia[1, 1])
+    whole = (1 + Fraction(e)) / (moment + m * distance**2)
     assert profile.delta_omega[0].tolist() == [0.0, float(-whole * m * distance), 0.0]
-    assert profile.delta_v[0].tolist() == [0.0, 0.0, float(whole * I)]
+    assert profile.delta_v[0].tolist() == [0.0, 0.0, float(whole * moment)]
 
 
 # Joints that follow others, and joints without load
@@ -241,11 +241,7 @@ def test_ordinary_robots_have_no_warning_of_arithmetic(name, feet, base, joints)
     if joints.model == "locked" and base != "free":
         return
     scene = Scene(robot=name, contact=tuple(Contact(frame=foot) for foot in feet), joints=joints, base=base)
-    try:
-        profile = shock_profile(scene, known_robot(name))
-    except ShockError as refusal:
-        assert "cannot be stopped" in str(refusal)  # noqa: PT017 - a planar or fixed base cannot follow every direction
-        return
+    profile = shock_profile(scene, known_robot(name))
     assert kinds(profile) == set()
     assert profile.health.data_sensitivity < 1e-11
     assert assert_maps_are_those_of_the_proof(profile) < 1e-10

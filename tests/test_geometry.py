@@ -3,7 +3,6 @@
 import math
 import struct
 import sys
-import time
 
 import numpy as np
 import pinocchio as pin
@@ -113,18 +112,6 @@ def test_links_that_are_fixed_to_a_body_are_placed_in_its_frame():
     (ball,) = [shape for shape in outline(anymal, "collision").shapes[foot.body] if shape.link == "LF_FOOT"]
     assert ball.radius == pytest.approx(0.031)
     assert np.linalg.norm(ball.points[0] - foot.offset) < 0.03
-
-
-def test_plain_shapes_cost_milliseconds():
-    """The 41 shapes that ANYmal collides with are read within 5 ms, because no mesh is touched."""
-    anymal = load_robot("anymal_b")
-    times = []
-    for _ in range(5):
-        outline.cache_clear()
-        start = time.perf_counter()
-        outline(anymal, "collision")
-        times.append(time.perf_counter() - start)
-    assert min(times) < 5e-3
 
 
 def stl(path, triangles):

@@ -120,7 +120,7 @@ def sweep(
 
 def _sweep(robot: str, options: SceneOptions, varied: SweepOptions) -> "Sweep":
     """The sweep that the options describe."""
-    from shockpc.cli.scenes import point, scenes_from
+    from shockpc.cli.scenes import point_from, scenes_from
     from shockpc.errors import StudyError
     from shockpc.studies.sweep import sweep_of
     from shockpc.trace import Trace
@@ -138,7 +138,7 @@ def _sweep(robot: str, options: SceneOptions, varied: SweepOptions) -> "Sweep":
         loaded,
         varied.vary,
         vary_each=varied.vary_each,
-        at=[point(loaded, text, "--at") for text in varied.at] or scenes[0].point,
+        at=[point_from(loaded, text, "--at") for text in varied.at] or scenes[0].point,
         bodies=varied.body,
         greatest=varied.greatest,
         sample=varied.sample,

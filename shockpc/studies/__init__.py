@@ -1,3 +1,1 @@
-"""Studies of many landings: each takes scenes and returns a record, or an iterator of chunks; none knows another."""
-
-__all__: list[str] = []
+"""Studies: many landings in, one record out. Each knows `profile.py`, and no other study."""
