@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from shockpc.bench.measure import timed
 from shockpc.core.impulse import solve_impact
+from shockpc.executor import InProcess, executor
 from shockpc.landing import resolve
 from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
@@ -15,8 +16,7 @@ from shockpc.profile import shock_maps
 from shockpc.robot.robot import load_robot
 from shockpc.scene import Scene
 from shockpc.show.parts import open_sweep, write_parts
-from shockpc.studies.sweep import Sweep, sweep_of
-from shockpc.studies.work import InProcess, executor_for
+from shockpc.studies.sweep.study import Sweep, sweep_of
 
 __all__ = ["ProcessCost", "SweepCost", "process_costs", "sweep_costs"]
 
@@ -98,11 +98,11 @@ def process_costs(rows: int) -> ProcessCost:
     seconds = []
     for jobs in (1, 2):
         # A pool of one process, so that both have the same work besides computing.
-        with executor_for(jobs, processes=True) as executor:
-            for future in [executor.submit(_imported, 0.5) for _ in range(jobs)]:
+        with executor(jobs, processes=True) as workers:
+            for future in [workers.submit(_imported, 0.5) for _ in range(jobs)]:
                 future.result()
             start = time.perf_counter()
-            _written(made, executor, 4 * jobs)
+            _written(made, workers, 4 * jobs)
             seconds.append(time.perf_counter() - start)
     return ProcessCost(rows, *seconds)
 

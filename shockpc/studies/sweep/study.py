@@ -17,6 +17,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError, StudyError, UnknownName
+from shockpc.executor import InProcess, in_order
 from shockpc.landing import Landing, resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import joint_model
@@ -26,9 +27,8 @@ from shockpc.results.points import Spot, spots
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.robot.variant import changed_link, link_mass
 from shockpc.scene import Point, Scene, plane_of
-from shockpc.studies.columns import Targets, columns, proven_columns, solve
-from shockpc.studies.variation import Variation, each_of, variation
-from shockpc.studies.work import InProcess, in_order
+from shockpc.studies.sweep.columns import Targets, columns, proven_columns, solve
+from shockpc.studies.sweep.variation import Variation, each_of, variation
 
 __all__ = ["Chunk", "Sweep", "sweep", "sweep_of", "with_sweep"]
 
