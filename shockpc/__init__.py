@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike, read_scene
+    from shockpc.studies.batch import batch
+    from shockpc.studies.compare import Design, compare
+    from shockpc.studies.place.study import PlaceStudy, place
+    from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
 
@@ -27,6 +31,7 @@ _HOMES = {
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",
+    "Design": "studies.compare",
     "Health": "results.accuracy",
     "JointLoad": "results.loads",
     "Joints": "model.joint_model",
@@ -34,6 +39,7 @@ _HOMES = {
     "OutputError": "errors",
     "Place": "model.closure",
     "Point": "scene",
+    "PlaceStudy": "studies.place.study",
     "PointShock": "results.points",
     "Posture": "model.posture",
     "Robot": "robot.robot",
@@ -48,7 +54,11 @@ _HOMES = {
     "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
+    "assert_shock": "testing",
+    "batch": "studies.batch",
+    "compare": "studies.compare",
     "load_robot": "robot.robot",
+    "place": "studies.place.study",
     "read_scene": "scene",
     "resolve": "landing",
     "shock_maps": "profile",
@@ -60,12 +70,14 @@ __all__ = [
     "Closure",
     "Contact",
     "ContactImpulse",
+    "Design",
     "Health",
     "JointLoad",
     "Joints",
     "Landing",
     "OutputError",
     "Place",
+    "PlaceStudy",
     "Point",
     "PointShock",
     "Posture",
@@ -81,7 +93,11 @@ __all__ = [
     "Strike",
     "StudyError",
     "UnknownName",
+    "assert_shock",
+    "batch",
+    "compare",
     "load_robot",
+    "place",
     "read_scene",
     "resolve",
     "shock_maps",

@@ -397,13 +397,15 @@ def test_bodies_without_shapes(tmp_path, monkeypatch):
     """Drawn as the box of the inertia, and named where there is no inertia either; an empty picture says so."""
     (tmp_path / "bare.urdf").write_text(BARE)
     contact = (Contact(frame="trunk", offset=(0.2, 0.0, -0.2)),)
-    profile = shock_profile(Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(armature={"j": 0.01})))
+    scene = Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(armature={"j": 0.01}))
+    profile = shock_profile(scene)
     (drawn,) = (drawn for drawn in view_of(profile).drawn if drawn.body == 0)
     assert drawn.box
     assert drawn.region.area == pytest.approx(6 * 0.1 / 3)
     written = words(draw(profile))
     assert {"box of the inertia: the file has no shape", "not drawn, without shape and inertia: empty"} <= set(written)
     monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
+    profile = shock_profile(scene)
     assert "no body of this robot has a shape or an inertia to draw" in words(draw(profile))
     assert outside(draw(profile)) == []
 

@@ -17,8 +17,10 @@ __all__ = [
     "definition",
     "finite",
     "folder_definition",
+    "limits",
     "path",
     "plane_or_normal",
+    "positive_count",
     "robot_name",
     "setting",
     "span",
@@ -57,6 +59,17 @@ class Definition(NamedTuple):
 
     name: str
     value: str
+
+
+def positive_count(text: str) -> int:
+    """A whole number above zero.
+
+    Raises:
+        typer.BadParameter: it is not one.
+    """
+    if not (text.isascii() and text.isdigit() and 0 < len(text.lstrip("0")) < 10):
+        raise typer.BadParameter(f'"{text}" is not a whole number above zero')
+    return int(text)
 
 
 def finite(text: str) -> float:
@@ -146,6 +159,18 @@ def folder_definition(text: str) -> Definition:
     """The package and its folder in NAME=DIR. A shell leaves a `~` after the equals sign as it is, so it is expanded here."""
     name, folder = definition("NAME=DIR", "dog_description=../dog")(text)
     return Definition(name, str(path(folder)))
+
+
+def limits(text: str) -> tuple[Vector, Vector]:
+    """The two corners of a box typed as X0:X1,Y0:Y1,Z0:Z1.
+
+    Raises:
+        typer.BadParameter: it is not a box.
+    """
+    sides = [side.split(":") for side in text.split(",")]
+    if [len(side) for side in sides] != [2, 2, 2]:
+        raise typer.BadParameter(f'"{text}" is not a box X0:X1,Y0:Y1,Z0:Z1, such as -0.1:0.1,-0.05:0.05,0:0.1')
+    return Vector(*(finite(side[0]) for side in sides)), Vector(*(finite(side[1]) for side in sides))
 
 
 def path(text: str) -> Path:

@@ -78,8 +78,7 @@ def spot_of(robot: Robot, point: Point) -> Spot:
         UnknownName: the robot has no frame of that name.
     """
     frame, offset = robot.frame(point.frame), np.asarray(point.offset, dtype=float)
-    label = point.frame + (":" + ",".join(f"{x:g}" for x in point.offset) if offset.any() else "")
-    return Spot(label, frame, frame.offset + frame.rotation @ offset)
+    return Spot(point.label, frame, frame.offset + frame.rotation @ offset)
 
 
 def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | None) -> tuple[PointShock, ...]:

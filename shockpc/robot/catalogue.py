@@ -13,7 +13,30 @@ from typing import Literal
 
 from shockpc.errors import RobotError, UnknownName
 
-__all__ = ["CatalogueEntry", "catalogue", "closing_scene", "data_folder", "find_robot", "find_srdf", "own_robots_folder"]
+__all__ = [
+    "SETS",
+    "CatalogueEntry",
+    "catalogue",
+    "closing_scene",
+    "data_folder",
+    "find_robot",
+    "find_srdf",
+    "own_robots_folder",
+    "robots_of_set",
+]
+
+SETS: dict[str, tuple[str, ...]] = {
+    "quadrupeds": (
+        "a1", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "centauro", "go1", "go2", "hyq", "laikago",
+        "quadruped_8dof", "solo8", "solo12",
+    ),
+    "bipeds": (
+        "alexander", "bolt", "g1", "g1_hands", "icub", "icub_reduced", "romeo", "romeo_laas_small", "romeo_small",
+        "simple_humanoid", "simple_humanoid_classical", "talos", "talos_full", "talos_full_box", "talos_reduced_box",
+        "talos_reduced_corrected",
+    ),
+}  # fmt: skip
+"""Robots of example-robot-data by their number of legs, with and without arms."""
 
 # The file under robots/ → the name to type, then its other names. Only where the stem alone would mislead.
 _RENAMED: dict[str, tuple[str, ...]] = {
@@ -67,6 +90,19 @@ class CatalogueEntry:
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
     return tuple(_entries())
+
+
+def robots_of_set(name: str) -> tuple[str, ...]:
+    """The names of a set of robots: one of `SETS`, or all that are known by name.
+
+    Raises:
+        UnknownName: there is no such set.
+    """
+    if name == "all":
+        return tuple(entry.name for entry in catalogue())
+    if name not in SETS:
+        raise UnknownName("set of robots", name, (*SETS, "all"), "", "shockpc batch --help")
+    return SETS[name]
 
 
 def find_robot(name_or_path: str) -> tuple[Path, str | None]:

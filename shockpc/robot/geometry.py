@@ -24,7 +24,7 @@ from shockpc.robot.meshes import Mesh, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Robot
 from shockpc.robot.source import RobotSource, resolve_asset
 
-__all__ = ["Kind", "Outline", "Shape", "inertia_box", "outline"]
+__all__ = ["Kind", "Outline", "Shape", "ball_points", "inertia_box", "outline"]
 
 Kind: TypeAlias = Literal["collision", "visual"]
 
@@ -117,7 +117,7 @@ def outline(robot: Robot, kind: Kind) -> Outline:
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[_Unread] = []
-    for piece in _urdf_shapes(robot.source, kind) if robot.source.kind == "urdf" else _mjcf_shapes(robot.source, kind):
+    for piece in _shapes(robot.source, kind):
         frame = robot.frames.get(piece.link)
         if isinstance(piece, _Unread):
             unread.append(piece)
@@ -144,6 +144,12 @@ def inertia_box(body: Body) -> Shape | None:
         return None
     half = 0.5 * np.sqrt(np.maximum(squared, 0.0))
     return Shape(body.name, read_only(body.com + _primitive(body.name, "box", half).points @ axes.T))
+
+
+@functools.lru_cache(maxsize=4)
+def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | _Unread, ...]:
+    """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
+    return tuple(_urdf_shapes(source, kind) if source.kind == "urdf" else _mjcf_shapes(source, kind))
 
 
 def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
@@ -260,7 +266,7 @@ def _primitive(link: str, kind: str, size: Array) -> Shape:
             rims = np.concatenate([_circle() * radius + end for end in ends])
             return Shape(link, rims, discs=tuple((end, np.array([0.0, 0.0, 1.0]), radius) for end in ends))
         case "ellipsoid":
-            return Shape(link, _ball() * size[:3])
+            return Shape(link, ball_points() * size[:3])
     return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
 
 
@@ -272,7 +278,7 @@ def _circle() -> Array:
 
 
 @functools.cache
-def _ball() -> Array:
+def ball_points() -> Array:
     """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
     latitude = math.pi * (np.arange(1, 32) / 32 - 0.5)
     rings = [_circle() * math.cos(a) + np.array([0.0, 0.0, math.sin(a)]) for a in latitude]

@@ -16,7 +16,7 @@ from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning, refuse_extremes
 from shockpc.robot.source import RobotSource, read_source
 
-__all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
+__all__ = ["Body", "Frame", "Joint", "Robot", "load_robot", "moving_bodies"]
 
 KINDS = {
     "FreeFlyer": "free",
@@ -271,7 +271,7 @@ def load_robot(
     if model.njoints < 2:
         raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
     free_base = model.joints[1].shortname() == FREE_FLYER
-    bodies = _bodies(model)
+    bodies = moving_bodies(model)
     weighed = [(body.name, body.mass, body.inertia) for body in bodies]
     refuse_extremes(source.path.name, weighed)
     frames = _frames(model, bodies)
@@ -324,7 +324,7 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     )
 
 
-def _bodies(model: pin.Model) -> tuple[Body, ...]:
+def moving_bodies(model: pin.Model) -> tuple[Body, ...]:
     """The moving bodies: one for each joint, named after the link that the joint carries."""
     links: dict[int, list[pin.Frame]] = {joint: [] for joint in range(model.njoints)}
     for frame in model.frames:

@@ -17,7 +17,7 @@ from shockpc.show.figure.view import View, view_of
 from shockpc.show.figure.window import windows_of
 from shockpc.show.header import joint_model_text, posture_text, strike_text
 
-__all__ = ["draw", "landing_figure"]
+__all__ = ["draw", "landing_figure", "numbered"]
 
 MOST, LEAST = (5.4, 6.4), (3.4, 2.2)
 """Largest and smallest sides of the picture [inches]."""
@@ -53,7 +53,7 @@ def draw(profile: ShockProfile) -> Figure:
         profile: the shock of a landing.
     """
     view = view_of(profile)
-    numbers = {i: n for n, i in enumerate(_numbered(profile, view), start=1)}
+    numbers = {i: n for n, i in enumerate(numbered(profile, view), start=1)}
     rows, points, notes = _body_rows(profile, numbers), _point_rows(profile), _notes(profile, view, numbers)
     tall = LINE * (len(rows) + len(points) + len(notes) + 12.0)
     (window,) = windows_of([profile], [view], [view.struck], NEAR, MOST, (LEAST[0], max(LEAST[1], tall - FOOT)))
@@ -94,7 +94,7 @@ def _title(page: Axes, profile: ShockProfile, y: float, width: float) -> None:
     line(page, MARGIN, y - 0.43, f"joint model: {joint_model_text(profile)}", 8.0, width)
 
 
-def _numbered(profile: ShockProfile, view: View) -> list[int]:
+def numbered(profile: ShockProfile, view: View) -> list[int]:
     """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
     bodies = profile.robot.bodies
     if len(bodies) <= FEW:
