@@ -14,7 +14,7 @@ from shockpc.show.document import plain
 from shockpc.show.files import write_folder
 from shockpc.show.header import header_lines
 from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown, as_text
+from shockpc.show.tables.text import as_csv, as_markdown, as_text, markdown_list
 from shockpc.studies.limits import Interval, ShockLimits, StrikeLimits
 
 __all__ = ["allowed_sheet", "intervals_sheet", "limits_document", "limits_report", "limits_text", "postures_sheet", "write_limits"]
@@ -92,14 +92,13 @@ def limits_text(found: ShockLimits) -> str:
 
 def limits_report(found: ShockLimits, figure: str | None = None) -> str:
     """The result as a Markdown document. Args: figure, path of the map relative to the document."""
-    lines = "".join(f"- **{name}**: {text}\n" for name, text in (*header_lines(found.profile), *_lines(found)))
     blocks = [
         f"## Limits of {_joints(found)} for the shock at {printable(found.point)}\n",
-        lines,
+        markdown_list(f"{name}: {text}" for name, text in (*header_lines(found.profile), *_lines(found))),
         f"![shock over joint and strike angle]({figure})\n" if figure else "",
         as_markdown(allowed_sheet(found)),
         as_markdown(postures_sheet(found, ROWS)),
-        "".join(f"- {line}\n" for line in _warnings(found)),
+        markdown_list(_warnings(found)),
     ]
     return "\n".join(filter(None, blocks))
 
