@@ -22,12 +22,14 @@ if TYPE_CHECKING:
     from shockpc.studies.batch import batch
     from shockpc.studies.compare import Design, compare
     from shockpc.studies.place.study import PlaceStudy, place
+    from shockpc.studies.sweep import Chunk, sweep
     from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "Bracket": "results.bracket",
+    "Chunk": "studies.sweep",
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",
@@ -63,10 +65,12 @@ _HOMES = {
     "resolve": "landing",
     "shock_maps": "profile",
     "shock_profile": "profile",
+    "sweep": "studies.sweep",
 }
 
 __all__ = [
     "Bracket",
+    "Chunk",
     "Closure",
     "Contact",
     "ContactImpulse",
@@ -102,6 +106,7 @@ __all__ = [
     "resolve",
     "shock_maps",
     "shock_profile",
+    "sweep",
 ]
 
 

@@ -19,6 +19,7 @@ from shockpc.cli.place import place
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
 from shockpc.cli.sensitivity import sensitivity
+from shockpc.cli.sweep import sweep
 
 __all__ = ["COMMANDS", "app_for"]
 
@@ -34,6 +35,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "robots": robots,
     "schema": schema,
     "sensitivity": sensitivity,
+    "sweep": sweep,
 }
 
 EXAMPLES = """\b

@@ -13,6 +13,7 @@ __all__ = [
     "Definition",
     "Setting",
     "Span",
+    "Variable",
     "Vector",
     "definition",
     "finite",
@@ -24,6 +25,7 @@ __all__ = [
     "robot_name",
     "setting",
     "span",
+    "variable",
     "vector",
 ]
 
@@ -70,6 +72,13 @@ def positive_count(text: str) -> int:
     if not (text.isascii() and text.isdigit() and 0 < len(text.lstrip("0")) < 10):
         raise typer.BadParameter(f'"{text}" is not a whole number above zero')
     return int(text)
+
+
+class Variable(NamedTuple):
+    """NAME=VALUES; values are None where only a name is typed."""
+
+    name: str
+    values: str | None
 
 
 def finite(text: str) -> float:
@@ -153,6 +162,18 @@ def definition(form: str, example: str) -> Callable[[str], Definition]:
         return Definition(name, value.strip())
 
     return parse
+
+
+def variable(text: str) -> Variable:
+    """A quantity and its values, which the sweep interprets.
+
+    Raises:
+        typer.BadParameter: one of them is empty.
+    """
+    name, equals, values = (part.strip() for part in text.partition("="))
+    if not name or (equals and not values):
+        raise typer.BadParameter(f'"{text}" is not NAME=VALUES, such as "*_KFE=-120:-10:200" or strike-angle=0,15,30')
+    return Variable(name, values if equals else None)
 
 
 def folder_definition(text: str) -> Definition:
