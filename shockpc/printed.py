@@ -1,6 +1,8 @@
 """How names from files are printed: without characters that control a terminal or the direction of text."""
 
-__all__ = ["printable"]
+from collections.abc import Iterable
+
+__all__ = ["listed", "printable"]
 
 
 def printable(text: str, most: int | None = None) -> str:
@@ -15,3 +17,9 @@ def printable(text: str, most: int | None = None) -> str:
     if most is None or len(text) <= most:
         return text
     return f"{text[: most // 2]}…{text[len(text) - (most - 1 - most // 2) :]}"
+
+
+def listed(names: Iterable[object], most: int = 10**6) -> str:
+    """The first names in quotation marks, with commas, and how many more there are."""
+    quoted = [f'"{name}"' for name in names]
+    return ", ".join(quoted[:most]) + (f" and {len(quoted) - most} more" if len(quoted) > most else "")

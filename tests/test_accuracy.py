@@ -54,7 +54,7 @@ def true_errors(profile, jumps):
 
 def ratio(size, heavy_root, struck):
     """Six links whose masses span a ratio, struck at one end."""
-    masses = np.geomspace(1.0, size, 6)
+    masses = np.geomspace(size**-0.5, size**0.5, 6)
     robot = chain(masses[::-1] if heavy_root else masses, np.full(6, 0.4))
     frame, offset = ("link0", (0.0, 0.0, 0.0)) if struck == "root" else chain_end(robot, 0.4)
     return robot, Scene(robot="chain", posture=bent(robot), strike=OBLIQUE, contact=(Contact(frame=frame, offset=offset),))

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from shockpc.errors import StudyError, UnknownName
-from shockpc.robot.inertias import refuse_extremes
+from shockpc.robot.limits import refuse_number
 from shockpc.robot.robot import Robot
 from shockpc.robot.variant import changed_link, link_mass
 
@@ -100,7 +100,9 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
     """
     for change in changes:
         robot = _with_armature(robot, change) if change.what == "armature" else _with_links(robot, change)
-    refuse_extremes(robot.source.path.name, [(body.name, body.mass, body.inertia) for body in robot.bodies])
+    for body in robot.bodies:
+        for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
+            refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
     return robot
 
 

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.robot.robot import Robot, moving_bodies
+from shockpc.robot.robot import Robot
 
 __all__ = ["changed_link", "link_mass"]
 
@@ -49,8 +49,7 @@ def changed_link(robot: Robot, link: str, mass: float = 1.0, shift: Array | None
         new = pin.Inertia(own.mass * mass, own.lever + moved, own.inertia * (mass * inertia))
         rest = _difference(model.inertias[joint], own)
         model.inertias[joint] = new if rest is None else rest + new
-    bodies = moving_bodies(model)
-    return replace(robot, model=model, bodies=bodies, mass=sum(body.mass for body in bodies))
+    return replace(robot, model=model)
 
 
 def _inertia(robot: Robot, link: str) -> tuple[int, pin.Inertia]:
