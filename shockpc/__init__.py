@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from shockpc.studies.batch import batch
     from shockpc.studies.compare import Design, compare
     from shockpc.studies.place.study import PlaceStudy, place
-    from shockpc.studies.sweep import Chunk, sweep
+    from shockpc.studies.sweep.study import Chunk, sweep
     from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "Bracket": "results.bracket",
-    "Chunk": "studies.sweep",
+    "Chunk": "studies.sweep.study",
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",
@@ -65,7 +65,7 @@ _HOMES = {
     "resolve": "landing",
     "shock_maps": "profile",
     "shock_profile": "profile",
-    "sweep": "studies.sweep",
+    "sweep": "studies.sweep.study",
 }
 
 __all__ = [

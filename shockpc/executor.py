@@ -1,19 +1,26 @@
-"""Where the parts of a study are computed: in this process, or in several on this machine. Studies know the interface alone."""
+"""Where the parts of a study are computed: in this process, in several on this machine, or on a cluster.
+
+Studies know the interface of `concurrent.futures.Executor` alone.
+"""
 
 import multiprocessing
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from shockpc.errors import StudyError
 
-__all__ = ["InProcess", "executor"]
+__all__ = ["InProcess", "executor", "in_order"]
 
 T = TypeVar("T")
+
+PATIENCE = "10s"
+"""How long to wait for the scheduler of a cluster."""
 
 
 class InProcess(Executor):
@@ -32,13 +39,22 @@ class InProcess(Executor):
 
 
 @contextmanager
-def executor(jobs: int) -> Iterator[Executor]:
+def executor(jobs: int, cluster: str | None = None, processes: bool = False) -> Iterator[Executor]:
     """An executor of so many processes; of this one alone for 1. When it is left by an error, what still runs is ended.
 
+    Args:
+        jobs: number of processes.
+        cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
+        processes: whether one job has a process of its own, too.
+
     Raises:
-        StudyError: a process died.
+        StudyError: a process died; the cluster cannot be reached, or `distributed` is not installed.
     """
-    if jobs == 1:
+    if cluster is not None:
+        with _dask(cluster) as remote:
+            yield remote
+        return
+    if jobs == 1 and not processes:
         yield InProcess()
         return
     # Forked processes have the libraries loaded already, which saves each of them half a second.
@@ -61,3 +77,47 @@ def _prepare_worker() -> None:
     """Leave Ctrl-C to the first process, which ends this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[Executor]:
+    """The executor of a running Dask cluster."""
+    try:
+        from distributed import Client, KilledWorker
+    except ImportError:
+        raise StudyError('a cluster needs the package "distributed"; install it with: pip install "shockpc[cluster]"') from None
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as refusal:
+        text = f'no cluster answers at "{address}" ({" ".join(str(refusal).split())}); start one with: dask scheduler'
+        raise StudyError(text) from None
+    try:
+        yield client.get_executor(pure=False)
+    except KilledWorker as death:
+        raise StudyError(f"several workers of the cluster died over one part: {death}; give them more memory") from None
+    except CancelledError:
+        raise StudyError(f'the cluster at "{address}" went away; start it again') from None
+    finally:
+        client.close(timeout=1)
+
+
+def in_order(workers: Executor, function: Callable[[int], T], parts: Iterable[int], ahead: int) -> Iterator[T]:
+    """Yield the results of parts in their order, while later ones are computed.
+
+    Args:
+        workers: do the work.
+        function: of the part's number; it can be pickled.
+        parts: numbers.
+        ahead: number of parts that are submitted before the first one has been read; it limits the memory for results.
+    """
+    waiting: deque[Future[T]] = deque()
+    try:
+        for part in parts:
+            waiting.append(workers.submit(function, part))
+            if len(waiting) > ahead:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        for future in waiting:
+            future.cancel()

@@ -16,8 +16,8 @@ QUESTION, OUTPUT = "Question", "Output"
 
 @takes_options
 def limits(
+    *,
     robot: RobotName,
-    options: SceneOptions,
     joint: Annotated[
         str, option("The joint, by name; joints that a glob matches all have the same value.", group=QUESTION, metavar="JOINT")
     ],
@@ -46,8 +46,9 @@ def limits(
             parser=finite,
         ),
     ] = None,
+    options: SceneOptions,
     format_: Annotated[
-        Literal["table", "json", "csv"], option("What is printed; table by default.", "--format", group=OUTPUT)
+        Literal["table", "json", "csv", "markdown"], option("What is printed; table by default.", "--format", group=OUTPUT)
     ] = "table",
     out: Annotated[
         Path | None, option("Write JSON, CSV, a report and the map into this folder.", group=OUTPUT, metavar="DIR", parser=path)
@@ -58,7 +59,7 @@ def limits(
 
     from shockpc.cli.output import check_places
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.limits import intervals_sheet, limits_document, limits_text, write_limits
+    from shockpc.show.limits import intervals_sheet, limits_document, limits_report, limits_text, write_limits
     from shockpc.show.tables.text import as_csv
     from shockpc.studies.limits import limits as study
     from shockpc.trace import Trace
@@ -81,6 +82,8 @@ def limits(
         write_limits(found, out)
     if format_ == "json":
         text = json.dumps(limits_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    elif format_ == "csv":
+        text = as_csv(intervals_sheet(found))
     else:
-        text = as_csv(intervals_sheet(found)) if format_ == "csv" else limits_text(found)
+        text = limits_report(found) if format_ == "markdown" else limits_text(found)
     sys.stdout.write(text)

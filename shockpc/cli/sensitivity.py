@@ -15,12 +15,13 @@ OUTPUT = "Output"
 
 @takes_options
 def sensitivity(
+    *,
     robot: RobotName,
-    options: SceneOptions,
     at: Annotated[str, option("The point, offset in the frame [m].", group="Question", metavar="FRAME[:X,Y,Z]")],
+    options: SceneOptions,
     most: Annotated[int, option("Rows of the table; 16 by default.", "--rows", group=OUTPUT, metavar="N")] = 16,
     format_: Annotated[
-        Literal["table", "json", "csv"], option("What is printed; table by default.", "--format", group=OUTPUT)
+        Literal["table", "json", "csv", "markdown"], option("What is printed; table by default.", "--format", group=OUTPUT)
     ] = "table",
     out: Annotated[
         Path | None, option("Write JSON, CSV, a report and the chart into this folder.", group=OUTPUT, metavar="DIR", parser=path)
@@ -35,7 +36,13 @@ def sensitivity(
 
     from shockpc.cli.output import check_places
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.sensitivity import effects_sheet, sensitivity_document, sensitivity_text, write_sensitivity
+    from shockpc.show.sensitivity import (
+        effects_sheet,
+        sensitivity_document,
+        sensitivity_report,
+        sensitivity_text,
+        write_sensitivity,
+    )
     from shockpc.show.tables.text import as_csv
     from shockpc.studies.sensitivity import sensitivity as study
     from shockpc.trace import Trace
@@ -49,8 +56,10 @@ def sensitivity(
             write_sensitivity(found, out)
     if format_ == "json":
         text = json.dumps(sensitivity_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    elif format_ == "csv":
+        text = as_csv(effects_sheet(found))
     else:
-        text = as_csv(effects_sheet(found)) if format_ == "csv" else sensitivity_text(found, max(most, 1))
+        text = sensitivity_report(found) if format_ == "markdown" else sensitivity_text(found, max(most, 1))
     sys.stdout.write(text)
     if explain:
         sys.stderr.write(trace.text())

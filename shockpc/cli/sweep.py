@@ -15,9 +15,9 @@ from shockpc.cli.options import RobotName, SceneOptions
 from shockpc.cli.parse import Variable, path, variable
 
 if TYPE_CHECKING:
-    from shockpc.studies.sweep import Sweep
+    from shockpc.studies.sweep.study import Sweep
 
-__all__ = ["sweep"]
+__all__ = ["SweepOptions", "sweep"]
 
 VARIED, COMPUTED, RUN = "What varies", "What is computed", "How it is computed, and where it is written"
 
@@ -93,9 +93,9 @@ def sweep(
 ) -> None:
     """Compute many landings that differ in posture, strike or model."""
     from shockpc.errors import SolveError, StudyError
+    from shockpc.executor import executor
     from shockpc.show.files import check_folder
     from shockpc.show.parts import open_sweep, write_parts
-    from shockpc.studies.work import executor_for
 
     check_folder(out, "--out")
     if jobs < 1:
@@ -103,9 +103,9 @@ def sweep(
     made = _sweep(robot, options, varied)
     done = 0
     try:
-        with executor_for(jobs, cluster) as executor, _progress(made.rows) as advance:
+        with executor(jobs, cluster) as workers, _progress(made.rows) as advance:
             open_sweep(made, out, format_, resume)
-            for rows in write_parts(made, out, format_, executor, 64 if cluster is not None else 4 * jobs if jobs > 1 else 0):
+            for rows in write_parts(made, out, format_, workers, 64 if cluster is not None else 4 * jobs if jobs > 1 else 0):
                 done += rows
                 advance(rows)
     except BaseException:
@@ -122,7 +122,7 @@ def _sweep(robot: str, options: SceneOptions, varied: SweepOptions) -> "Sweep":
     """The sweep that the options describe."""
     from shockpc.cli.scenes import point_from, scenes_from
     from shockpc.errors import StudyError
-    from shockpc.studies.sweep import sweep_of
+    from shockpc.studies.sweep.study import sweep_of
     from shockpc.trace import Trace
 
     contacts = [one.values for one in varied.vary if one.name == "contact" and one.values is not None]
@@ -157,7 +157,7 @@ def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> 
     from shockpc.show.parts import read_column
     from shockpc.show.tables.sweep import extents_sheet, sweep_markdown, sweep_text
     from shockpc.show.tables.text import as_csv
-    from shockpc.studies.summary import summarise
+    from shockpc.studies.sweep.summary import summarise
 
     summary = summarise(made, functools.partial(read_column, made, out, format_))
     files: dict[str, str | bytes] = {
@@ -189,11 +189,12 @@ def _progress(rows: int) -> Iterator[Callable[[int], None]]:
         TimeRemainingColumn(),
         TextColumn("left"),
     )
-    with Progress(*columns, console=Console(file=sys.stderr), transient=True) as progress:
+    # Without a thread of its own, which would be copied into worker processes half way through.
+    with Progress(*columns, console=Console(file=sys.stderr), transient=True, auto_refresh=False) as progress:
         task = progress.add_task("", total=rows, rate="")
 
         def advance(count: int) -> None:
             speed = progress.tasks[0].speed
-            progress.update(task, advance=count, rate="" if speed is None else f"{speed:.0f} a second")
+            progress.update(task, advance=count, rate="" if speed is None else f"{speed:.0f} a second", refresh=True)
 
         yield advance

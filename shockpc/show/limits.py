@@ -14,10 +14,10 @@ from shockpc.show.document import plain
 from shockpc.show.files import write_folder
 from shockpc.show.header import header_lines
 from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown, as_text
+from shockpc.show.tables.text import as_csv, as_markdown, as_text, markdown_list
 from shockpc.studies.limits import Interval, ShockLimits, StrikeLimits
 
-__all__ = ["allowed_sheet", "intervals_sheet", "limits_document", "limits_text", "postures_sheet", "write_limits"]
+__all__ = ["allowed_sheet", "intervals_sheet", "limits_document", "limits_report", "limits_text", "postures_sheet", "write_limits"]
 
 SCHEMA = "shockpc.limits/1"
 
@@ -90,6 +90,19 @@ def limits_text(found: ShockLimits) -> str:
     return "\n".join(blocks + (["\n".join(warnings) + "\n"] if warnings else []))
 
 
+def limits_report(found: ShockLimits, figure: str | None = None) -> str:
+    """The result as a Markdown document. Args: figure, path of the map relative to the document."""
+    blocks = [
+        f"## Limits of {_joints(found)} for the shock at {printable(found.point)}\n",
+        markdown_list(f"{name}: {text}" for name, text in (*header_lines(found.profile), *_lines(found))),
+        f"![shock over joint and strike angle]({figure})\n" if figure else "",
+        as_markdown(allowed_sheet(found)),
+        as_markdown(postures_sheet(found, ROWS)),
+        markdown_list(_warnings(found)),
+    ]
+    return "\n".join(filter(None, blocks))
+
+
 def limits_document(found: ShockLimits) -> dict[str, Any]:
     """The document: angles in degrees, positions in metres."""
     greatest, at = found.most_severe
@@ -143,22 +156,13 @@ def write_limits(found: ShockLimits, folder: Path) -> None:
     """
     from shockpc.show.figure.limits import limits_figure
 
-    allowed, postures = allowed_sheet(found), postures_sheet(found)
-    report = [
-        f"## Limits of {_joints(found)} for the shock at {printable(found.point)}\n",
-        "".join(f"- **{name}**: {text}\n" for name, text in (*header_lines(found.profile), *_lines(found))),
-        "![shock over joint and strike angle](limits.svg)\n",
-        as_markdown(allowed),
-        as_markdown(postures_sheet(found, ROWS)),
-        "".join(f"- {line}\n" for line in _warnings(found)),
-    ]
     write_folder(
         folder,
         {
             **limits_figure(found),
             "limits.csv": as_csv(intervals_sheet(found)),
-            "postures.csv": as_csv(postures),
-            "report.md": "\n".join(filter(None, report)),
+            "postures.csv": as_csv(postures_sheet(found)),
+            "report.md": limits_report(found, "limits.svg"),
             "limits.json": json.dumps(limits_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n",
         },
     )

@@ -16,13 +16,13 @@ import numpy as np
 
 import shockpc
 from shockpc.errors import OutputError
+from shockpc.executor import in_order
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.scene import scene_table
 from shockpc.show.files import make_folder, write_text
 from shockpc.show.tables.sheets import Sheet
 from shockpc.show.tables.text import as_csv
-from shockpc.studies.sweep import Chunk, Sweep, with_sweep
-from shockpc.studies.work import in_order
+from shockpc.studies.sweep.study import Chunk, Sweep, with_sweep
 
 __all__ = ["DESCRIPTION", "Format", "describe", "open_sweep", "read_column", "write_parts"]
 

@@ -12,13 +12,14 @@ from shockpc.show.document import plain
 from shockpc.show.files import write_folder
 from shockpc.show.header import count, header_lines
 from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown, as_text
+from shockpc.show.tables.text import as_csv, as_markdown, as_text, markdown_list
 from shockpc.studies.sensitivity import Effect, ShockSensitivity
 
 __all__ = [
     "effect_words",
     "effects_sheet",
     "sensitivity_document",
+    "sensitivity_report",
     "sensitivity_sheet",
     "sensitivity_text",
     "step_words",
@@ -93,6 +94,17 @@ def sensitivity_text(found: ShockSensitivity, most: int) -> str:
     return f"{lines}\n{as_text(sensitivity_sheet(found, most))}"
 
 
+def sensitivity_report(found: ShockSensitivity, figure: str | None = None) -> str:
+    """The result as a Markdown document. Args: figure, path of the chart relative to the document."""
+    blocks = [
+        f"## What changes the shock at {printable(found.point)}\n",
+        markdown_list(f"{name}: {text}" for name, text in [*header_lines(found.profile), _present_line(found)]),
+        f"![the largest effects on the shock]({figure})\n" if figure else "",
+        as_markdown(sensitivity_sheet(found)),
+    ]
+    return "\n".join(filter(None, blocks))
+
+
 def sensitivity_document(found: ShockSensitivity) -> dict[str, Any]:
     """The document: derivatives in SI units, and the step that tables and figure use."""
     return {
@@ -130,19 +142,12 @@ def write_sensitivity(found: ShockSensitivity, folder: Path) -> None:
     """
     from shockpc.show.figure.tornado import tornado_figure
 
-    sheet = sensitivity_sheet(found)
-    report = [
-        f"## What changes the shock at {printable(found.point)}\n",
-        "".join(f"- **{name}**: {text}\n" for name, text in [*header_lines(found.profile), _present_line(found)]),
-        "![the largest effects on the shock](sensitivity.svg)\n",
-        as_markdown(sheet),
-    ]
     write_folder(
         folder,
         {
             **tornado_figure(found),
             "sensitivity.csv": as_csv(effects_sheet(found)),
-            "report.md": "\n".join(report),
+            "report.md": sensitivity_report(found, "sensitivity.svg"),
             "sensitivity.json": json.dumps(sensitivity_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n",
         },
     )

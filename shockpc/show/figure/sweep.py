@@ -12,8 +12,8 @@ from shockpc.core.spatial import Array
 from shockpc.printed import printable
 from shockpc.show.figure.canvas import render
 from shockpc.show.figure.palette import BANDS, INK, PAPER, band
-from shockpc.studies.summary import Extent, SweepSummary
-from shockpc.studies.variation import Variation
+from shockpc.studies.sweep.summary import Extent, SweepSummary
+from shockpc.studies.sweep.variation import Variation
 
 __all__ = ["sweep_figure"]
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_markdown, as_text
-from shockpc.studies.summary import SweepSummary
-from shockpc.studies.sweep import Sweep
+from shockpc.studies.sweep.study import Sweep
+from shockpc.studies.sweep.summary import SweepSummary
 
 __all__ = ["extents_sheet", "sweep_markdown", "sweep_text"]
 

@@ -17,22 +17,20 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError, StudyError, UnknownName
+from shockpc.executor import InProcess, in_order
 from shockpc.landing import Landing, resolve
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import joint_model
 from shockpc.profile import shock_profile
 from shockpc.results.geometry import body_pieces
 from shockpc.results.points import Spot, spots
 from shockpc.robot.robot import Robot, load_robot
-from shockpc.robot.variant import changed_link, link_mass
 from shockpc.scene import Point, Scene, plane_of
-from shockpc.studies.columns import Targets, columns, proven_columns, solve
-from shockpc.studies.variation import Variation, each_of, variation
-from shockpc.studies.work import InProcess, in_order
+from shockpc.studies.sweep.case import applied
+from shockpc.studies.sweep.columns import Targets, columns, proven_columns, solve
+from shockpc.studies.sweep.variation import Variation, each_of, variation
 
 __all__ = ["Chunk", "Sweep", "sweep", "sweep_of", "with_sweep"]
 
-ROWS = 65536
+ROWS = 16384
 """Largest number of rows of a part."""
 
 FINISHED = 4096
@@ -138,6 +136,10 @@ class Sweep:
         """Compute a part."""
         with one_thread(self.robot.model.nv):
             return self._chunk(k)
+
+    def configurations(self, k: int) -> Array:
+        """Configurations (m, nq) of a part, if all of its rows are of one landing."""
+        return self._postures(self._landing(self._first()), self._values(k), np.arange(self.parts[k][1] - self.parts[k][0]))
 
     def case(self, row: int) -> tuple[Scene, Robot]:
         """The landing of one row, as `shock_profile` takes it.
@@ -306,61 +308,13 @@ class Sweep:
         """The scene and the robot with some values set."""
         scene, robot = self.scene, self.robot
         for one, value in choice.items():
-            scene, robot = _applied(scene, robot, one, value)
+            scene, robot = applied(scene, robot, one, value)
         return scene, robot
 
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:
     """The values of one row."""
     return {one: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0] for one, x in values.items()}
-
-
-def _applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Scene, Robot]:
-    """A scene and its robot with one quantity set."""
-    posture, strike = scene.posture, scene.strike
-    axis = "xyz".find(one.kind[-1])
-    if one.kind == "joint":
-        others = {name: x for name, x in posture.joints_deg.items() if name != one.target}
-        return replace(scene, posture=replace(posture, joints_deg={**others, one.target: float(value)})), robot
-    if one.kind.startswith("base-"):
-        angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
-        angles[("base-roll", "base-pitch", "base-yaw").index(one.kind)] = float(value)
-        return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
-    if one.kind in ("strike-angle", "speed"):
-        strike = replace(strike, velocity=None, drop_height=None)
-        strike = replace(strike, speed=float(value)) if one.kind == "speed" else replace(strike, strike_angle_deg=float(value))
-        return replace(scene, strike=strike), robot
-    if one.kind == "contact":
-        like = scene.contact[0] if scene.contact else Contact(frame="")
-        names = [str(value)] if str(value) in robot.frames else str(value).split("+")
-        return replace(scene, contact=tuple(replace(like, frame=name) for name in names)), robot
-    if one.kind.startswith("offset-"):
-        moved = []
-        for contact in scene.contact:
-            offset = list(contact.offset)
-            offset[axis] = float(value)
-            moved.append(replace(contact, offset=(offset[0], offset[1], offset[2])))
-        return replace(scene, contact=tuple(moved)), robot
-    if one.kind == "armature":
-        return replace(scene, joints=_with_armature(scene, robot, one.target, float(value))), robot
-    if one.kind == "mass":
-        return scene, changed_link(
-            robot, one.target, mass=float(value) if one.factor else float(value) / link_mass(robot, one.target)
-        )
-    if one.kind == "inertia":
-        return scene, changed_link(robot, one.target, inertia=float(value))
-    return scene, changed_link(robot, one.target, shift=float(value) * np.eye(3)[axis])
-
-
-def _with_armature(scene: Scene, robot: Robot, pattern: str, value: float) -> Any:
-    """The joint model with the reflected inertia of some joints replaced; zero makes them free."""
-    if value > 0.0:
-        others = {name: x for name, x in scene.joints.armature.items() if name != pattern}
-        return replace(scene.joints, armature={**others, pattern: value})
-    freed, found = robot.match_joints(pattern), joint_model(robot, scene.joints)
-    kept = {name: float(found.armature[robot.joint(name).v.start]) for name in robot.joint_names if name not in freed}
-    kept = {name: x for name, x in kept.items() if x > 0.0 and not found.locked[robot.joint(name).v].any()}
-    return replace(scene.joints, model="locked" if scene.joints.model == "locked" else "free", armature=kept, rotor={})
 
 
 def _set(Q: Array, place: slice, kind: str, x: Array) -> None:
@@ -443,7 +397,7 @@ def sweep_of(
     first = made._first()
     for one in made.axes:
         for value in (one.values or one.span or ()) if one.stage == 2 else ():
-            _applied(scene, robot, one, value)[0].strike.vector(plane)
+            applied(scene, robot, one, value)[0].strike.vector(plane)
     made._landing(first)
     return made
 
