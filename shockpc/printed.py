@@ -1,6 +1,13 @@
-"""How names from files are printed: without characters that control a terminal or the direction of text."""
+"""How names from files are printed: without characters that control a terminal or the direction of text, and not too many."""
 
-__all__ = ["printable"]
+from collections.abc import Sequence
+
+__all__ = ["few", "printable"]
+
+
+def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:
+    """The first names, and how many more there are."""
+    return separator.join(names[:most]) + (f" and {len(names) - most} more{what}" if len(names) > most else "")
 
 
 def printable(text: str, most: int | None = None) -> str:

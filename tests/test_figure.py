@@ -33,7 +33,7 @@ from shockpc.show.figure.bodies import layers
 from shockpc.show.figure.canvas import STYLE
 from shockpc.show.figure.field import Field, below, field_of
 from shockpc.show.figure.landing import draw, landing_figure
-from shockpc.show.figure.palette import BANDS, EDGES, band
+from shockpc.show.figure.palette import BANDS, EDGES
 from shockpc.show.figure.paper import draw_paper_figure
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.view import view_of
@@ -240,6 +240,11 @@ def test_a_level_of_shock_is_a_circle_about_the_copc():
     f = field(np.array([0.0, 2.0, 0.0]), np.array([0.0, 0.0, 0.6]))  # CoPc at x = 0.3, r_p = 0.5
     limit = shapely.get_coordinates(below(f, 1.0, (-2.0, -2.0, 2.0, 2.0)))
     np.testing.assert_allclose(np.hypot(limit[:, 0] - 0.3, limit[:, 1]), 0.5, rtol=1e-3)
+
+
+def band(shock):
+    """Index of the band of a shock; a value on a limit belongs to the band below it."""
+    return max(0, np.searchsorted(EDGES, shock) - 1)
 
 
 def test_shocks_that_round_to_1_are_grey_and_nothing_is_clipped():

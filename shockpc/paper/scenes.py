@@ -1,23 +1,15 @@
 """The paper's figures as scenes: each panel is a TOML file in `robots/scenes`, which `shockpc analyze` reads as well."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 from shockpc.errors import SceneError, UnknownName
-from shockpc.robot.catalogue import own_robots_folder
 
-__all__ = ["FIGURES", "Panel", "PaperFigure", "find_scene", "paper_figures", "scene_files"]
+__all__ = ["FIGURES", "Panel", "PaperFigure", "paper_figures"]
 
 
 class Panel(NamedTuple):
-    """One panel of a figure.
-
-    Attributes:
-        label: letter or angle printed under it.
-        scene: name of its scene file, without ".toml".
-        words: short description.
-    """
+    """One panel of a figure: the letter or angle under it, the name of its scene file without ".toml", and what it shows."""
 
     label: str
     scene: str
@@ -25,14 +17,7 @@ class Panel(NamedTuple):
 
 
 class PaperFigure(NamedTuple):
-    """A figure of the paper that is drawn from a model.
-
-    Attributes:
-        number: in the paper.
-        title: short description.
-        panels: from left to right.
-        note: what is assumed or not given in the paper.
-    """
+    """A figure of the paper that is drawn from a model; the note says what is assumed or not given in the paper."""
 
     number: int
     title: str
@@ -91,10 +76,7 @@ NO_FIGURE_4 = (
 
 
 def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
-    """The figures of these numbers, in the paper's order; all of them if none is named.
-
-    Args:
-        wanted: such as "2", "fig2" or "Figure 2".
+    """The figures that are wanted, such as "2", "fig2" or "Figure 2", in the paper's order; all of them if none is named.
 
     Raises:
         UnknownName: the paper has no such figure.
@@ -110,26 +92,3 @@ def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
             raise UnknownName("figure", text, known, "the paper", "shockpc paper --help")
         chosen.add(number)
     return tuple(figure for number, figure in known.items() if not chosen or number in chosen)
-
-
-def scene_files() -> tuple[Path, ...]:
-    """Every scene file beside the models, in alphabetical order."""
-    return tuple(sorted(_folder().glob("*.toml")))
-
-
-def find_scene(stem: str) -> Path:
-    """The file of a scene.
-
-    Raises:
-        SceneError: there is no such file.
-    """
-    path = _folder() / f"{stem}.toml"
-    if not path.is_file():
-        there = ", ".join(file.stem for file in scene_files())
-        raise SceneError(f'no scene "{stem}" in {_folder()}; there are: {there or "none, so the installation is incomplete"}')
-    return path
-
-
-def _folder() -> Path:
-    """The folder of the scene files, beside the models."""
-    return own_robots_folder() / "scenes"

@@ -7,7 +7,7 @@ last band is open, so no value is clipped.
 
 import math
 
-__all__ = ["BANDS", "EDGES", "INK", "PAPER", "band", "faded"]
+__all__ = ["BANDS", "EDGES", "INK", "PAPER", "faded"]
 
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
@@ -22,17 +22,7 @@ PAPER = "#ffffff"
 """Background."""
 
 
-def band(shock: float) -> int:
-    """Index of the band of a shock; a value on a limit belongs to the band below it. Args: shock |Δv| / v_in, not negative [1]."""
-    return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
-
-
 def faded(colour: str, share: float) -> str:
-    """A colour mixed with the background.
-
-    Args:
-        colour: as #rrggbb.
-        share: of the background, 0 to 1.
-    """
+    """A colour #rrggbb mixed with a share, 0 to 1, of the background."""
     channels = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
     return "#" + "".join(f"{round(c + (255 - c) * share):02x}" for c in channels)

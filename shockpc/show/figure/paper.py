@@ -36,18 +36,14 @@ def paper_figure_files(figure: PaperFigure, profiles: Sequence[ShockProfile]) ->
 
 
 def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> Figure:
-    """Draw a figure of the paper.
+    """Draw a figure of the paper from the profiles of its panels.
 
     A body has the same number in every panel, and so has its centre of percussion. Centres outside a panel are given under it.
-
-    Args:
-        figure: which one.
-        profiles: of its panels.
     """
     views = [view_of(profile) for profile in profiles]
     names = list(dict.fromkeys(body for profile in profiles for body in profile.bodies))
     numbers = [{i: names.index(body) + 1 for i, body in enumerate(profile.bodies)} for profile in profiles]
-    windows = windows_of(profiles, views, numbers, NEAR, MOST, LEAST)
+    windows = windows_of(views, numbers, NEAR, MOST, LEAST)
     widths, height = [window.sides[0] for window in windows], windows[0].sides[1]
     across = sum(widths) + GAP * (len(widths) - 1)
     width = LEFT + max(across, BAR + 3.5) + MARGIN
@@ -67,14 +63,13 @@ def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> 
     for k, (part, profile, view, window) in enumerate(zip(figure.panels, profiles, views, windows, strict=True)):
         picture = add_axes(drawing, x, bottom, widths[k], height)
         coordinates(picture, window, profile, first=k == 0)
-        draw_bodies(picture, view)
-        signs |= draw_marks(picture, profile, view, window, numbers[k])
+        signs |= draw_bodies(picture, view) | draw_marks(picture, view, window, numbers[k])
         middle, y = x + widths[k] / 2.0, bottom - 0.42
         page.text(middle, y, part.label, fontsize=10, fontweight="bold", ha="center", va="top")
         page.text(middle, y - 0.17, "\n".join(captions[k]), fontsize=7, ha="center", va="top", linespacing=1.25)
         x += widths[k] + GAP
     colour_bar(drawing, LEFT, foot - 0.1, BAR)
-    key(page, views, signs, (LEFT + BAR + 0.4, foot))
+    key(page, signs, (LEFT + BAR + 0.4, foot))
     for k, text in enumerate(words):
         page.text(MARGIN, foot - FOOT - LINE * k, text, va="top", fontstyle="normal" if k <= bool(sensors) else "italic")
     return drawing

@@ -40,15 +40,16 @@ class Drawn(NamedTuple):
 
 
 class View(NamedTuple):
-    """The bodies in plane coordinates.
+    """The bodies of a profile in plane coordinates.
 
     Attributes:
+        profile: the shock of a landing.
         drawn: bodies, farthest first.
         struck: indices of the bodies between contacts and base, base first.
-        low: (2,) lower left corner of all silhouettes [m].
-        high: (2,) upper right corner of all silhouettes [m].
+        low, high: (2,) lower left and upper right corner of all silhouettes [m].
     """
 
+    profile: ShockProfile
     drawn: tuple[Drawn, ...]
     struck: tuple[int, ...]
     low: Array
@@ -80,15 +81,14 @@ def view_of(profile: ShockProfile) -> View:
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
-        hidden = [regions[k] for k in sorted(struck - {0}) if depth[k] < depth[i] - RESOLUTION * size]
-        covered = shapely.union_all(hidden).intersection(regions[i]).area if hidden else 0.0
-        outlined = i not in struck and covered > 0.1 * regions[i].area
+        hidden = shapely.union_all([regions[k] for k in struck - {0} if depth[k] < depth[i] - RESOLUTION * size])
+        outlined = i not in struck and shapely.intersection(hidden, regions[i]).area > 0.1 * regions[i].area
         far = i not in struck and bool(depth[i] < depth[0] - 0.02 * size)
         drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, box=shapes[i][1]))
     bounds = shapely.total_bounds(regions)
     if np.isnan(bounds).any():
         bounds = np.concatenate([every.min(axis=0), every.max(axis=0)])
-    return View(tuple(drawn), tuple(sorted(struck)), bounds[:2], bounds[2:])
+    return View(profile, tuple(drawn), tuple(sorted(struck)), bounds[:2], bounds[2:])
 
 
 def _shapes(profile: ShockProfile) -> list[tuple[tuple[Shape, ...], bool]]:
