@@ -50,8 +50,7 @@ def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane:
             parts.append(_projection(vertices, shape.mesh.triangles, resolution / 2.0))
     # A plate seen from its edge has no area, so it gets a width.
     parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
-    outline = shapely.union_all(parts).simplify(resolution / 2.0)
-    return _without_pinholes(outline, 9.0 * resolution**2)
+    return shapely.union_all(parts).simplify(resolution / 2.0)
 
 
 def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Region:
@@ -97,13 +96,3 @@ def contoured(x: Array, y: Array, z: Array, low: float, high: float) -> Region:
     if points is None:
         return shapely.MultiPolygon()
     return shapely.union_all(shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons)))
-
-
-def _without_pinholes(region: Region, area: float) -> Region:
-    """The region without holes below that area and parts below a ninth of it [m²]."""
-    polygons = [
-        shapely.Polygon(part.exterior, [hole for hole in part.interiors if shapely.Polygon(hole).area > area])
-        for part in shapely.get_parts(region)
-        if part.geom_type == "Polygon" and part.area > area / 9.0
-    ]
-    return shapely.MultiPolygon(polygons)

@@ -68,10 +68,12 @@ def view_of(profile: ShockProfile) -> View:
     world = [_points(profile, i, pieces) for i, (pieces, _) in enumerate(shapes)]
     every = to_plane(np.concatenate(world), plane)
     size = max(float(np.ptp(every, axis=0).max()), 1e-6)
-    regions = [
-        silhouette(pieces, profile.rotation[i], profile.position[i], plane, RESOLUTION * size)
-        for i, (pieces, _) in enumerate(shapes)
-    ]
+    regions = []
+    for i, (pieces, _) in enumerate(shapes):
+        region = silhouette(pieces, profile.rotation[i], profile.position[i], plane, RESOLUTION * size)
+        # Holes and gaps that are too fine to be seen are closed.
+        closed = region.buffer(2.0 * RESOLUTION * size, join_style="mitre").buffer(-2.0 * RESOLUTION * size, join_style="mitre")
+        regions.append(closed.simplify(0.5 * RESOLUTION * size))
     struck = {0}
     for contact in profile.scene.contact:
         i = robot.frame(contact.frame).body
