@@ -14,11 +14,10 @@ from shockpc.core.impulse import solve_impact
 from shockpc.model.dynamics import dynamics
 from shockpc.paper.beam import beam, eq_3_radius
 from shockpc.paper.claim import Claim
+from shockpc.paper.figures import FIGURES
 from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.paper.leg import cases, leg_lines, reductions
 from shockpc.paper.quadruped import ANGLES, quadruped
-from shockpc.paper.results import CLAIMS
-from shockpc.paper.scenes import FIGURES
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy
 from shockpc.robot.catalogue import catalogue, own_robots_folder
 from shockpc.robot.robot import load_robot
@@ -157,7 +156,7 @@ def test_the_independent_solution_knows_the_beam():
 def the(beginning) -> Claim:
     """The one claim whose section and statement begin so."""
     (found,) = (
-        claim for claims in CLAIMS.values() for claim in claims if f"{claim.section}: {claim.statement}".startswith(beginning)
+        claim for figure in FIGURES for claim in figure.claims if f"{claim.section}: {claim.statement}".startswith(beginning)
     )
     return found
 
@@ -223,7 +222,7 @@ def test_the_outcome_of_a_claim(beginning):
 
 
 def test_every_claim_has_its_outcome():
-    assert sum(map(len, CLAIMS.values())) == len(OUTCOMES) == 39
+    assert sum(len(figure.claims) for figure in FIGURES) == len(OUTCOMES) == 39
     readme = (own_robots_folder().parent / "README.md").read_text(encoding="utf-8")
     assert set(re.findall(r"(\d+) of the paper's (?:statements|claims)", readme)) <= {"39"}
 
@@ -390,10 +389,10 @@ def test_the_page_of_models_has_their_arguments_and_results():
 
 @pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: str(figure.number))
 def test_a_figure_names_its_panels_and_bodies(figure):
-    drawing = draw_paper_figure(figure, [land(panel.scene) for panel in figure.panels])
+    drawing = draw_paper_figure(figure)
     words = "\n".join(text.get_text() for text in drawing.axes[0].texts)
     assert all(panel.label in words and panel.words in words for panel in figure.panels)
-    assert all(body.replace("_", " ") in words for panel in figure.panels for body in land(panel.scene).bodies)
+    assert all(body.replace("_", " ") in words for profile in figure.profiles for body in profile.bodies)
 
 
 def test_the_command_writes_what_it_computes(capfd, tmp_path):
@@ -407,7 +406,7 @@ def test_the_command_writes_what_it_computes(capfd, tmp_path):
     assert again.splitlines()[1].startswith("percussion,beam,1.5")
     assert "![Figure 1: a slender beam on a slider](figure1.svg)" in (tmp_path / "paper" / "paper.md").read_text()
     rows = (tmp_path / "paper" / "claims.csv").read_text().splitlines()
-    assert len(rows) == 1 + sum(1 + len(claim.alternatives) for claim in CLAIMS[1])
+    assert len(rows) == 1 + sum(1 + len(claim.alternatives) for claim in FIGURES[0].claims)
 
 
 def test_the_figure_of_skippy_says_what_is_assumed(capfd, tmp_path):

@@ -1,11 +1,10 @@
 """A figure of the paper, computed again: its panels side by side, on one scale and with one set of colours."""
 
 import textwrap
-from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from shockpc.paper.scenes import Panel, PaperFigure
+from shockpc.paper.figures import Panel, PaperFigure
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
 from shockpc.show.figure.canvas import add_axes, new_page, render
@@ -29,17 +28,18 @@ NEAR = (0.7, 0.26)
 """Distance from the robot, sideways and up, as a share of its size, up to which a centre of percussion is in the panel."""
 
 
-def paper_figure_files(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> dict[str, bytes]:
+def paper_figure_files(figure: PaperFigure) -> dict[str, bytes]:
     """A figure of the paper as SVG and PNG, by file name."""
-    files = render(lambda: draw_paper_figure(figure, profiles))
+    files = render(lambda: draw_paper_figure(figure))
     return {f"figure{figure.number}.{format_}": data for format_, data in files.items()}
 
 
-def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> Figure:
-    """Draw a figure of the paper from the profiles of its panels.
+def draw_paper_figure(figure: PaperFigure) -> Figure:
+    """Draw a figure of the paper.
 
     A body has the same number in every panel, and so has its centre of percussion. Centres outside a panel are given under it.
     """
+    profiles = figure.profiles
     views = [view_of(profile) for profile in profiles]
     names = list(dict.fromkeys(body for profile in profiles for body in profile.bodies))
     numbers = [{i: names.index(body) + 1 for i, body in enumerate(profile.bodies)} for profile in profiles]

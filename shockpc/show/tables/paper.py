@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from shockpc.paper.claim import Claim
+from shockpc.paper.figures import PaperFigure
 from shockpc.paper.landings import scene
-from shockpc.paper.results import FigureResult
 from shockpc.scene import scene_text
 from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Cell, Sheet
@@ -14,9 +14,9 @@ from shockpc.show.tables.text import as_csv, as_markdown, as_text
 __all__ = ["paper_text", "write_paper"]
 
 
-def paper_text(results: Sequence[FigureResult]) -> str:
+def paper_text(figures: Sequence[PaperFigure]) -> str:
     """The bodies as a table, then every claim with its outcomes, a short line each."""
-    claims = [claim for result in results for claim in result.claims]
+    claims = [claim for figure in figures for claim in figure.claims]
     kinds = {
         "hold": sum(claim.holds and not claim.alternatives for claim in claims),
         "hold as interpreted, but not under an alternative": sum(claim.holds and bool(claim.alternatives) for claim in claims),
@@ -26,10 +26,10 @@ def paper_text(results: Sequence[FigureResult]) -> str:
     for claim in claims:
         lines += [f"{claim.section}: {claim.statement}", f"    {claim.quantity}, {claim.criterion}"]
         lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
-    return f"{as_text(_bodies_sheet(results))}\n" + "\n".join(lines) + "\n"
+    return f"{as_text(_bodies_sheet(figures))}\n" + "\n".join(lines) + "\n"
 
 
-def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
+def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
     """Write figureN.svg and .png, bodies.csv, claims.csv, paper.md, and the scene of every panel.
 
     Raises:
@@ -39,36 +39,36 @@ def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
 
     files: dict[str, str | bytes] = {}
     parts = ["## Figures and claims of the paper\n"]
-    for figure, profiles, _ in results:
-        files |= paper_figure_files(figure, profiles)
+    for figure in figures:
+        files |= paper_figure_files(figure)
         files |= {f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for panel in figure.panels}
         parts.append(f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n")
-    for name, sheet in (("bodies", _bodies_sheet(results)), ("claims", _claims_sheet(results))):
+    for name, sheet in (("bodies", _bodies_sheet(figures)), ("claims", _claims_sheet(figures))):
         files[f"{name}.csv"] = as_csv(sheet)
         parts.append(as_markdown(sheet))
     write_folder(folder, files | {"paper.md": "\n".join(parts)})
 
 
-def _bodies_sheet(results: Sequence[FigureResult]) -> Sheet:
+def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     """One row for every body of every panel."""
     rows: list[tuple[Cell, ...]] = []
-    for figure, profiles, _ in results:
-        for panel, found in zip(figure.panels, profiles, strict=True):
+    for figure in figures:
+        for panel, found in zip(figure.panels, figure.profiles, strict=True):
             for i, body in enumerate(found.bodies):
                 copc = ("translates", None) if found.translates[i] else (found.copc[i, 0], found.copc[i, 2])
                 shock = (found.shock_com[i], found.shock_min[i], found.shock_max[i])
                 rows.append((f"{figure.number} {panel.label}", body, *copc, found.ropc[i], *shock))
     header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]")
-    notes = ("Figure 3: all masses and most lengths are assumed",) if any(r.figure.number == 3 for r in results) else ()
+    notes = ("Figure 3: all masses and most lengths are assumed",) if any(figure.number == 3 for figure in figures) else ()
     return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
 
 
-def _claims_sheet(results: Sequence[FigureResult]) -> Sheet:
+def _claims_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     """One row for every claim, and one for each alternative interpretation that changes the outcome."""
     rows = [
         (claim.section, claim.statement, interpretation, claim.quantity, claim.criterion, value, outcome)
-        for result in results
-        for claim in result.claims
+        for figure in figures
+        for claim in figure.claims
         for interpretation, value, outcome in _outcomes(claim)
     ]
     header = ("section", "claim", "interpretation", "quantity", "holds if", "value", "outcome")
