@@ -63,18 +63,17 @@ def windows_of(
         least: width of each window, and their height [inches].
     """
     held = [_contents(view, bodies, near) for view, bodies in zip(views, numbered, strict=True)]
-    low, high = np.array([one.min(axis=0) for one in held]), np.array([one.max(axis=0) for one in held])
-    low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
+    feet = [to_plane(np.stack([contact.point for contact in view.profile.contacts]), view.profile.plane) for view in views]
     arrows = [ARROW * velocities_in_plane(view.profile) for view in views]
-    below = PAD - np.array([tips.min(axis=0, initial=0.0) for tips in arrows])
-    above = PAD + np.array([tips.max(axis=0, initial=0.0) for tips in arrows])
-    below[:, 1], above[:, 1] = below[:, 1].max(), above[:, 1].max()
-    # Arrows and margins have fixed lengths on paper; what they leave determines the scale.
-    room = np.array(most) - (below + above).sum(axis=0) * [1.0, 1.0 / len(views)]
-    size = (high - low).sum(axis=0) * [1.0, 1.0 / len(views)]
-    inch = max(float(np.max(size / room)), 1e-9)
-    low, high = low - below * inch, high + above * inch
-    half = np.maximum(high - low, np.array(least) * inch) / 2.0
+    inch = 0.0
+    # The arrows have a fixed length on paper, so the room that they need depends on the scale, and the scale on that room.
+    for _ in range(4):
+        full = [np.concatenate([h, foot + inch * arrow]) for h, foot, arrow in zip(held, feet, arrows, strict=True)]
+        low, high = np.array([one.min(axis=0) for one in full]), np.array([one.max(axis=0) for one in full])
+        low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
+        wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]
+        inch = max(float(wide / (most[0] - 2.0 * PAD * len(views))), float(tall / (most[1] - 2.0 * PAD)), 1e-9)
+    half = np.maximum((high - low) / 2.0 + PAD * inch, np.array(least) * inch / 2.0)
     return [Window(middle - side, middle + side, inch) for middle, side in zip((low + high) / 2.0, half, strict=True)]
 
 
