@@ -27,7 +27,7 @@ def random_landing(number: int) -> tuple[Robot, Scene]:
     dialect = ("urdf", "mjcf")[number % 2]
     n = int(rng.integers(1, 21))
     parents = [int(rng.integers(max(0, i - 3), i)) for i in range(1, n)]
-    kinds = [str(kind) for kind in rng.choice(URDF_KINDS if dialect == "urdf" else (*MJCF_KINDS, "planar"), n - 1)]
+    kinds = [str(kind) for kind in rng.choice(URDF_KINDS if dialect == "urdf" else MJCF_KINDS, n - 1)]
     mechanism = random_mechanism(rng, parents, kinds, decades=float(rng.choice((0.3, 1.5, 4.0))))
     driven = [i for i, kind in enumerate(kinds, start=1) if kind not in ("spherical", "planar")]
     mimics, base = (), "free"

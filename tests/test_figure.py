@@ -32,7 +32,7 @@ from shockpc.show.figure.bodies import layers
 from shockpc.show.figure.canvas import STYLE
 from shockpc.show.figure.field import Field, below, field_of
 from shockpc.show.figure.landing import draw, landing_figure
-from shockpc.show.figure.palette import BANDS, EDGES
+from shockpc.show.figure.palette import BANDS, EDGES, band
 from shockpc.show.figure.paper import draw_paper_figure
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.view import view_of
@@ -241,11 +241,6 @@ def test_a_level_of_shock_is_a_circle_about_the_copc():
     np.testing.assert_allclose(np.hypot(limit[:, 0] - 0.3, limit[:, 1]), 0.5, rtol=1e-3)
 
 
-def band(shock):
-    """Index of the band of a shock; a value on a limit belongs to the band below it."""
-    return max(0, np.searchsorted(EDGES, shock) - 1)
-
-
 def test_shocks_that_round_to_1_are_grey_and_nothing_is_clipped():
     """The band around 1 goes from 0.95 to 1.05; shock far above 1 has a colour of its own, darker than all others."""
     shocks = (0.0, 0.1, 0.94, 0.96, 1.0, 1.03, 1.06, 2.0, 2.01, 1e9)
@@ -401,13 +396,15 @@ def test_bodies_without_shapes(tmp_path, monkeypatch):
     """Drawn as the box of the inertia, and named where there is no inertia either; an empty picture says so."""
     (tmp_path / "bare.urdf").write_text(BARE)
     contact = (Contact(frame="trunk", offset=(0.2, 0.0, -0.2)),)
-    profile = shock_profile(Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(armature={"j": 0.01})))
+    scene = Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(armature={"j": 0.01}))
+    profile = shock_profile(scene)
     (drawn,) = (drawn for drawn in view_of(profile).drawn if drawn.body == 0)
     assert drawn.box
     assert drawn.region.area == pytest.approx(6 * 0.1 / 3)
     written = words(draw(profile))
     assert {"box of the inertia: the file has no shape", "not drawn, without shape and inertia: empty"} <= set(written)
     monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
+    profile = shock_profile(scene)
     assert "no body of this robot has a shape or an inertia to draw" in words(draw(profile))
     assert outside(draw(profile)) == []
 

@@ -1,20 +1,21 @@
-"""A profile whole: redundant and contradicting contacts, strikes and planes, and what it says about itself."""
+"""Whole profiles: redundant and contradicting contacts, strikes and planes, joint models, and bodies without inertia."""
 
 import math
-from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from dense import velocity
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError, ShockError, SolveError
+from shockpc.errors import SceneError, SolveError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.profile import ROUNDED, shock_profile
+from shockpc.profile import shock_profile
+from shockpc.results.percussion import ROUNDED
 from shockpc.scene import GRAVITY, Point, Scene, Strike
 
 CORNERS = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)]
@@ -22,7 +23,7 @@ ANYMAL_FEET = ("LF_FOOT", "LH_FOOT", "RF_FOOT", "RH_FOOT")
 
 
 def box():
-    """A body of 2 kg, its origin in the middle, with no joints."""
+    """A body of 2 kg with its origin in the middle and no joints."""
     return robot_from(urdf(link("box", mass="2"), name="box"))
 
 
@@ -36,12 +37,12 @@ def refusal(robot, contacts, kind=SceneError, **changes):
     return str(raised.value)
 
 
-# Contacts that repeat each other
+# Contacts that repeat one another
 
 
 @given(st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-2.0, -0.1)))
-def test_a_box_on_its_corners_stops_dead(velocity):
-    """Four sticking corners, twelve rows of which six count: no motion is left, and the impulses add up to the momentum."""
+def test_a_box_on_its_corners_stops(velocity):
+    """Four sticking corners, twelve rows of which six are independent: no motion is left, and no single impulse is determined."""
     profile = land(box(), [Contact(frame="box", offset=corner) for corner in CORNERS], velocity)
     assert (profile.health.rank, profile.health.rows) == (6, 12)
     np.testing.assert_allclose(profile.delta_qd, [*np.negative(velocity), 0.0, 0.0, 0.0], atol=1e-13)
@@ -59,7 +60,7 @@ def test_a_box_on_frictionless_corners_needs_three():
 
 
 def test_two_corners_are_an_axis():
-    """Two sticking points leave a turn about the line through them: five of six rows, the one along the line shared."""
+    """Two sticking points leave a rotation about the line through them: five of six rows, the one along the line shared."""
     profile = land(box(), [Contact(frame="box", offset=(0.3, y, -0.1)) for y in (-0.2, 0.2)])
     assert (profile.health.rank, profile.health.rows) == (5, 6)
     assert [contact.impulse is None for contact in profile.contacts] == [True, True]
@@ -70,7 +71,7 @@ def test_two_corners_are_an_axis():
 
 
 def test_a_locked_robot_on_four_feet_is_a_box():
-    """All joints locked, four feet at once: six of twelve rows, everything stops, and no impulse of a single foot is told."""
+    """All joints locked, four feet at once: six of twelve rows, everything stops, and no impulse of a single foot is reported."""
     robot = known_robot("anymal_b")
     profile = land(robot, [Contact(frame=foot) for foot in ANYMAL_FEET], (0.2, 0.1, -1.0), joints=Joints(model="locked"))
     assert (profile.health.rank, profile.health.rows) == (6, 12)
@@ -84,37 +85,33 @@ def test_a_locked_robot_on_four_feet_is_a_box():
 
 @pytest.mark.parametrize("base", ["free", "planar", "fixed"])
 def test_four_feet_at_once_stop_all_four(base):
-    """On every base each foot's velocity is undone; legs of three joints give every foot its own three rows."""
+    """On every base the velocity of each foot is undone; legs of three joints give every foot its own three rows."""
     robot = known_robot("anymal_b")
     profile = land(robot, [Contact(frame=foot) for foot in ANYMAL_FEET], (0.2, 0.1, -1.0), base=base)
     assert (profile.health.rank, profile.health.rows) == (12, 12)
     for contact in profile.contacts:
         frame = robot.frames[contact.frame]
-        i = frame.body
-        jump = profile.rotation[i] @ (profile.delta_v[i] + np.cross(profile.delta_omega[i], frame.offset))
-        np.testing.assert_allclose(jump, [-0.2, -0.1, 1.0], atol=1e-11)  # legs nearly straight
+        np.testing.assert_allclose(velocity(profile, frame.body, frame.offset), [-0.2, -0.1, 1.0], atol=1e-13)
         assert contact.impulse is not None
-    assert not [warning for warning in profile.health.warnings if "solutions" in warning]
 
 
-def test_bodies_that_do_not_move_raise_no_alarm():
-    """Two feet of a robot on a fixed base: the other legs and the base stay still, and their rounding is no error."""
+def test_bodies_that_nothing_moves_are_at_rest():
+    """Two feet of a robot on a fixed base: the other legs and the base have jumps of zero."""
     profile = land(known_robot("anymal_b"), [Contact(frame="LF_FOOT"), Contact(frame="RH_FOOT")], base="fixed")
-    assert profile.health.error_estimate < 1e-10
-    assert not [warning for warning in profile.health.warnings if "solutions" in warning]
     still = [i for i, name in enumerate(profile.bodies) if name[:2] in ("LH", "RF", "ba")]
     assert len(still) == 7
+    assert not profile.delta_v[still].any()
+    assert not profile.delta_omega[still].any()
     assert not profile.moved[still].any()
     assert profile.translates[still].all()
 
 
-def test_nearly_repeated_contacts_do_not_contradict():
-    """Two contacts a hair apart on one body strike alike: an axis, or one contact, but never a contradiction."""
-    robot = box()
-    for apart in (1e-3, 1e-6, 3e-9):
-        profile = land(robot, [Contact(frame="box", offset=(0.3, y, -0.1)) for y in (0.0, apart)])
-        assert profile.health.rank == 5
-        np.testing.assert_allclose(profile.delta_omega[0], [0.0, -2.0, 0.0], atol=1e-14 / apart)  # rounding of where they are
+@pytest.mark.parametrize("distance", [1e-3, 1e-6, 3e-9])
+def test_contacts_close_together_are_an_axis(distance):
+    """Two contacts so far apart on one body leave it a rotation about the line through them, to the last digit."""
+    profile = land(box(), [Contact(frame="box", offset=(0.3, y, -0.1)) for y in (0.0, distance)])
+    assert profile.health.rank == 5
+    np.testing.assert_allclose(profile.delta_omega[0], [0.0, -2.0, 0.0], atol=1e-15)
 
 
 def test_one_point_twice_is_refused():
@@ -130,7 +127,7 @@ def test_one_point_twice_is_refused():
 
 
 def test_a_contact_that_the_mechanism_cannot_follow_is_refused():
-    """Legs that swing in x–z, bolted down: a foot struck from the side has nothing to give."""
+    """Legs that move in x–z on a fixed base: a foot struck from the side cannot give way."""
     robot = known_robot("quadruped")
     assert refusal(robot, [Contact(frame="hind_foot")], base="fixed", velocity=(0.0, 0.3, -1.0)) == (
         'contact "hind_foot" cannot be stopped: 0.3 m/s are left along (0 1 0), because '
@@ -141,19 +138,8 @@ def test_a_contact_that_the_mechanism_cannot_follow_is_refused():
     assert (profile.health.rank, profile.health.rows) == (2, 3)
 
 
-def test_contacts_that_ask_for_opposites_are_refused():
-    """Two points of one body, one to bounce along the line through both and one not."""
-    contacts = [Contact(frame="box", offset=(x, 0.0, -0.1), restitution=e) for x, e in ((-0.3, 0.0), (0.3, 1.0))]
-    assert refusal(box(), contacts, velocity=(0.5, 0.0, -1.0)) == (
-        'contact "box" cannot be stopped: 0.25 m/s are left along (1 0 0), because '
-        "the mechanism cannot move that way here, or another contact asks for the opposite; "
-        "leave that direction out of the contact or of the strike, or free the base"
-    )
-    land(box(), contacts)  # straight down nothing contradicts
-
-
 def test_a_straight_leg_on_a_fixed_base_cannot_give_way():
-    """A straight knee cannot shorten: along the leg nothing can be stopped; a hair's bend gives a huge rate, not a wrong one."""
+    """A straight knee cannot shorten, so nothing can be stopped along the leg; a bend of 1e-6 gives a huge rate."""
     robot = known_robot("quadruped")
     posture = Posture(reference="neutral")
     message = refusal(robot, [Contact(frame="hind_foot")], base="fixed", posture=posture)
@@ -166,26 +152,34 @@ def test_a_straight_leg_on_a_fixed_base_cannot_give_way():
     beta_alpha = 1.0 / (0.4 * math.sin(bend))
     alpha = -beta_alpha * math.cos(bend)
     hip, knee = (robot.model.joints[robot.model.getJointId(name)].idx_v for name in ("hind_hip", "hind_knee"))
-    np.testing.assert_allclose(profile.delta_qd[[hip, knee]], [alpha, beta_alpha - alpha], rtol=1e-8)  # 1e-16 / bend
+    np.testing.assert_allclose(profile.delta_qd[[hip, knee]], [alpha, beta_alpha - alpha], rtol=1e-9)
 
 
 @pytest.mark.parametrize("bend", [1e-4, 1e-7, 1e-9])
 def test_a_huge_rate_in_one_leg_hides_no_contradiction_in_another(bend):
-    """A hind leg all but straight gives way at a rate of one over its bend; the front leg, quite straight, cannot."""
+    """A hind leg that is nearly straight gives way at a rate of one over its bend; the front leg is straight and cannot."""
     posture = Posture(reference="neutral", joints={"hind_knee": bend})
     contacts = [Contact(frame="hind_foot"), Contact(frame="front_foot")]
     message = refusal(known_robot("quadruped"), contacts, base="fixed", posture=posture)
     assert message.startswith('contact "front_foot" cannot be stopped: 1 m/s are left along (0 0 1), because ')
 
 
+@pytest.mark.parametrize("e", [1e-8, 1e-5, 1.0])
+def test_contacts_that_contradict_one_another_are_refused(e):
+    """Two points of one body, one to rebound along the line through both and one not: which is met would decide the result."""
+    contacts = [Contact(frame="box", offset=(x, 0.0, -0.1), restitution=r) for x, r in ((-0.3, 0.0), (0.3, e))]
+    message = refusal(box(), contacts, velocity=(0.5, 0.0, -1.0))
+    assert message.startswith(f'contact "box" cannot be stopped: {0.5 * e:.3g} m/s are left along (1 0 0), because ')
+    land(box(), contacts)  # straight down nothing contradicts
+
+
 # A column: pure translation
 
 
 @pytest.mark.parametrize("base", ["free", "planar"])
-@pytest.mark.parametrize("frame", ["heel"])
-def test_a_straight_column_struck_along_its_axis_only_translates(base, frame):
+def test_a_straight_column_struck_along_its_axis_only_translates(base):
     """No CoPc, infinite RoPc, uniform shock of 1 in every body, and no pitch."""
-    profile = land(known_robot("leg"), [Contact(frame=frame)], base=base, posture=Posture(reference="straight"))
+    profile = land(known_robot("leg"), [Contact(frame="heel")], base=base, posture=Posture(reference="straight"))
     assert profile.translates.all()
     assert np.isinf(profile.ropc).all()
     assert np.isnan(profile.copc).all()
@@ -197,16 +191,16 @@ def test_a_straight_column_struck_along_its_axis_only_translates(base, frame):
 
 
 @pytest.mark.parametrize("knee", [1e-9, 1e-6, 1e-3])
-def test_a_bent_column_turns_however_little_it_is_bent(knee):
-    """A knee bent by a billionth turns the leg, by so much: RoPc goes with one over the bend, and nothing jumps on the way."""
+def test_a_bent_column_rotates_however_little_it_is_bent(knee):
+    """RoPc is proportional to one over the bend, down to a billionth of a radian."""
     posture = Posture(reference="straight", joints={"knee": knee})
     profile = land(known_robot("leg"), [Contact(frame="heel")], posture=posture)
     assert not profile.translates.any()
     reference = land(known_robot("leg"), [Contact(frame="heel")], posture=Posture(reference="straight", joints={"knee": 1e-4}))
-    np.testing.assert_allclose(profile.ropc * knee, reference.ropc * 1e-4, rtol=1e-5)  # the bend's own square, and 1e-16 / 1e-9
+    np.testing.assert_allclose(profile.ropc * knee, reference.ropc * 1e-4, rtol=1e-5)  # the square of the bend
 
 
-# NaN where there is nothing, and nowhere else
+# NaN where nothing exists, and only there
 
 
 @given(
@@ -216,7 +210,7 @@ def test_a_bent_column_turns_however_little_it_is_bent(knee):
     st.floats(0.0, 1.0),
     st.sampled_from(["xz", "yz", "xy", (1.0, 1.0, 0.2)]),
 )
-def test_nothing_is_nan_but_what_does_not_exist(name, base, angle, e, plane):
+def test_only_what_does_not_exist_is_nan(name, base, angle, e, plane):
     """Every number of a profile is finite, but centre, radius and pitch of a body that only translates or does not turn."""
     robot = known_robot(name)
     foot = {"go2": "FL_foot", "talos": "left_sole_link", "quadruped": "hind_foot"}[name]
@@ -230,8 +224,7 @@ def test_nothing_is_nan_but_what_does_not_exist(name, base, angle, e, plane):
     np.testing.assert_array_equal(np.isinf(profile.ropc), profile.translates)
     assert np.isfinite(profile.pitch[~profile.translates]).all()
     assert np.all((profile.off_plane >= 0.0) & (profile.off_plane <= 1.0 + 1e-12))
-    assert math.isfinite(profile.health.error_estimate)
-    assert math.isfinite(profile.health.residual)
+    assert profile.health.error_bound <= 2.3e-16
 
 
 def test_least_and_greatest_shock_enclose_the_points_of_a_body():
@@ -246,7 +239,7 @@ def test_least_and_greatest_shock_enclose_the_points_of_a_body():
     assert profile.shock_com[i] == pytest.approx(shock[20], rel=1e-12)
 
 
-def test_a_point_feels_what_the_profile_says_of_its_body():
+def test_the_shock_of_a_point_follows_from_its_body():
     """A sensor's jump is v + ω × r in its own axes, and its shock the length of that over the strike's speed."""
     robot = known_robot("anymal_b")
     profile = land(robot, [Contact(frame="LF_FOOT")], (0.3, 0.1, -2.0), point=(Point(frame="RH_FOOT", offset=(0.1, 0.2, 0.3)),))
@@ -338,68 +331,8 @@ def test_a_strike_without_a_meaning_is_refused(strike, message):
 NAN, INF = math.nan, math.inf
 
 
-STRIKES = [
-    lambda bad: {"strike": Strike(speed=bad)},
-    lambda bad: {"strike": Strike(strike_angle_deg=bad)},
-    lambda bad: {"strike": Strike(velocity=(bad, 0.0, -1.0))},
-    lambda bad: {"strike": Strike(drop_height=bad)},
-]
-PLACES = [
-    lambda bad: {"contact": (Contact(frame="heel", offset=(bad, 0.0, 0.0)),)},
-    lambda bad: {"contact": (Contact(frame="heel", restitution=bad),)},
-    lambda bad: {"contact": (Contact(frame="heel", directions=((bad, 0.0, 1.0),)),)},
-    lambda bad: {"posture": Posture(joints={"knee": bad})},
-    lambda bad: {"posture": Posture(joints_deg={"knee": bad})},
-    lambda bad: {"posture": Posture(base_rpy_deg=(bad, 0.0, 0.0))},
-    lambda bad: {"posture": Posture(base_position=(bad, 0.0, 0.0))},
-    lambda bad: {"posture": Posture(base_quaternion=(bad, 0.0, 0.0, 1.0))},
-    lambda bad: {"plane": (bad, 0.0, 1.0)},
-    lambda bad: {"point": (Point(frame="heel", offset=(bad, 0.0, 0.0)),)},
-]
-
-
-def refused(change):
-    with pytest.raises(SceneError) as raised:
-        shock_profile(Scene(**({"robot": "leg", "contact": (Contact(frame="heel"),)} | change)), known_robot("leg"))
-    return str(raised.value)
-
-
-@pytest.mark.parametrize("bad", [NAN, INF, -INF])
-@pytest.mark.parametrize("change", [*STRIKES, *PLACES])
-def test_a_number_that_is_none_is_refused(change, bad):
-    """NaN and infinity anywhere in a scene end in one clear message, not in a profile, a hang or a traceback."""
-    assert "finite number" in refused(change(bad))
-
-
-@pytest.mark.parametrize("bad", [1e200, -1e200])
-@pytest.mark.parametrize("change", PLACES)
-def test_a_number_beyond_all_places_is_refused(change, bad):
-    """So do numbers whose squares run out of range."""
-    assert refused(change(bad)).endswith(f" is {bad:g}, which is out of range; give a number up to 1e+12")
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"plane": "zx"}, 'plane has to be "xz", "yz" or "xy" or a list of 3 finite numbers, not "zx"'),
-        ({"base": "floating"}, 'base has to be "free", "planar" or "fixed", not "floating"'),
-        ({"contact": (Contact(frame="heel", at="bottom"),)}, 'contact[0].at has to be "frame" or "lowest", not "bottom"'),
-        (
-            {"contact": (Contact(frame="heel", directions=("q",)),)},
-            'contact[0].directions[0] has to be "x", "y" or "z" or a list of 3 finite numbers, not "q"',
-        ),
-    ],
-)
-def test_a_word_that_is_not_known_is_refused(change, message):
-    """A scene built in Python is checked as a file is: the key, the word, and what would be valid."""
-    with pytest.raises(SceneError) as raised:
-        shock_profile(Scene(**({"robot": "leg", "contact": (Contact(frame="heel"),)} | change)), known_robot("leg"))
-    assert str(raised.value) == message
-
-
 def test_a_scene_without_a_contact_is_refused():
-    """Nothing touches, nothing strikes; the message names a link to try."""
-    assert refusal(known_robot("leg"), []) == 'no contact is given, so nothing strikes; name a link of robot "leg", such as "heel"'
+    assert refusal(known_robot("leg"), []) == 'no contact is defined; name a link of robot "leg", such as "heel"'
 
 
 # Bodies without inertia
@@ -419,7 +352,7 @@ TILTED = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"hinge": 0.7})
 
 @pytest.mark.parametrize(("mass", "com"), [("0", "0 0 0"), ("1", "0 0 0"), ("1", "0.01 0.1 0.02")])
 def test_a_body_that_nothing_resists_is_named(mass, com):
-    """A bob without mass, or with all of it on its axis, spins at no cost: the body is to blame, not the contact."""
+    """A bob without mass, or with all of it on its axis: the message names the body, not the contact."""
     message = refusal(pendulum(mass, "0", com), [Contact(frame="tip")], kind=SolveError, posture=TILTED)
     assert message == (
         'body "bob" of robot "r" can move, but no mass or inertia resists it, so the inertia matrix cannot be inverted; give mass '
@@ -429,63 +362,48 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
 
 @pytest.mark.parametrize("inertia", ["1e-6", "1e-12", "1e-16"])
 def test_a_tiny_inertia_goes_to_its_limit(inertia):
-    """As the bob's inertia vanishes the shock settles; rounding in its place on the axis then counts, and is told."""
+    """As the inertia of the bob vanishes the shock tends to a limit."""
     light = land(pendulum("1", inertia, "0 0 0"), [Contact(frame="tip")], posture=TILTED)
     limit = land(pendulum("1", "1e-9", "0 0 0"), [Contact(frame="tip")], posture=TILTED)
     np.testing.assert_allclose(light.ropc, limit.ropc, rtol=1e3 * max(float(inertia), 1e-9))
-    assert light.health.error_estimate < 1e-6
+    assert light.health.error_bound <= 2.3e-16
 
 
 def test_a_massless_link_in_between_is_no_obstacle():
-    """A bracket without mass between two hinges, as files have them, carries the shock like a body of next to no mass."""
+    """A bracket without mass between two hinges, as files have them, carries the shock like a body of hardly any mass."""
     extra = link("end", mass="0.5") + joint("second", "bob", "end", axis="1 0 0")
     profiles = [
         land(pendulum(mass, inertia, "0 0 0", extra), [Contact(frame="end", offset=(0.1, 0.2, -0.1))], posture=TILTED)
         for mass, inertia in (("0", "0"), ("1e-9", "1e-12"))
     ]
     np.testing.assert_allclose(profiles[0].delta_qd, profiles[1].delta_qd, rtol=1e-6)
-    assert profiles[0].health.error_estimate < 1e-9
     assert not profiles[0].translates.any()
-
-
-def test_every_refusal_is_a_shock_error():
-    """One root catches all that is refused here."""
-    assert issubclass(SceneError, ShockError)
-    assert issubclass(SolveError, ShockError)
 
 
 # What a profile says of itself
 
 
-def test_a_profile_is_sealed():
-    """No array of it can be written to, and sealing it seals nothing else."""
-    robot = known_robot("anymal_b")
-    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), robot)
-    arrays = {f.name: getattr(profile, f.name) for f in fields(profile) if isinstance(getattr(profile, f.name), np.ndarray)}
-    assert arrays.keys() >= {"delta_v", "delta_omega", "copc", "ropc", "translates", "shock_com", "q", "maps", "total_moment"}
-    for array in arrays.values():
+def test_a_profile_is_read_only():
+    """No array of it can be written to."""
+    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
+    for name in ("q", "delta_qd", "maps", "position", "rotation", "delta_omega", "delta_v"):
         with pytest.raises(ValueError, match="read-only"):
-            array[...] = 0
-    mine = np.ones(len(profile.bodies))
-    changed = replace(profile, shock_com=mine)
-    mine[0] = 2.0
-    with pytest.raises(ValueError, match="read-only"):
-        changed.shock_com[0] = 3.0
+            getattr(profile, name)[...] = 0
 
 
 @pytest.mark.parametrize(("share", "translates"), [(0.5, True), (2.0, False)])
 @pytest.mark.parametrize("speed", [1e-3, 1.0, 1e3])
-def test_a_turn_that_rounding_in_a_file_explains_is_none(share, translates, speed):
-    """A box struck so little beside its centre that its own size turns by a share of ROUNDED, at every speed."""
+def test_a_rotation_within_the_rounding_of_files_is_a_translation(share, translates, speed):
+    """A box struck so near its centre that its own size rotates by a share of ROUNDED, at every speed."""
     gyration = math.sqrt(0.1 / 2.0)
     beside = share * ROUNDED * gyration
     profile = land(box(), [Contact(frame="box", offset=(beside, 0.0, 0.0))], (0.0, 0.0, -speed))
     assert profile.translates.tolist() == [translates]
-    assert profile.ropc[0] == (math.inf if translates else pytest.approx(gyration / (share * ROUNDED), rel=1e-6))
+    assert profile.ropc[0] == (math.inf if translates else pytest.approx(gyration / (share * ROUNDED), rel=1e-12))
     assert np.isnan(profile.copc).all() == np.isnan(profile.pitch[0]) == translates
 
 
-def test_a_profile_says_all_that_was_computed():
+def test_a_profile_holds_the_complete_scene():
     """Defaults are filled in: posture, base, speed and angle."""
     profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
     assert profile.scene.posture.reference == "standing"
@@ -497,8 +415,8 @@ def test_a_profile_says_all_that_was_computed():
 
 
 @pytest.mark.parametrize(("armature", "model"), [({}, "free"), ({"*": 0.01}, "geared"), ({"*_KFE": 0.01}, "mixed")])
-def test_the_joint_model_is_told(armature, model):
-    """No number without what the drives do: free, geared, or some of each."""
+def test_the_joint_model_is_reported(armature, model):
+    """Free, geared, or some of each."""
     profile = land(known_robot("anymal_b"), [Contact(frame="LF_FOOT")], joints=Joints(armature=armature))
     assert profile.joint_model == model
 
@@ -517,7 +435,7 @@ def test_reflected_inertia_goes_from_free_to_locked():
 
 
 @pytest.mark.parametrize("feet", [("FL_foot", "FR_foot")])
-def test_the_drives_of_a_go2_decide_what_its_trunk_feels(feet):
+def test_the_joint_model_of_a_go2_decides_the_jump_of_its_trunk(feet):
     """Two front feet straight down: the base jumps by −0.003 with free joints, 0.07, 0.25 and 0.48 geared, 0.80 locked."""
     robot = known_robot("go2")
 

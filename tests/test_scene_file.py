@@ -1,7 +1,8 @@
-"""Scenes as TOML: every key is read, every slip is named, and what is written comes back the same."""
+"""Scenes as TOML: every key is read, mistakes are named, and what is written is read back the same."""
 
 import dataclasses
 import json
+import math
 import os
 import shutil
 import tomllib
@@ -137,8 +138,8 @@ def test_every_key_is_read(here):
     )
 
 
-def test_other_ways_to_say_it(here):
-    """Keys that exclude those above."""
+def test_keys_that_exclude_one_another(here):
+    """The other ways to give base and strike."""
     text = 'robot = "anymal_b"\n[posture]\nbase_quaternion = [0, 0, 0, 1]\n[strike]\n'
     turned = Posture(base_quaternion=(0.0, 0.0, 0.0, 1.0))
     assert read_scene(write(here, text + "velocity = [0, 0, -1]\n")) == Scene(
@@ -201,7 +202,7 @@ def test_every_line_has_a_change():
 
 @pytest.mark.parametrize("old", CHANGES)
 def test_every_key_counts(capfd, here, old):
-    """No key is read and then forgotten: a change to any line of the scene changes the numbers, or is refused."""
+    """A change to any line of the scene changes the numbers, or is refused."""
     (here / "other.srdf").write_text((here / "dog/dog.srdf").read_text().replace("0.3", "0.35"))
     shutil.copytree(here / "dog", here / "cat")
     (here / "cat/leg.xacro").write_text((here / "cat/leg.xacro").read_text().replace('mass value="0.5"', 'mass value="0.6"'))
@@ -245,44 +246,25 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
         ('ROBOT\nplane = "zx"', f'plane has to be {PLANE}, not "zx"'),
         ("ROBOT\nplane = [0, 1]", f"plane has to be {PLANE}, not [0, 1]"),
         ('ROBOT\nplane = [0, 1, "z"]', f'plane has to be {PLANE}, not [0, 1, "z"]'),
-        ("ROBOT\nplane = [0, 0, 1, 0]", f"plane has to be {PLANE}, not [0, 0, 1, 0]"),
-        ("ROBOT\nsrdf = false", "srdf has to be text in quotes, not false"),
         ('ROBOT\npackages = "dog"', 'packages has to be a table, each of its values text in quotes, not "dog"'),
         ('ROBOT\n[packages]\n"a.b" = 1', 'packages."a.b" has to be text in quotes, not 1'),
         ("ROBOT\n[xacro]\npayload = 1.5", "xacro.payload has to be text in quotes, not 1.5"),
         ('ROBOT\nposture = "standing"', 'posture has to be a table, not "standing"'),
         ("ROBOT\n[posture]\nrefrence = 'x'", "posture.refrence: no such key; nearest: reference"),
         ("ROBOT\n[posture]\nzzz = 'x'", f"posture.zzz: no such key; valid here: {POSTURE_KEYS}"),
-        ("ROBOT\n[posture]\nreference = 1", "posture.reference has to be text in quotes, not 1"),
         ("ROBOT\n[posture]\nbase_position = [0, 0]", "posture.base_position has to be a list of 3 finite numbers, not [0, 0]"),
-        ("ROBOT\n[posture]\nbase_rpy_deg = 15", "posture.base_rpy_deg has to be a list of 3 finite numbers, not 15"),
-        (
-            "ROBOT\n[posture]\nbase_quaternion = [0, 0, 0]",
-            "posture.base_quaternion has to be a list of 4 finite numbers, not [0, 0, 0]",
-        ),
-        ("ROBOT\n[posture]\njoints = [1]", "posture.joints has to be a table, each of its values a finite number, not [1]"),
         ("ROBOT\n[posture]\njoints_deg = { knee = '9' }", 'posture.joints_deg.knee has to be a finite number, not "9"'),
         ("ROBOT\n[posture]\njoints = { knee = 1e999 }", "posture.joints.knee has to be a finite number, not Infinity"),
-        ("ROBOT\nstrike = 1", "strike has to be a table, not 1"),
-        ("ROBOT\n[strike]\nspeed = nan", "strike.speed has to be a finite number, not NaN"),
-        ("ROBOT\n[strike]\nspeed = true", "strike.speed has to be a finite number, not true"),
-        ("ROBOT\n[strike]\nangle = 1", f"strike.angle: no such key; valid here: {STRIKE_KEYS}"),
         (
             "ROBOT\n[strike]\nvelocity = [0, 0, -inf]",
             "strike.velocity has to be a list of 3 finite numbers, not [0, 0, -Infinity]",
         ),
         ('ROBOT\ncontact = "foot"', 'contact has to be a list of tables, each begun with [[contact]], not "foot"'),
-        (
-            'ROBOT\n[contact]\nframe = "foot"',
-            'contact has to be a list of tables, each begun with [[contact]], not {"frame": "foot"}',
-        ),
         ("ROBOT\n[[contact]]", "contact[0].frame is missing; every contact needs it"),
         (
             "ROBOT\n[[contact]]\nframe = 'foot'\n[[contact]]\nframe = 1",
             "contact[1].frame has to be text in quotes, not 1",
         ),
-        ("ROBOT\n[[contact]]\nframe = 'f'\nmu = 1", f"contact[0].mu: no such key; valid here: {CONTACT_KEYS}"),
-        ("ROBOT\n[[contact]]\nframe = 'f'\nat = 'top'", 'contact[0].at has to be "frame" or "lowest", not "top"'),
         (
             "ROBOT\n[[contact]]\nframe = 'f'\ndirections = 'z'",
             f'contact[0].directions has to be a list, each of its entries {AXIS}, not "z"',
@@ -291,29 +273,12 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
             "ROBOT\n[[contact]]\nframe = 'f'\ndirections = ['x', 'w']",
             f'contact[0].directions[1] has to be {AXIS}, not "w"',
         ),
-        (
-            "ROBOT\n[[contact]]\nframe = 'f'\ndirections = [[0, 1]]",
-            f"contact[0].directions[0] has to be {AXIS}, not [0, 1]",
-        ),
-        (
-            "ROBOT\n[[contact]]\nframe = 'f'\noffset = [0, 0, 0, 0]",
-            "contact[0].offset has to be a list of 3 finite numbers, not [0, 0, 0, 0]",
-        ),
-        ("ROBOT\n[[contact]]\nframe = 'f'\nrestitution = 'e'", 'contact[0].restitution has to be a finite number, not "e"'),
-        (
-            "ROBOT\n[[contact]]\nframe = 'f'\nkind = 'round'",
-            'contact[0].kind has to be "point" or "flat", not "round"',
-        ),
         ("ROBOT\n[[closure]]\na = { frame = 'f' }", "closure[0].b is missing; every closure needs it"),
-        ("ROBOT\n[[closure]]\na = 'f'\nb = { frame = 'g' }", 'closure[0].a has to be a table, not "f"'),
         (
             "ROBOT\n[[closure]]\na = { frame = 'f' }\nb = { link = 'g' }",
             "closure[0].b.frame is missing; every place needs it; closure[0].b.link: no such key; valid here: frame, offset",
         ),
-        ('ROBOT\n[joints]\nmodel = "stiff"', 'joints.model has to be "free", "geared" or "locked", not "stiff"'),
         ("ROBOT\n[joints]\narmature = { hip = 'x' }", 'joints.armature.hip has to be a finite number, not "x"'),
-        ("ROBOT\n[joints]\nlocked = 'hip'", 'joints.locked has to be a list, each of its entries text in quotes, not "hip"'),
-        ("ROBOT\n[joints]\nrotor = { hip = 1 }", "joints.rotor.hip has to be a table, not 1"),
         (
             "ROBOT\n[joints]\nrotor = 1",
             "joints.rotor has to be a table, each of its values a table, not 1",
@@ -322,10 +287,6 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
             "ROBOT\n[joints]\nrotor = { hip = { inertia = 1 } }",
             "joints.rotor.hip.gear_ratio is missing; every rotor needs it",
         ),
-        ("ROBOT\nstance = 'foot'", 'stance has to be a list, each of its entries text in quotes, not "foot"'),
-        ("ROBOT\nrange_g = '16'", 'range_g has to be a finite number, not "16"'),
-        ("ROBOT\nv_in = 'base'", 'v_in has to be "contact" or "com", not "base"'),
-        ("ROBOT\n[[point]]\noffset = [0, 0, 0]", "point[0].frame is missing; every point needs it"),
         ("ROBOT\n[[point]]\nframe = 'imu'\nat = 'x'", "point[0].at: no such key; valid here: frame, offset"),
         (
             "ROBOT\nx = 1\n[strike]\nspeed = 'fast'\nsped = 1",
@@ -338,8 +299,8 @@ AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
         ),
     ],
 )
-def test_slips_are_named(here, text, said):
-    """File, key, what stands there and what would be valid; all slips at once."""
+def test_mistakes_are_named(here, text, said):
+    """File, key, what it holds and what would be valid; all mistakes at once."""
     path = write(here, text.replace("ROBOT", 'robot = "leg"') + "\n")
     with pytest.raises(SceneError) as refusal:
         read_scene(path)
@@ -351,14 +312,17 @@ def test_slips_are_named(here, text, said):
     [
         (
             b'robot = "leg"\nrobot = "leg"\n',
-            "PATH is not TOML, as a scene has to be: Cannot overwrite a value (at line 2, column 14)",
+            "PATH is not TOML, as a scene file has to be: Cannot overwrite a value (at line 2, column 14)",
         ),
-        (b'robot = "leg\n', "PATH is not TOML, as a scene has to be: Illegal character '\\n' (at line 1, column 13)"),
-        (b"<robot/>\n", "PATH is not TOML, as a scene has to be: Invalid statement (at line 1, column 1)"),
-        (b'robot = "\xff"\n', "PATH is not UTF-8 text; a scene is TOML, a robot is URDF, xacro or MJCF, and both are text"),
+        (b'robot = "leg\n', "PATH is not TOML, as a scene file has to be: Illegal character '\\n' (at line 1, column 13)"),
+        (b"<robot/>\n", "PATH is not TOML, as a scene file has to be: Invalid statement (at line 1, column 1)"),
+        (
+            b'robot = "\xff"\n',
+            "PATH is not UTF-8 text; a scene file is TOML, a robot file is URDF, xacro or MJCF, and all of these are text",
+        ),
     ],
 )
-def test_files_that_are_no_toml(here, data, said):
+def test_files_that_are_not_toml(here, data, said):
     path = here / "landing.toml"
     path.write_bytes(data)
     with pytest.raises(SceneError) as refusal:
@@ -369,11 +333,11 @@ def test_files_that_are_no_toml(here, data, said):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (f"robot = {'[' * 2000}", "is nested hundreds of levels deep; a scene needs four"),
+        (f"robot = {'[' * 2000}", "is nested hundreds of levels deep; a scene file needs four"),
         (f'robot = "leg"\n{".".join("a" * 2000)} = 1\n', "a: no such key; valid here: "),
         (
             f'robot = "leg"\n[strike]\nvelocity.{".".join("a" * 2000)} = 1\n',
-            "is nested hundreds of levels deep; a scene needs four",
+            "is nested hundreds of levels deep; a scene file needs four",
         ),
         (f'robot = "leg"\nrange_g = {"9" * 5000}\n', "holds an integer of thousands of digits"),
         (f'robot = "leg"\nrange_g = 0x{"f" * 5000}\n', "range_g has to be a finite number, not an integer of thousands of digits"),
@@ -420,6 +384,12 @@ def test_contacts_from_python_become_a_tuple_of_contacts(contact):
         ({"strike": Strike(speed="1")}, 'strike.speed has to be a finite number, not "1"'),
         ({"posture": Posture(joints={"knee": True})}, "posture.joints.knee has to be a finite number, not true"),
         ({"joints": None}, "joints has to be a table, not null"),
+        ({"strike": Strike(speed=math.nan)}, "strike.speed has to be a finite number, not NaN"),
+        ({"plane": (math.inf, 0.0, 1.0)}, f"plane has to be {PLANE}, not [Infinity, 0.0, 1.0]"),
+        (
+            {"posture": Posture(base_position=(1e200, 0.0, 0.0))},
+            "posture.base_position[0] is 1e+200, which is out of range; give a number up to 1e+12",
+        ),
     ],
 )
 def test_scenes_from_python_are_checked_as_files_are(part, said):
@@ -436,7 +406,7 @@ def test_vectors_from_python_become_tuples():
     assert check_scene(Scene(robot="leg", contact=contact)).contact == (expected,)
 
 
-def test_files_that_are_not_there(here):
+def test_files_that_do_not_exist(here):
     with pytest.raises(SceneError) as refusal:
         read_scene(Path("away.toml"))
     assert str(refusal.value) == f'no scene file "away.toml" (looked in {here})'
@@ -474,9 +444,9 @@ def test_files_that_are_not_there(here):
             'contact "foot" has a direction without a length; valid are "x", "y", "z" and vectors',
         ),
     ],
-)  # fmt: skip
+)
 def test_scenes_that_contradict_themselves(capfd, here, text, said):
-    """What is well written can still mean nothing."""
+    """Values that are valid alone, but not together."""
     contact = "" if "[[contact]]" in text else '[[contact]]\nframe = "foot"\n'
     write(here, f'robot = "stick.urdf"\n{contact}{text}\n')
     assert run(capfd, "analyze", "landing.toml") == Outcome(2, "", f"shockpc: {said}\n")
@@ -545,12 +515,12 @@ SCENES = st.builds(
         max_size=2,
     ).map(tuple),
     point=st.lists(st.builds(Point, frame=NAMES, offset=VECTORS), max_size=2).map(tuple),
-)  # fmt: skip
+)
 
 
 @given(SCENES)
-def test_what_is_written_comes_back(tmp_path_factory, scene):
-    """Whatever names a robot has: quotes, dots, control characters. And the order of joints, which counts."""
+def test_a_written_scene_is_read_back(tmp_path_factory, scene):
+    """With any names (quotes, dots, control characters), and joints in their order, which matters."""
     folder = tmp_path_factory.mktemp("scene")
     again = read_scene(write_scene(folder, scene))
     assert again == scene
@@ -690,8 +660,8 @@ def test_schema_knows_every_key(capfd, here):
     assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}
 
 
-def test_schema_takes_good_scenes_and_no_others():
-    """Checked by a reading of the schema's own words, not by the reader that made it."""
+def test_schema_accepts_valid_scenes_alone():
+    """Checked against the schema by a small validator of its own."""
     schema = scene_schema()
     table = tomllib.loads(EVERY_KEY)
     assert faults(schema, table, schema) == []
@@ -707,7 +677,7 @@ KINDS = {"string": str, "number": (int, float), "object": dict, "array": list, "
 
 
 def faults(schema: dict, value: object, root: dict) -> list[str]:
-    """What a JSON Schema has against a value; the few words of it that are in use here, and no others."""
+    """Why a value does not match a JSON Schema, of which only the keywords in use here are known."""
     if "$ref" in schema:
         return faults(root["$defs"][schema["$ref"].rpartition("/")[2]], value, root)
     if "anyOf" in schema:
@@ -737,7 +707,7 @@ def faults(schema: dict, value: object, root: dict) -> list[str]:
     return found
 
 
-def test_a_byte_order_mark_is_no_part_of_a_scene(here):
+def test_a_byte_order_mark_is_ignored(here):
     """Some editors put one before the text."""
     path = here / "landing.toml"
     path.write_bytes(b'\xef\xbb\xbfrobot = "leg"\n[[contact]]\nframe = "heel"\n')

@@ -23,7 +23,7 @@ from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 URDF_KINDS = ("revolute", "continuous", "prismatic")
-MJCF_KINDS = ("revolute", "prismatic", "spherical")
+MJCF_KINDS = ("revolute", "prismatic", "spherical", "planar")
 STICKS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 SLIDES = ((0.0, 0.0, 1.0),)
 
@@ -193,11 +193,10 @@ def _numbers(values):
 def _urdf(root, joints, follows, mass, com, inertia):
     lines = ['<robot name="tree">']
     for i in [root, *(joint[0] for joint in joints)]:
-        I = inertia[i].tolist()  # noqa: E741 - the field's own symbol
+        (xx, xy, xz), (_, yy, yz), (*_, zz) = inertia[i].tolist()
         lines.append(
             f'<link name="body{i}"><inertial><origin xyz="{_numbers(com[i])}"/><mass value="{mass[i]!r}"/>'
-            f'<inertia ixx="{I[0][0]!r}" ixy="{I[0][1]!r}" ixz="{I[0][2]!r}" iyy="{I[1][1]!r}" iyz="{I[1][2]!r}" '
-            f'izz="{I[2][2]!r}"/></inertial></link>'
+            f'<inertia ixx="{xx!r}" ixy="{xy!r}" ixz="{xz!r}" iyy="{yy!r}" iyz="{yz!r}" izz="{zz!r}"/></inertial></link>'
         )
     for body, parent, kind, offset, rotation, axis in joints:
         limit = "" if kind == "continuous" else '<limit lower="-9" upper="9" effort="1" velocity="1"/>'
@@ -219,8 +218,8 @@ def _mjcf(root, joints, mass, com, inertia):
     kinds = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball", "planar": ""}
 
     def body(i, opening):
-        I = inertia[i].tolist()  # noqa: E741
-        full = _numbers((I[0][0], I[1][1], I[2][2], I[0][1], I[0][2], I[1][2]))
+        (xx, xy, xz), (_, yy, yz), (*_, zz) = inertia[i].tolist()
+        full = _numbers((xx, yy, zz, xy, xz, yz))
         inner = [f'{opening}<inertial pos="{_numbers(com[i])}" mass="{mass[i]!r}" fullinertia="{full}"/>']
         for child, _, kind, offset, rotation, axis in children.get(i, []):
             x, y, z, w = pin.Quaternion(rotation).coeffs()
@@ -340,6 +339,8 @@ def joint_rows(mechanism) -> np.ndarray:
                 rows += [across @ slip, turn]
             case "spherical":
                 rows += [slip]
+            case "planar":
+                rows += [joint.axis[None] @ slip, across @ turn]
             case _:
                 rows += [slip, across @ turn]
     return np.concatenate(rows)

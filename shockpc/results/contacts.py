@@ -186,7 +186,8 @@ def _impulse(landing: Landing, proof: Proof, k: int) -> tuple[Array | None, floa
         impulse = np.sum(along[:, None] * balls(block.forces), axis=0)
         up = balls(landing.up)
         normal = dot(impulse, up)
-        friction = nearest(norm(impulse - normal * up) / normal, 1.0) if float(normal) > 0.0 else None
+        # A normal impulse that may be zero is none: of a ball around zero the midpoint has either sign.
+        friction = nearest(norm(impulse - normal * up) / normal, 1.0) if nearest(normal, size) > 0.0 else None
         return nearest(impulse, size), friction
 
     impulse, friction = proof.enclosure.read(read)

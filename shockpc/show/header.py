@@ -92,9 +92,9 @@ def contact_name(profile: ShockProfile) -> str:
     return "+".join(contact.frame for contact in profile.contacts)
 
 
-def count(number: int, one: str, several: str) -> str:
-    """A number with its noun."""
-    return f"{number} {one if number == 1 else several}"
+def count(number: int, one: str, several: str = "") -> str:
+    """A number with its noun, such as "1 joint" or "2 joints"."""
+    return f"{number} {one if number == 1 else several or one + 's'}"
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:

@@ -17,7 +17,7 @@ from shockpc.show.figure.view import View, view_of
 from shockpc.show.figure.window import windows_of
 from shockpc.show.header import joint_model_text, posture_text, strike_text
 
-__all__ = ["draw", "landing_figure"]
+__all__ = ["draw", "landing_figure", "numbered"]
 
 MOST, LEAST = (5.4, 6.4), (3.4, 2.2)
 """Largest and smallest sides of the picture [inches]."""
@@ -50,16 +50,16 @@ def draw(profile: ShockProfile) -> Figure:
     depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
     """
     view = view_of(profile)
-    numbers = {i: n for n, i in enumerate(_numbered(view), start=1)}
-    rows, points, notes = _body_rows(profile, numbers), _point_rows(profile), _notes(view, numbers)
+    numbers = {i: n for n, i in enumerate(numbered(profile, view), start=1)}
+    rows, points, notes = _body_rows(profile, numbers), _point_rows(profile), _notes(profile, view, numbers)
     tall = LINE * (len(rows) + len(points) + len(notes) + 12.0)
-    (window,) = windows_of([view], [view.struck], NEAR, MOST, (LEAST[0], max(LEAST[1], tall - FOOT)))
+    (window,) = windows_of([profile], [view], [view.struck], NEAR, MOST, (LEAST[0], max(LEAST[1], tall - FOOT)))
     width, height = window.sides
     x, y = LEFT + width + 2.0 * MARGIN, height + FOOT
     figure, page = new_page(x + COLUMN + MARGIN, y + HEAD)
     picture = add_axes(figure, LEFT, FOOT, width, height)
     coordinates(picture, window, profile)
-    signs = draw_bodies(picture, view) | draw_marks(picture, view, window, numbers)
+    signs = draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers)
     if all(drawn.region.is_empty for drawn in view.drawn):
         picture.text(0.5, 0.9, "no body of this robot has a shape or an inertia to draw", ha="center", transform=picture.transAxes)
     _title(page, profile, y + HEAD - 0.14, x + COLUMN - MARGIN)
@@ -87,9 +87,9 @@ def _title(page: Axes, profile: ShockProfile, y: float, width: float) -> None:
     line(page, MARGIN, y - 0.43, f"joint model: {joint_model_text(profile)}", 8.0, width)
 
 
-def _numbered(view: View) -> list[int]:
+def numbered(profile: ShockProfile, view: View) -> list[int]:
     """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
-    bodies = view.profile.robot.bodies
+    bodies = profile.robot.bodies
     if len(bodies) <= FEW:
         return list(range(len(bodies)))
     return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
@@ -122,9 +122,9 @@ def _point_rows(profile: ShockProfile) -> list[tuple[str, ...]]:
     return rows
 
 
-def _notes(view: View, numbers: dict[int, int]) -> list[str]:
+def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[str]:
     """What limits the picture: motion out of the plane, and bodies that cannot be drawn; lines of text."""
-    profile, notes = view.profile, []
+    notes = []
     share = {number: float(profile.off_plane[i]) for i, number in numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
     if share:
         notes.append(

@@ -17,7 +17,7 @@ from shockpc.show.figure.silhouette import Region, to_plane
 from shockpc.show.figure.view import View
 from shockpc.show.figure.window import ARROW, Window, velocities_in_plane
 
-__all__ = ["SIGNS", "draw_marks", "letter"]
+__all__ = ["SIGNS", "arrow", "draw_marks", "letter"]
 
 ARROW_SIGN = Path([(-1, 0), (0.3, 0), (0.3, 0.25), (1, 0), (0.3, -0.25), (0.3, 0)])
 CROSSED = Path.make_compound_path(Path.unit_circle(), Path([[-1, 0], [1, 0], [0, -1], [0, 1]], [1, 2, 1, 2]))
@@ -41,16 +41,16 @@ WHOLE = 0.75
 """Share of the circle of radius RoPc that has to be inside the picture for the circle to be drawn."""
 
 
-def draw_marks(axes: Axes, view: View, window: Window, numbers: dict[int, int]) -> set[str]:
+def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, numbers: dict[int, int]) -> set[str]:
     """Draw all marks and return which of `SIGNS` occur.
 
     Args:
         axes: in plane coordinates [m].
+        profile: the shock of a landing.
         view: the bodies in the plane.
         window: the part of the plane that the axes show.
         numbers: by index of the body, the number of the body and of its centre of percussion.
     """
-    profile = view.profile
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     centres = to_plane(profile.copc_world, profile.plane)
     visible = [i for i in numbers if not profile.translates[i] and window.holds(centres[i], 0.05)]
@@ -84,6 +84,12 @@ def draw_marks(axes: Axes, view: View, window: Window, numbers: dict[int, int]) 
 def letter(index: int) -> str:
     """The letter that stands for a sensor: a to z, then aa, ab and so on."""
     return (letter(index // 26 - 1) if index >= 26 else "") + chr(ord("a") + index % 26)
+
+
+def arrow(tail: Array, tip: Array, width: float, head: float, colour: str = INK, zorder: float = 7.0) -> FancyArrowPatch:
+    """An arrow between two points (2,)."""
+    style: dict[str, Any] = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "joinstyle": "miter", "posA": tail, "posB": tip}
+    return FancyArrowPatch(mutation_scale=head, linewidth=width, color=colour, zorder=zorder, **style)
 
 
 def _circle(axes: Axes, centre: Array, radius: float, window: Window) -> set[str]:
@@ -126,10 +132,8 @@ def _velocity(axes: Axes, place: Array, velocity: Array, labels: Labels, window:
         axes.plot(*place, **SIGNS["ring"])
         return "ring"
     tip = place + ARROW * window.inch * velocity
-    style: dict[str, Any] = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "joinstyle": "miter", "posA": place, "posB": tip}
     for width, colour, zorder in ((4.2, PAPER, 6.8), (1.9, INK, 7.0)):
-        head = 13.0 * min(1.0, 0.3 + speed)
-        axes.add_patch(FancyArrowPatch(mutation_scale=head, linewidth=width, color=colour, zorder=zorder, **style))
+        axes.add_patch(arrow(place, tip, width, 13.0 * min(1.0, 0.3 + speed), colour, zorder))
     for share in (0.35, 0.7, 1.0):
         labels.keep_free(place + share * (tip - place), 0.07)
     return "arrow"

@@ -7,7 +7,7 @@ last band is open, so no value is clipped.
 
 import math
 
-__all__ = ["BANDS", "EDGES", "INK", "PAPER", "faded"]
+__all__ = ["BANDS", "EDGES", "INK", "PAPER", "band", "faded"]
 
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
@@ -20,6 +20,11 @@ INK = "#1a1a1a"
 
 PAPER = "#ffffff"
 """Background."""
+
+
+def band(shock: float) -> int:
+    """Index of the band of a shock |Δv| / v_in, not negative [1]; a value on a limit belongs to the band below it."""
+    return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
 
 
 def faded(colour: str, share: float) -> str:

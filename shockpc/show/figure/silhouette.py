@@ -95,4 +95,6 @@ def contoured(x: Array, y: Array, z: Array, low: float, high: float) -> Region:
     (points,), (rings,), (polygons,) = contours.filled(low, high)
     if points is None:
         return shapely.MultiPolygon()
-    return shapely.union_all(shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons)))
+    return shapely.union_all(
+        shapely.buffer(shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons)), 0.0)
+    )

@@ -45,6 +45,7 @@ def velocities_in_plane(profile: ShockProfile) -> Array:
 
 
 def windows_of(
+    profiles: Sequence[ShockProfile],
     views: Sequence[View],
     numbered: Sequence[Iterable[int]],
     near: tuple[float, float],
@@ -56,15 +57,16 @@ def windows_of(
     Each holds the robot, contacts with their velocities, sensors, and the centres of percussion that are near.
 
     Args:
-        views: the bodies of each window.
+        profiles: one for each window.
+        views: of their bodies.
         numbered: bodies whose centres of percussion are held if they are near.
         near: distance of a centre from the robot, sideways and up, as a share of the robot's size, up to which it is near.
         most: width of all windows together, and their height [inches].
         least: width of each window, and their height [inches].
     """
-    held = [_contents(view, bodies, near) for view, bodies in zip(views, numbered, strict=True)]
-    feet = [to_plane(np.stack([contact.point for contact in view.profile.contacts]), view.profile.plane) for view in views]
-    arrows = [ARROW * velocities_in_plane(view.profile) for view in views]
+    held = [_contents(*one, near) for one in zip(profiles, views, numbered, strict=True)]
+    feet = [to_plane(np.stack([contact.point for contact in p.contacts]), p.plane) for p in profiles]
+    arrows = [ARROW * velocities_in_plane(profile) for profile in profiles]
     inch = 0.0
     # The arrows have a fixed length on paper, so the room that they need depends on the scale, and the scale on that room.
     for _ in range(4):
@@ -77,9 +79,8 @@ def windows_of(
     return [Window(middle - side, middle + side, inch) for middle, side in zip((low + high) / 2.0, half, strict=True)]
 
 
-def _contents(view: View, numbered: Iterable[int], near: tuple[float, float]) -> Array:
+def _contents(profile: ShockProfile, view: View, numbered: Iterable[int], near: tuple[float, float]) -> Array:
     """Points (n, 2) that a picture should hold [m]."""
-    profile = view.profile
     world = [*(point.position for point in profile.points), *(contact.point for contact in profile.contacts)]
     centres = to_plane(profile.copc_world[list(numbered)], profile.plane)
     slack = np.array(near) * view.size

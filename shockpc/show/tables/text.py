@@ -5,6 +5,7 @@ import html
 import io
 import math
 import re
+from collections.abc import Iterable
 
 from shockpc.printed import printable
 from shockpc.result import ShockProfile
@@ -12,7 +13,7 @@ from shockpc.show.header import contact_name, header_lines
 from shockpc.show.tables.design import balance_lines, bracket_sheet, directions_sheet, loads_sheet
 from shockpc.show.tables.sheets import Cell, Sheet, accuracy_line, bodies_sheet, contacts_sheet, points_sheet, summary_sheet
 
-__all__ = ["as_csv", "as_markdown", "as_text", "csv_report", "markdown_report", "text_report"]
+__all__ = ["as_csv", "as_markdown", "as_text", "csv_report", "markdown_list", "markdown_report", "text_report"]
 
 SHORT = 6
 """Rows of the longer tables that a terminal shows; a report has them all."""
@@ -43,6 +44,11 @@ def as_markdown(sheet: Sheet) -> str:
     notes = [f"\n*{note[0].upper()}{note[1:]}.*" for note in map(_escaped, sheet.notes)]
     title = _escaped(sheet.title)
     return "\n".join([f"### {title[0].upper()}{title[1:]}", "", *lines, *notes]) + "\n"
+
+
+def markdown_list(lines: Iterable[str]) -> str:
+    """Texts as a list of a report."""
+    return "".join(f"- {_escaped(line)}\n" for line in lines)
 
 
 def as_csv(sheet: Sheet) -> str:
@@ -83,7 +89,7 @@ def markdown_report(profiles: list[ShockProfile], pattern: str | None = None, fi
         if figure:
             blocks.append(f"![shock profile of {robot}]({figure})\n")
         blocks += [as_markdown(sheet) for sheet in _sheets(profile, pattern, None)]
-        blocks.append("\n".join(f"- {_escaped(line)}" for line in _closing_lines(profile)) + "\n")
+        blocks.append(markdown_list(_closing_lines(profile)))
     if len(profiles) > 1:
         blocks.append(as_markdown(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
