@@ -74,7 +74,7 @@ def balance_lines(profile: ShockProfile) -> list[str]:
     lines = [f"energy lost: {profile.energy_lost:.4g} J{share}"]
     for contact in profile.contacts:
         mitigation = (
-            "no impact mitigation factor (it requires a free base, no stance, and a contact that can move in every direction)"
+            "no impact mitigation factor (it requires a free base, no stance, and joints that move the contact in every direction)"
             if contact.mitigation is None
             else f"impact mitigation factor {contact.mitigation:.3f}"
         )
