@@ -143,7 +143,7 @@ def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
 
 
 def pulled(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
-    """A warning for every contact and foot to which the ground would have to hold on."""
+    """A warning for every contact and foot whose normal impulse would have to pull."""
     warnings = []
     for k, block in enumerate(proof.enclosure.inputs.blocks[: len(landing.contacts) + len(landing.stance)]):
         own, n = _slices(proof)[k], len(block.forces)

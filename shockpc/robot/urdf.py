@@ -170,7 +170,7 @@ def _check_names(elements: list[Element], kind: str, file: str) -> None:
 
 
 def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
-    """Every joint joins two links that exist; every link but one, the root, hangs on exactly one joint; none in a circle."""
+    """Every joint joins two links that exist; every link but one, the root, is the child of exactly one joint; no circle."""
     above: dict[str, tuple[str, str]] = {}
     known = set(links)
     for joint in joints:
