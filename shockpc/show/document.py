@@ -22,18 +22,9 @@ __all__ = ["SCHEMA", "document", "plain", "to_json"]
 SCHEMA = "shockpc.profile/1"
 
 BODY = (
-    "delta_omega",
-    "delta_v",
-    "copc",
-    "copc_world",
-    "ropc",
-    "translates",
-    "pitch",
-    "off_plane",
-    "shock_com",
-    "shock_min",
-    "shock_max",
-)
+    "delta_omega", "delta_v", "copc", "copc_world", "ropc", "translates", "pitch", "off_plane", "shock_com",
+    "shock_min", "shock_max",
+)  # fmt: skip
 CONTACT = ("frame", "point", "impulse", "friction_needed", "approach", "mass_sticking", "mass_frictionless", "mitigation", "moment")
 HEALTH = ("rank", "rows", "error_bound", "body_error_bounds", "double_error", "data_sensitivity", "bits")
 

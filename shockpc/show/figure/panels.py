@@ -72,14 +72,13 @@ def draw_panels(
     for k, (profile, view, window) in enumerate(zip(profiles, views, windows, strict=True)):
         picture = add_axes(drawing, x, bottom, widths[k], height)
         coordinates(picture, window, profile, first=k == 0)
-        draw_bodies(picture, view)
-        signs |= draw_marks(picture, profile, view, window, numbers[k])
+        signs |= draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers[k])
         middle, y = x + widths[k] / 2.0, bottom - 0.42
         page.text(middle, y, labels[k], fontsize=10, fontweight="bold", ha="center", va="top")
         page.text(middle, y - 0.17, "\n".join(under[k]), fontsize=7, ha="center", va="top", linespacing=1.25)
         x += widths[k] + GAP
     colour_bar(drawing, LEFT, foot - 0.1, BAR)
-    key(page, views, signs, (LEFT + BAR + 0.4, foot))
+    key(page, signs, (LEFT + BAR + 0.4, foot))
     for k, text in enumerate(words):
         line(page, MARGIN, foot - FOOT - LINE * k, text, 7.5, width - 2.0 * MARGIN)
     for k, text in enumerate(notes, start=len(words)):

@@ -1,11 +1,8 @@
 """A figure of the paper, computed again: its panels side by side."""
 
-from collections.abc import Sequence
-
 from matplotlib.figure import Figure
 
-from shockpc.paper.scenes import PaperFigure
-from shockpc.result import ShockProfile
+from shockpc.paper.figures import PaperFigure
 from shockpc.show.figure.canvas import render
 from shockpc.show.figure.panels import draw_panels
 from shockpc.show.figure.view import view_of
@@ -14,19 +11,15 @@ from shockpc.show.header import joint_model_text
 __all__ = ["draw_paper_figure", "paper_figure_files"]
 
 
-def paper_figure_files(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> dict[str, bytes]:
+def paper_figure_files(figure: PaperFigure) -> dict[str, bytes]:
     """A figure of the paper as SVG and PNG, by file name."""
-    files = render(lambda: draw_paper_figure(figure, profiles))
+    files = render(lambda: draw_paper_figure(figure))
     return {f"figure{figure.number}.{format_}": data for format_, data in files.items()}
 
 
-def draw_paper_figure(figure: PaperFigure, profiles: Sequence[ShockProfile]) -> Figure:
-    """Draw a figure of the paper, all bodies numbered.
-
-    Args:
-        figure: which one.
-        profiles: of its panels.
-    """
+def draw_paper_figure(figure: PaperFigure) -> Figure:
+    """Draw a figure of the paper, all bodies numbered."""
+    profiles = figure.profiles
     names = list(dict.fromkeys(body for profile in profiles for body in profile.bodies))
     return draw_panels(
         profiles,

@@ -1,10 +1,8 @@
 """The figure of a placement: the greatest shock over a body in three views, with sensors of today, places found and CoPcs."""
 
-import itertools
 import textwrap
 from typing import Any, NamedTuple
 
-import contourpy
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
@@ -23,7 +21,7 @@ from shockpc.show.figure.labels import Labels
 from shockpc.show.figure.marks import SIGNS, letter
 from shockpc.show.figure.page import LINE, line, table
 from shockpc.show.figure.palette import BANDS, INK, PAPER
-from shockpc.show.figure.silhouette import Region, silhouette, to_plane
+from shockpc.show.figure.silhouette import Region, contoured, silhouette, to_plane
 from shockpc.show.figure.window import Window
 from shockpc.show.header import count, joint_model_text, posture_text
 from shockpc.studies.place.cone import Cell
@@ -193,14 +191,10 @@ def _bands(
     points[..., view.axes[0]], points[..., view.axes[1]] = np.meshgrid(x, y)
     points[..., view.depth] = study.places[0].position[view.depth]
     values = study.fields.at(points.reshape(-1, 3)).reshape(len(y), len(x))
-    contours: Any = contourpy.contour_generator(x, y, values, fill_type=contourpy.FillType.OuterOffset)
     found = []
     for k, colour in enumerate(colours):
         low, high = (-1.0 if k == 0 else levels[k]), (np.inf if k == len(colours) - 1 else levels[k + 1])
-        polygons, offsets = contours.filled(low, min(high, 1e30))
-        rings = [[outline_[a:b] for a, b in itertools.pairwise(cuts)] for outline_, cuts in zip(polygons, offsets, strict=True)]
-        part = shapely.union_all([shapely.Polygon(ring[0], ring[1:]).buffer(0.0) for ring in rings])
-        found.append((colour, shapely.intersection(part, region)))
+        found.append((colour, shapely.intersection(contoured(x, y, values, low, min(high, 1e30)), region)))
     return found
 
 

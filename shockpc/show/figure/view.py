@@ -48,8 +48,7 @@ class View(NamedTuple):
     Attributes:
         drawn: bodies, farthest first.
         struck: indices of the bodies between contacts and base, base first.
-        low: (2,) lower left corner of all silhouettes [m].
-        high: (2,) upper right corner of all silhouettes [m].
+        low, high: (2,) lower left and upper right corner of all silhouettes [m].
     """
 
     drawn: tuple[Drawn, ...]
@@ -76,9 +75,8 @@ def view_of(profile: ShockProfile) -> View:
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
-        hidden = [regions[k] for k in sorted(struck - {0}) if depth[k] < depth[i] - RESOLUTION * size]
-        covered = shapely.union_all(hidden).intersection(regions[i]).area if hidden else 0.0
-        outlined = i not in struck and covered > 0.1 * regions[i].area
+        hidden = shapely.union_all([regions[k] for k in struck - {0} if depth[k] < depth[i] - RESOLUTION * size])
+        outlined = i not in struck and shapely.intersection(hidden, regions[i]).area > 0.1 * regions[i].area
         far = i not in struck and bool(depth[i] < depth[0] - 0.02 * size)
         drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, boxed[i]))
     bounds = shapely.total_bounds(regions)
@@ -92,12 +90,7 @@ def view_of(profile: ShockProfile) -> View:
 def _silhouettes(
     robot: Robot, q: tuple[float, ...], normal: tuple[float, ...]
 ) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...], float]:
-    """The silhouettes of a robot; landings in one posture share them.
-
-    Args:
-        robot: the robot.
-        q: its configuration.
-        normal: of the plane.
+    """The silhouettes of a robot in a configuration; landings in one posture share them.
 
     Returns: silhouettes, points (n, 3) on the surface [m], whether it is the box of the inertia, all by body; the robot's size [m].
     """
@@ -106,8 +99,11 @@ def _silhouettes(
     shapes = _shapes(robot)
     world = tuple(_points(robot, i, pieces) @ rotation[i].T + position[i] for i, (pieces, _) in enumerate(shapes))
     size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
-    regions = tuple(silhouette(pieces, rotation[i], position[i], plane, RESOLUTION * size) for i, (pieces, _) in enumerate(shapes))
-    return regions, world, tuple(boxed for _, boxed in shapes), size
+    regions = [silhouette(pieces, rotation[i], position[i], plane, RESOLUTION * size) for i, (pieces, _) in enumerate(shapes)]
+    # Holes and gaps that are too fine to be seen are closed.
+    fine = 2.0 * RESOLUTION * size
+    closed = [region.buffer(fine, join_style="mitre").buffer(-fine, join_style="mitre").simplify(fine / 4.0) for region in regions]
+    return tuple(closed), world, tuple(boxed for _, boxed in shapes), size
 
 
 def _shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
