@@ -17,6 +17,7 @@ from shockpc.core.bodies import body_jumps
 from shockpc.core.impulse import Impact, solve_impact
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
+from shockpc.errors import SceneError
 from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import Equation
@@ -68,10 +69,19 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
     Args:
         landing: the landing; its own posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
+
+    Raises:
+        SceneError: Q has another shape, or no row.
     """
+    Q, nq = np.asarray(Q, dtype=float), landing.robot.model.nq
+    if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):
+        raise SceneError(
+            f'Q has shape {Q.shape}; the configurations of robot "{landing.robot.name}" are rows of {nq} numbers, shape (N, {nq}); '
+            "for one posture give q[None]"
+        )
     parts = []
     with one_thread(landing.robot.model.nv):
-        for k in range(0, max(len(Q), 1), CHUNK):
+        for k in range(0, len(Q), CHUNK):
             equation, impact, maps = impact_jumps(landing, Q[k : k + CHUNK], own=False)
             state, (condition, prove) = equation.state, needs_proof(landing, equation, impact)
             parts.append(ShockMaps(maps, state.rotation, state.position, impact.rank, condition, prove))

@@ -129,13 +129,13 @@ NUMBERS = {
     **{
         arm(tip=link("tip", mass=mass)): (
             f': link "tip": mass is {mass} kg, which cannot be computed with; give numbers up to 1e+12, and masses of at least '
-            "1e-12 kg, or 0"
+            "1e-18 kg, or 0"
         )
         for mass in ("1e+13", "1e-13")
     },
     arm(elbow=joint("elbow", "base", "tip", more=f'<origin xyz="0 -1e+13 0"/>{LIMIT}')): (
         ': joint "elbow": <joint> origin xyz is -1e+13 m, which cannot be computed with; give numbers up to 1e+12, and masses of '
-        "at least 1e-12 kg, or 0"
+        "at least 1e-18 kg, or 0"
     ),
     arm(elbow=joint("elbow", "base", "tip", more=LIMIT + 2 * MIMIC.format("lead"))): (
         ': joint "elbow" has several <mimic>, and a joint can follow only one; keep one'
@@ -200,10 +200,10 @@ def test_what_is_no_tree_of_bodies_is_refused(text: str, tmp_path: Path, capfd: 
 
 
 def test_sizes_are_limited(tmp_path: Path):
-    """A chain of 300 links is read, one of 301 is not, nor are 2001 links."""
-    assert len(loaded(tmp_path, chain(300)).links) == 300
-    assert refusal(tmp_path, chain(301)) == (
-        'dog.urdf: link "l300" is the end of a chain of more than 300 links, which is not computed'
+    """A chain of 600 links is read, one of 601 is not, nor are 2001 links."""
+    assert len(loaded(tmp_path, chain(600)).links) == 600
+    assert refusal(tmp_path, chain(601)) == (
+        'dog.urdf: link "l600" is the end of a chain of more than 600 links, which is not computed'
     )
     star = urdf(*(link(f"l{k}") for k in range(2001)), *(joint(f"j{k}", "l0", f"l{k}") for k in range(1, 2001)))
     assert (

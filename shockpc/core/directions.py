@@ -13,7 +13,7 @@ SEPARATED = 0.01
 
 
 class ExtremeDirections(NamedTuple):
-    """The strikes that a point feels most and least.
+    """The impact directions with the greatest and the least shock at a point.
 
     Attributes:
         most_severe: (..., 3) unit direction of the strike with the greatest shock, world axes; pointing into the ground.

@@ -14,7 +14,7 @@ __all__ = ["body_pieces", "shock_ranges"]
 def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array, tuple[Diagnostic, ...]]:
     """Least and greatest shock over every body's collision geometry (its visual one, if the file has no collision geometry).
 
-    Both are right to 1e-15 of the greatest.
+    Computed in double precision from the proven jumps: right to 1e-15 of |Δv| + |Δω| |r| at the farthest point r of the body.
 
     Args:
         robot: the robot.

@@ -133,7 +133,7 @@ def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | Non
 
 
 def saturated(scene: Scene, points: tuple[PointShock, ...]) -> tuple[Diagnostic, ...]:
-    """A warning for every sensor that would see more than its range, and where there is none that could feel the pulse."""
+    """A warning for every sensor whose peak exceeds its range, and for a pulse without a sensor or point."""
     if scene.pulse is not None and not points:
         text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --point"
         return (Diagnostic("sensor", "", None, text),)

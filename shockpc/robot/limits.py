@@ -7,12 +7,12 @@ from shockpc.errors import RobotError
 __all__ = ["LINKS", "refuse_number", "refuse_tree"]
 
 LINKS = 2000  # URDF's parser recurses over links, and far beyond this it overruns its stack
-_LEVELS = 300
-_LIGHTEST, _LARGEST = 1e-12, 1e12
+_LEVELS = 600
+_LIGHTEST, _LARGEST = 1e-18, 1e24
 
 
 def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
-    """Refuse a number whose magnitude is above 1e12, or a mass other than 0 below 1e-12 kg.
+    """Refuse a number whose magnitude is above 1e24, or a mass other than 0 below 1e-18 kg.
 
     Args:
         whose: the file and the element, for the message.
@@ -31,14 +31,14 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
 
 
 def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:
-    """Refuse more than 2000 links, or more than 300 that hang on one another.
+    """Refuse more than 2000 links, or more than 600 that hang on one another.
 
     Args:
         file: the file's name, for messages.
         carriers: the link that carries each link, in an order in which carriers come first; "" for none.
 
     Raises:
-        RobotError: with the number of links, or the first link of level 301.
+        RobotError: with the number of links, or the first link of level 601.
     """
     if len(carriers) > LINKS:
         raise RobotError(

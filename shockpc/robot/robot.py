@@ -259,7 +259,7 @@ class Robot:
 
     @cached_property
     def moves(self) -> np.ndarray:
-        """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of all that it hangs on."""
+        """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of the joints before it."""
         moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
         for i, joint in enumerate(self.joints):
             if joint.parent >= 0:

@@ -13,7 +13,9 @@ __all__ = ["balance_lines", "bracket_sheet", "directions_sheet", "loads_sheet"]
 PARALLEL = math.radians(1.0)
 """Largest angle to the ground of an impact direction that is called parallel to it."""
 
-NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance, and a contact that can move in every direction)"
+NO_MITIGATION = (
+    "no impact mitigation factor (it requires a free base, no stance, and joints that move the contact in every direction)"
+)
 
 
 def bracket_sheet(profile: ShockProfile) -> Sheet:
