@@ -92,15 +92,14 @@ class CaseResult(NamedTuple):
     results: tuple[MethodResult, ...]
 
 
-def timed(run: Callable[[], Any], budget: float, most: int = 1000) -> tuple[Any, Timing]:
-    """Run until the budget is spent, three times at least unless one run is long, and give the last result.
+def timed(run: Callable[[], Any], budget: float) -> tuple[Any, Timing]:
+    """Run until the budget is spent, three to a thousand times unless one run is long, and give the last result.
 
     The first run loads and fills caches; it counts only if it is not repeated.
 
     Args:
         run: the work.
         budget: time to spend [s]; at zero it runs once.
-        most: runs.
     """
     start = time.perf_counter()
     result = run()
@@ -108,7 +107,7 @@ def timed(run: Callable[[], Any], budget: float, most: int = 1000) -> tuple[Any,
     if first > max(LONG, budget) or budget <= 0.0:
         return result, Timing(first, first, first, 1)
     seconds: list[float] = []
-    while len(seconds) < most and (len(seconds) < 3 or sum(seconds) < budget):
+    while len(seconds) < 3 or (sum(seconds) < budget and len(seconds) < 1000):
         start = time.perf_counter()
         result = run()
         seconds.append(time.perf_counter() - start)

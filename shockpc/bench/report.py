@@ -114,15 +114,14 @@ def costs_sheet(costs: list[Cost]) -> Sheet:
 
 def throughput_sheet(peers: list[PeerResult]) -> Sheet:
     """Many postures."""
-    base = {r.robot: r.timing.median for r in peers if r.peer.startswith("Pinocchio") and r.timing is not None}
+    base = {r.robot: r.seconds for r in peers if r.peer.startswith("Pinocchio") and r.seconds is not None}
     rows: list[tuple[Cell, ...]] = []
     for r in peers:
-        each, ratio = None, None
-        if r.timing is not None:
-            each, ratio = f"{1e6 * r.timing.median:.1f}", f"{r.timing.median / base[r.robot]:.2f}"
-        difference = None if r.difference is None else f"{r.difference:.1e}"
-        rows.append((r.robot, r.peer, r.work, each, ratio, difference, r.message or None))
-    header = ("robot", "method", "result", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
+        numbers: tuple[Cell, ...] = (None, None, None)
+        if r.seconds is not None:
+            numbers = (f"{1e6 * r.seconds:.1f}", f"{r.seconds / base[r.robot]:.2f}", f"{r.difference:.1e}")
+        rows.append((r.robot, r.peer, *numbers, r.message or None))
+    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
     return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
 
 
