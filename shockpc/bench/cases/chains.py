@@ -85,7 +85,7 @@ KNEE = Family(
     "a knee that straightens, struck along the leg, which then does not yield; on a fixed base the landing has no solution",
     "knee angle [rad]",
     ("free base", "fixed base", "fixed base, foot slides"),
-    (0.0, 1e-9, 1.0),
+    (0.0, 1e-9),
     _knee,
 )
 

@@ -70,7 +70,7 @@ LIGHT = Family(
     "rounding errors",
     "mass of the link [kg]",
     ("ankle", "toe", "arm"),
-    (0.0, 1e-15, 1e-10, 1e-5),
+    (0.0, 1e-15, 1e-10),
     _light,
 )
 
