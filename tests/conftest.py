@@ -1,8 +1,10 @@
-"""Settings that hold for every test: the same examples on every machine, and no clock.
+"""What holds for every test: the same examples on every machine, no clock; and a folder to work in.
 
 To look further than the fixed examples: python -m pytest --hypothesis-profile explore
 """
 
+import pytest
+from commands import STICK, dog_in
 from hypothesis import HealthCheck, settings
 
 COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
@@ -10,3 +12,13 @@ COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCh
 settings.register_profile("fixed", derandomize=True, max_examples=30, **COMMON)
 settings.register_profile("explore", max_examples=200, **COMMON)
 settings.load_profile("fixed")
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A working folder with a stick.urdf and the dog's package in it."""
+    folder = tmp_path.resolve()
+    monkeypatch.chdir(folder)
+    (folder / "stick.urdf").write_text(STICK)
+    dog_in(folder)
+    return folder

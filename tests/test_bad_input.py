@@ -14,23 +14,13 @@ import time
 from pathlib import Path
 
 import pytest
-from commands import STICK, Outcome, dog_in, environment, good, python, run
+from commands import STICK, Outcome, environment, good, python, run
 from robot_texts import LIMIT, floating, joint, link, mjcf, urdf
 
 import shockpc.profile
 
 SHOCKPC = (sys.executable, "-m", "shockpc")
 LANDING = ("analyze", "stick.urdf", "--contact", "foot")
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    """A working folder with a stick.urdf and the dog's package in it."""
-    folder = tmp_path.resolve()
-    monkeypatch.chdir(folder)
-    (folder / "stick.urdf").write_text(STICK)
-    dog_in(folder)
-    return folder
 
 
 def refusal(capfd, here, *words, code=2):

@@ -8,12 +8,16 @@ import tempfile
 from statistics import median
 from typing import NamedTuple
 
-from shockpc.bench.cases.family import known_robot
+import numpy as np
+
+from shockpc.bench.cases.family import on
+from shockpc.bench.cases.robots import known_robot
 from shockpc.bench.measure import timed
-from shockpc.bench.reference import double_percussion
-from shockpc.bench.system import system_of
+from shockpc.bench.methods import double_jumps
+from shockpc.core.percussion import percussion, translation
+from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
-from shockpc.model.contact import Contact
+from shockpc.landing import Landing, resolve
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
@@ -71,14 +75,14 @@ def analysis_costs(budget: float) -> list[Cost]:
     found = []
     for name, (robot_name, feet, target) in LANDINGS.items():
         robot = known_robot(robot_name)
-        scene = Scene(robot=robot_name, contact=tuple(Contact(frame=foot) for foot in feet))
+        scene = Scene(robot=robot_name, contact=on(*feet))
         _, timing = timed(functools.partial(shock_profile, scene, robot), budget)
         found.append(Cost(f"shock_profile, {name}", 1e3 * timing.median, f"{target:g} ms"))
         _with_everything(scene, robot)  # reads the meshes, once
         _, timing = timed(functools.partial(_with_everything, scene, robot), budget)
         found.append(Cost(f"shock_profile with all derived numbers, {name}", 1e3 * timing.median))
-    system = system_of(known_robot("anymal_b"), Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)))
-    _, timing = timed(lambda: double_percussion(system.landing), budget)
+    landing = resolve(Scene(robot="anymal_b", contact=on("LF_FOOT")), known_robot("anymal_b"))
+    _, timing = timed(lambda: _double_percussion(landing), budget)
     found.append(Cost("steps 1-3 in double precision, ANYmal B, one foot", 1e3 * timing.median, "0.25 ms"))
     return found
 
@@ -91,6 +95,13 @@ def _with_everything(scene: Scene, robot: Robot) -> list[object]:
         for name, value in vars(ShockProfile).items()
         if isinstance(value, property | functools.cached_property)
     ]
+
+
+def _double_percussion(landing: Landing) -> Array:
+    """Steps 1 to 3 in double precision: radii of percussion (nb,) [m]."""
+    jumps = double_jumps(landing)
+    omega, v, normal = jumps[:, :3], jumps[:, 3:], landing.plane.normal @ landing.state.rotation[0]
+    return np.asarray(percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc)
 
 
 def command_costs(runs: int) -> list[Cost]:

@@ -2,18 +2,19 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.bench.cases.family import Case
 from shockpc.bench.methods import PROVEN, Method
-from shockpc.bench.reference import reference
 from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
 from shockpc.errors import ShockError
 from shockpc.exact.proof import motion
 from shockpc.landing import Landing
+from shockpc.profile import shock_profile
 from shockpc.results.accuracy import rotation_lengths
 
 __all__ = ["ACCURATE", "OUTCOMES", "CaseResult", "MethodResult", "Timing", "body_errors", "measure", "timed"]
@@ -30,7 +31,7 @@ LONG = 0.2
 OUTCOMES = {
     "accurate": f"error of every body at most {ACCURATE:g}",
     "inaccurate": "a larger error, without a warning",
-    "approximate": "a simulation, whose error depends on how hard its contact is",
+    "approximate": "its contact is soft or damped, and the error depends on how much",
     "not finite": "NaN or infinity",
     "exception": "an exception of a library",
     "refused": "an error message: the landing has no unique solution",
@@ -66,7 +67,6 @@ class MethodResult(NamedTuple):
             None without numbers or without a reference.
         timing: None if it failed.
         message: why it failed.
-        simulates: whether it simulates the landing.
     """
 
     method: str
@@ -74,7 +74,6 @@ class MethodResult(NamedTuple):
     error: float | None = None
     timing: Timing | None = None
     message: str = ""
-    simulates: bool = False
 
 
 class CaseResult(NamedTuple):
@@ -84,26 +83,23 @@ class CaseResult(NamedTuple):
         family: of the case.
         variant: of the case.
         label: value of the case's parameter.
-        rows: "rank of rows", or empty if the case has no answer.
         results: one for each method.
     """
 
     family: str
     variant: str
     label: str
-    rows: str
     results: tuple[MethodResult, ...]
 
 
-def timed(run: Callable[[], Any], budget: float, most: int = 1000) -> tuple[Any, Timing]:
-    """Run until the budget is spent, three times at least unless one run is long, and give the last result.
+def timed(run: Callable[[], Any], budget: float) -> tuple[Any, Timing]:
+    """Run until the budget is spent, three to a thousand times unless one run is long, and give the last result.
 
     The first run loads and fills caches; it counts only if it is not repeated.
 
     Args:
         run: the work.
         budget: time to spend [s]; at zero it runs once.
-        most: runs.
     """
     start = time.perf_counter()
     result = run()
@@ -111,7 +107,7 @@ def timed(run: Callable[[], Any], budget: float, most: int = 1000) -> tuple[Any,
     if first > max(LONG, budget) or budget <= 0.0:
         return result, Timing(first, first, first, 1)
     seconds: list[float] = []
-    while len(seconds) < most and (len(seconds) < 3 or sum(seconds) < budget):
+    while len(seconds) < 3 or (sum(seconds) < budget and len(seconds) < 1000):
         start = time.perf_counter()
         result = run()
         seconds.append(time.perf_counter() - start)
@@ -143,17 +139,14 @@ def measure(case: Case, methods: tuple[Method, ...], budget: float) -> CaseResul
         budget: time to spend on each method's clock [s].
     """
     robot, scene = case.build()
-    head = (case.family, case.variant, case.label)
+    exact = None
     try:
         system = system_of(robot, scene)
     except ShockError as refusal:
-        return CaseResult(*head, "", (MethodResult(PROVEN, "refused", message=str(refusal)),))
-    try:
-        exact = reference(system.landing.scene, robot)[..., 3]
-    except ShockError:
-        exact = None
-    results = tuple(_try(system, exact, method, budget) for method in methods)
-    return CaseResult(*head, "" if exact is None else str(len(system.b)), results)
+        return CaseResult(*case[:3], (MethodResult(PROVEN, "refused", message=str(refusal)),))
+    with suppress(ShockError):
+        exact = shock_profile(scene, robot).proof.jumps[..., 3]
+    return CaseResult(*case[:3], tuple(_try(system, exact, method, budget) for method in methods))
 
 
 def _try(system: System, exact: Array | None, method: Method, budget: float) -> MethodResult:
@@ -173,7 +166,6 @@ def _try(system: System, exact: Array | None, method: Method, budget: float) -> 
         return MethodResult(method.name, "not finite", timing=timing)
     if exact is None:
         return MethodResult(method.name, "unfounded", timing=timing)
-    bound = raw.proof.bounds.max() if method.name == PROVEN else body_errors(system.landing, exact, jumps).max()
-    error = float(bound)
-    outcome = "accurate" if error <= ACCURATE else "approximate" if method.simulates else "inaccurate"
-    return MethodResult(method.name, outcome, error, timing, simulates=method.simulates)
+    error = float((raw.proof.bounds if method.name == PROVEN else body_errors(system.landing, exact, jumps)).max())
+    outcome = "accurate" if error <= ACCURATE else "approximate" if method.approximates else "inaccurate"
+    return MethodResult(method.name, outcome, error, timing)

@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.reference import double_jumps
-from shockpc.bench.system import System, UnsuitedError, bodies_from
+from shockpc.bench.system import System, UnsuitedError
 from shockpc.core.spatial import Array
-from shockpc.profile import shock_profile
+from shockpc.landing import Landing
+from shockpc.profile import impact_jumps, shock_profile
 
-__all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "dense_kkt"]
+__all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "double_jumps"]
 
 PROVEN = "shockpc, proven"
 
@@ -34,12 +34,12 @@ class Method(NamedTuple):
     Attributes:
         name: as in tables.
         prepare: makes it ready for a system; raises `UnsuitedError` for one that it cannot take.
-        simulates: whether it simulates the landing, so that its error depends on how hard its contact is.
+        approximates: whether its contact is soft or damped, so that its error depends on how much.
     """
 
     name: str
     prepare: Callable[[System], Prepared]
-    simulates: bool = False
+    approximates: bool = False
 
 
 def _joint_space(solve: Callable[[Array, Array, Array], Array]) -> Callable[[System], Prepared]:
@@ -55,12 +55,12 @@ def _joint_space(solve: Callable[[Array, Array, Array], Array]) -> Callable[[Sys
             pin.forwardKinematics(system.model, data, q, delta)
             return data.v
 
-        return Prepared(run, lambda raw: bodies_from(system, raw))
+        return Prepared(run, system.jumps)
 
     return prepare
 
 
-def dense_kkt(H: Array, J_c: Array, b: Array) -> Array:
+def _dense_kkt(H: Array, J_c: Array, b: Array) -> Array:
     """Eq. 4 as it stands, by LU with pivoting."""
     n, m = len(H), len(J_c)
     K = np.zeros((n + m, n + m))
@@ -123,7 +123,7 @@ def _pin_jacobian(system: System) -> Prepared:
         pin.forwardKinematics(system.model, data, q, after - v)
         return data.v
 
-    return Prepared(run, lambda raw: bodies_from(system, raw))
+    return Prepared(run, system.jumps)
 
 
 def _pin_constraints(mu: float) -> Callable[[System], Prepared]:
@@ -148,7 +148,7 @@ def _pin_constraints(mu: float) -> Callable[[System], Prepared]:
             pin.forwardKinematics(system.model, data, q, after - v)
             return data.v
 
-        return Prepared(run, lambda raw: bodies_from(system, raw))
+        return Prepared(run, system.jumps)
 
     return prepare
 
@@ -161,20 +161,21 @@ def _proven(system: System) -> Prepared:
     )
 
 
-def _double(system: System) -> Prepared:
-    """Steps 1 and 2 of the package in double precision, without the proof."""
-    return Prepared(lambda: double_jumps(system.landing), lambda jumps: jumps)
+def double_jumps(landing: Landing) -> Array:
+    """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates at the body frames' origins."""
+    _, _, jumps = impact_jumps(landing, landing.q[None])
+    return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
 
 
 DIRECT = (
     Method(PROVEN, _proven),
-    Method("shockpc, double precision", _double),
-    Method("dense KKT (Eq. 4)", _joint_space(dense_kkt)),
+    Method("shockpc, double precision", lambda system: Prepared(lambda: double_jumps(system.landing), lambda jumps: jumps)),
+    Method("dense KKT (Eq. 4)", _joint_space(_dense_kkt)),
     Method("Schur complement, Cholesky", _joint_space(_schur_cholesky)),
     Method("partition (Eq. 6)", _joint_space(_partition)),
     Method("null space (Eq. 7)", _joint_space(_reduced)),
     Method("Pinocchio, Jacobian", _pin_jacobian),
     Method("Pinocchio, constraints", _pin_constraints(0.0)),
-    Method("Pinocchio, constraints, µ = 1e-6", _pin_constraints(1e-6)),
+    Method("Pinocchio, constraints, µ = 1e-6", _pin_constraints(1e-6), approximates=True),
 )
 """Methods that solve for the jump; those that simulate the landing are in `mujoco_peer`."""

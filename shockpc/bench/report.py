@@ -5,6 +5,7 @@ import os
 import platform
 import sys
 from collections import Counter
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from statistics import median
@@ -14,6 +15,7 @@ import shockpc
 from shockpc.bench.cases import FAMILIES, Family
 from shockpc.bench.costs import Cost
 from shockpc.bench.measure import ACCURATE, OUTCOMES, CaseResult, MethodResult
+from shockpc.bench.methods import DIRECT
 from shockpc.bench.sweeps import ProcessCost, SweepCost
 from shockpc.bench.throughput import PeerResult
 from shockpc.show.figure.error_time import save_error_time
@@ -33,6 +35,13 @@ __all__ = [
 ]
 
 LIBRARIES = ("pin", "numpy", "python-flint", "mujoco", "example-robot-data")
+
+NOTES = (
+    "error: of the velocity jump, largest over the bodies, relative to the body's own motion; for shockpc's printed numbers the "
+    "proven bound",
+    "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the difference from the rigid impact "
+    "becomes smaller with it",
+)
 
 LIMITS = (
     "bodies are rigid and the impact takes no time; a real one takes milliseconds",
@@ -97,10 +106,9 @@ def methods_sheet(cases: list[CaseResult]) -> Sheet:
     for name, own in results.items():
         counted = Counter(r.outcome for r in own)
         times = [r.timing.median for r in own if r.timing is not None]
-        errors = [r.error for r in own if r.error is not None]
-        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(times)) if times else None, _size(errors)))
-    notes = tuple(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
-    return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, notes)
+        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(times)) if times else None, _largest(own)))
+    note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
+    return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, (note,))
 
 
 def costs_sheet(costs: list[Cost]) -> Sheet:
@@ -120,14 +128,14 @@ def costs_sheet(costs: list[Cost]) -> Sheet:
 
 def throughput_sheet(peers: list[PeerResult]) -> Sheet:
     """Many postures."""
-    base = {r.robot: r.timing.median for r in peers if r.peer.startswith("Pinocchio") and r.timing is not None}
+    base = {r.robot: r.seconds for r in peers if r.peer.startswith("Pinocchio") and r.seconds is not None}
     rows: list[tuple[Cell, ...]] = []
     for r in peers:
-        each, ratio = None, None
-        if r.timing is not None:
-            each, ratio = f"{1e6 * r.timing.median:.1f}", f"{r.timing.median / base[r.robot]:.2f}"
-        rows.append((r.robot, r.peer, r.work, each, ratio, _size([r.difference]), r.message or None))
-    header = ("robot", "method", "result", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
+        numbers: tuple[Cell, ...] = (None, None, None)
+        if r.seconds is not None:
+            numbers = (f"{1e6 * r.seconds:.1f}", f"{r.seconds / base[r.robot]:.2f}", f"{r.difference:.1e}")
+        rows.append((r.robot, r.peer, *numbers, r.message or None))
+    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
     return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
 
 
@@ -170,30 +178,25 @@ def landing_sheet(case: CaseResult) -> Sheet:
         clock: tuple[Cell, ...] = (None, None)
         if r.timing is not None:
             clock = (_micro(r.timing.median), f"{_micro(r.timing.low)}–{_micro(r.timing.high)}")
-        rows.append((r.method, _size([r.error]), *clock, r.outcome, r.message or None))
+        rows.append((r.method, _largest([r]), *clock, r.outcome, r.message or None))
     header = ("method", "error [-]", "median run time [µs]", "quartiles [µs]", "outcome", "remark")
     return Sheet("error against run time on this landing", header, rows, NOTES)
 
 
-NOTES = (
-    "error: of the velocity jump, largest over the bodies, relative to the body's own motion; for shockpc's printed numbers the "
-    "proven bound",
-    "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the difference from the rigid impact "
-    "becomes smaller with it",
-)
-
-
 def _family_sheet(family: Family, cases: list[CaseResult]) -> Sheet:
-    """One family: a row for each case, a column for each method that solves for the jump."""
-    methods = list(dict.fromkeys(r.method for case in cases for r in case.results if not r.simulates))
+    """One family: a column for each method that is not approximate, and a row for each case that one of these does not solve."""
+    methods = [method.name for method in DIRECT if not method.approximates]
     rows: list[tuple[Cell, ...]] = []
     for case in cases:
-        by_name = {r.method: r for r in case.results}
-        cells = [by_name.get(name) for name in methods]
-        errors = [None if r is None else r.outcome if r.error is None else _rounded(r.error) for r in cells]
-        rows.append((case.label, case.variant, *errors))
-    refused = {r.message for case in cases for r in case.results[:1] if r.message}
-    return Sheet(f"{family.title}: error", (family.parameter, "variant", *methods), rows, tuple(sorted(refused)))
+        found = {r.method: r for r in case.results}
+        own = [found[name] for name in methods if name in found]
+        if any(r.outcome not in ("accurate", "unsuited") for r in own):
+            errors = [r.outcome if r.error is None else _rounded(r.error) for r in own]
+            rows.append((case.label, case.variant, *errors, *(None,) * (len(methods) - len(own))))
+    notes = [family.about]
+    if len(rows) < len(cases):
+        notes.append(f"{len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate")
+    return Sheet(family.name, (family.parameter, "variant", *methods), rows, ("; ".join(notes),))
 
 
 def _everything(cases: list[CaseResult]) -> Sheet:
@@ -203,13 +206,13 @@ def _everything(cases: list[CaseResult]) -> Sheet:
     for case in cases:
         for r in case.results:
             clock: tuple[Cell, ...] = (None,) * 4 if r.timing is None else (*r.timing[:3], float(r.timing.runs))
-            rows.append((case.family, case.variant, case.label, r.method, r.outcome, r.error, *clock, r.message))
+            rows.append((*case[:3], r.method, r.outcome, r.error, *clock, r.message))
     return Sheet("every case by every method", header, rows)
 
 
 def _markdown(bench: Bench) -> str:
     """The report as text."""
-    parts = ["# Error against run time", "", "| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in _header(bench)), ""]
+    parts = ["# Error against run time", "", *(f"- {name}: {value}" for name, value in _header(bench)), ""]
     parts += [
         "The reference is the answer that `shockpc` proves by ball arithmetic. Run times are from q to the velocities of all",
         "bodies, in one thread, without the first run; those of `shockpc, proven` include the proof.",
@@ -219,39 +222,38 @@ def _markdown(bench: Bench) -> str:
         "![error against run time](error-against-run-time.svg)",
         "",
         as_markdown(methods_sheet(bench.cases)),
-        "",
-        "## Families",
+        "## Families: error of every case that is not trivial",
         "",
     ]
     for family in FAMILIES:
         own = [case for case in bench.cases if case.family == family.name]
         if own:
-            parts += [as_markdown(_family_sheet(family, own)), "", f"Difficulty: {family.hard}.", ""]
-    parts += ["## Costs", "", as_markdown(costs_sheet(bench.costs)), "", as_markdown(throughput_sheet(bench.peers)), ""]
-    parts += [as_markdown(sweeps_sheet(bench.sweeps, bench.processes)), ""]
+            parts += [as_markdown(_family_sheet(family, own))]
+    parts += [as_markdown(costs_sheet(bench.costs)), as_markdown(throughput_sheet(bench.peers))]
+    parts += [as_markdown(sweeps_sheet(bench.sweeps, bench.processes))]
     parts += ["## Limits of the method", "", *(f"- {limit}" for limit in LIMITS), ""]
     return "\n".join(parts)
 
 
 def _header(bench: Bench) -> list[tuple[str, str]]:
     """Name and value of everything that the results may depend on."""
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
     return [
-        ("shockpc", shockpc.__version__),
-        *((name, _version(name)) for name in LIBRARIES),
-        ("Python", platform.python_version()),
-        ("CPU", f"{_cpu()}, {os.cpu_count()} cores; OPENBLAS_NUM_THREADS {os.environ.get('OPENBLAS_NUM_THREADS', 'not set')}"),
-        ("system", platform.platform()),
-        ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
-        ("duration", f"{bench.seconds:.0f} s for {len(bench.cases)} cases"),
+        (
+            "versions",
+            ", ".join([f"shockpc {shockpc.__version__}", *map(_version, LIBRARIES), f"Python {platform.python_version()}"]),
+        ),
+        ("machine", f"{_cpu()}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}"),
+        ("run", f"{datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {bench.seconds:.0f} s for {len(bench.cases)} cases"),
     ]
 
 
 def _version(name: str) -> str:
-    """Version of an installed distribution."""
+    """Name and version of an installed distribution."""
     try:
-        return importlib.metadata.version(name)
+        return f"{name} {importlib.metadata.version(name)}"
     except importlib.metadata.PackageNotFoundError:
-        return "not installed"
+        return f"{name} not installed"
 
 
 def _cpu() -> str:
@@ -273,7 +275,7 @@ def _rounded(error: float) -> str:
     return f"{error:.0e}" if error >= 1e-16 else "< 1e-16"
 
 
-def _size(errors: list[float | None] | list[float]) -> Cell:
-    """The largest of some errors."""
-    known = [error for error in errors if error is not None]
-    return f"{max(known):.1e}" if known else None
+def _largest(results: Iterable[MethodResult]) -> Cell:
+    """The largest error of some results."""
+    errors = [r.error for r in results if r.error is not None]
+    return f"{max(errors):.1e}" if errors else None

@@ -12,7 +12,7 @@ from shockpc.landing import Landing, resolve
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 
-__all__ = ["System", "UnsuitedError", "bodies_from", "system_of"]
+__all__ = ["System", "UnsuitedError", "system_of"]
 
 
 class UnsuitedError(SceneError):
@@ -40,10 +40,12 @@ class System(NamedTuple):
         """A function q → H (nv, nv), J_c (nc, nv): contact points stay where they are on their bodies, in any posture."""
         robot, pieces = self.landing.robot, []
 
-        def in_joint(body: int) -> tuple[int, pin.SE3]:
-            return (
-                (robot.bodies[body].joint, pin.SE3(robot.bodies[body].rotation, robot.bodies[body].offset)) if body >= 0 else WORLD
-            )
+        def in_joint(i: int) -> tuple[int, pin.SE3]:
+            """Pinocchio's joint of a body, and the body's placement in it; joint 0 is the world."""
+            if i < 0:
+                return 0, pin.SE3.Identity()
+            body = robot.bodies[i]
+            return body.joint, pin.SE3(body.rotation, body.offset)
 
         for block in self.landing.rows(self.landing.state):
             (at, carrier), (along, frame) = in_joint(block.carrier), in_joint(block.axes_body)
@@ -65,14 +67,20 @@ class System(NamedTuple):
 
         return assemble
 
+    def jumps(self, twists: Any) -> Array:
+        """Jumps (nb, 6) of the bodies, body axes at the body frames' origins, from Pinocchio's joint velocities `data.v`."""
+        bodies = self.landing.robot.bodies
+        jumps = np.empty((len(bodies), 6))
+        for i, body in enumerate(bodies):
+            twist, to_body = twists[body.joint], body.rotation.T
+            jumps[i] = [*(to_body @ twist.angular), *(to_body @ velocity_at(twist.angular, twist.linear, body.offset))]
+        return jumps
+
     def contact_points(self) -> list[tuple[int, Array]]:
         """Pinocchio's joint, and point in its frame [m], of every contact."""
         bodies = self.landing.robot.bodies
         found = [(bodies[block.body], block.point) for block in self.landing.rows(self.landing.state) if block.kind == "contact"]
         return [(body.joint, body.offset + body.rotation @ np.reshape(point, 3)) for body, point in found]
-
-
-WORLD = 0, pin.SE3.Identity()
 
 
 def system_of(robot: Robot, scene: Scene) -> System:
@@ -90,16 +98,6 @@ def system_of(robot: Robot, scene: Scene) -> System:
         v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
     b, G = landing.approach(state, landing.rows(state)), landing.columns(state)
     return System(landing, model, v, b[0, :, 3], None if G is None else G[0])
-
-
-def bodies_from(system: System, twists: Any) -> Array:
-    """Jumps (nb, 6) of the bodies, body axes at the body frames' origins, from Pinocchio's joint velocities `data.v`."""
-    bodies = system.landing.robot.bodies
-    jumps = np.empty((len(bodies), 6))
-    for i, body in enumerate(bodies):
-        twist, to_body = twists[body.joint], body.rotation.T
-        jumps[i] = [*(to_body @ twist.angular), *(to_body @ velocity_at(twist.angular, twist.linear, body.offset))]
-    return jumps
 
 
 def _cross(a: Array, b: Array) -> Array:

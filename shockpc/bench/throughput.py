@@ -1,6 +1,5 @@
 """Many postures of one landing: the batched path against Pinocchio and MuJoCo in a Python loop."""
 
-import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -8,23 +7,21 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.bench.cases.chains import chain
-from shockpc.bench.measure import Timing, timed
+from shockpc.bench.cases.family import SLANTED, on
+from shockpc.bench.cases.robots import known_robot
+from shockpc.bench.measure import timed
 from shockpc.bench.methods import Prepared
 from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
-from shockpc.model.contact import Contact
 from shockpc.profile import shock_maps
 from shockpc.result import ShockMaps
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene, Strike
+from shockpc.scene import Scene
 
-__all__ = ["PEERS", "POSTURES", "SCENES", "PeerResult", "compete", "many_system", "postures"]
+__all__ = ["PEERS", "SCENES", "PeerResult", "compete", "many_system", "postures"]
 
 SCENES = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0"}
 """Robots and the frame that strikes."""
-
-POSTURES = 1024
 
 
 class PeerResult(NamedTuple):
@@ -32,30 +29,23 @@ class PeerResult(NamedTuple):
 
     Attributes:
         robot: its name.
-        peer: its name.
-        work: what it computes.
+        peer: its name, and what it computes.
         difference: largest difference from the batched path, relative to the fastest body [1]; None if it cannot do the work.
-        timing: for one posture.
+        seconds: median run time for one posture [s]; None if it cannot do the work.
         message: why it cannot.
     """
 
     robot: str
     peer: str
-    work: str
-    difference: float | None
-    timing: Timing | None
+    difference: float | None = None
+    seconds: float | None = None
     message: str = ""
-
-
-@functools.cache
-def _robot(name: str) -> Robot:
-    return chain(np.full(100, 1.0), np.full(100, 0.05)) if name.startswith("chain") else load_robot(name)
 
 
 def many_system(name: str) -> System:
     """The landing of a robot of `SCENES`, in one posture."""
-    scene = Scene(robot=name, contact=(Contact(frame=SCENES[name]),), strike=Strike(speed=1.0, strike_angle_deg=20.0))
-    return system_of(_robot(name), scene)
+    robot = chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
+    return system_of(robot, Scene(robot=name, contact=on(SCENES[name]), strike=SLANTED))
 
 
 def postures(system: System, n: int) -> Array:
@@ -100,11 +90,11 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
     return Prepared(run, read)
 
 
-PEERS: tuple[tuple[str, str, Callable[[System, Array], Prepared]], ...] = (
-    ("shockpc, batched", "3 directions, all bodies", _batched),
-    ("Pinocchio in a Python loop", "1 direction, joint velocities", _bare_loop),
-    ("MuJoCo in a Python loop", "3 directions, all bodies", batch_in_mujoco),
-)
+PEERS: dict[str, Callable[[System, Array], Prepared]] = {
+    "shockpc, batched: 3 directions, all bodies": _batched,
+    "Pinocchio in a Python loop: 1 direction, joint velocities": _bare_loop,
+    "MuJoCo in a Python loop: 3 directions, all bodies": batch_in_mujoco,
+}
 """The package first: the results of the others are compared with its own."""
 
 
@@ -118,19 +108,18 @@ def compete(name: str, n: int, budget: float) -> list[PeerResult]:
     """
     system = many_system(name)
     Q = postures(system, n)
-    prepared = _batched(system, Q)
-    maps = prepared.read(prepared.run())
+    batched = _batched(system, Q)
+    maps = batched.read(batched.run())
     jump = maps @ system.landing.before.velocity
     found: list[PeerResult] = []
-    for peer, work, prepare in PEERS:
+    for peer, prepare in PEERS.items():
         try:
             prepared = prepare(system, Q)
         except UnsuitedError as reason:
-            found.append(PeerResult(name, peer, work, None, None, str(reason)))
+            found.append(PeerResult(name, peer, message=str(reason)))
             continue
         result = prepared.read(prepared.run())
         own = maps if result.shape[-1] == 3 else jump[..., None]
         difference = float((np.abs(result - own).max(axis=(1, 2, 3)) / np.abs(own).max(axis=(1, 2, 3))).max())
-        _, whole = timed(prepared.run, budget)
-        found.append(PeerResult(name, peer, work, difference, Timing(whole.median / n, whole.low / n, whole.high / n, whole.runs)))
+        found.append(PeerResult(name, peer, difference, timed(prepared.run, budget)[1].median / n))
     return found

@@ -45,9 +45,11 @@ def analyze(
 
     trace = Trace()
     with trace.stage("imports"):
-        from shockpc.cli.output import body_pattern, check_places, save_scenes, scene_files, shown, write_files
+        from shockpc.cli.output import body_pattern, check_places, file_names, scene_files, shown
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
+        from shockpc.scene import scene_text
+        from shockpc.show.files import write_text
     check_places(out, save_scene)
     loaded, scenes = scenes_from(robot, options, trace)
     pattern = None if bodies is None else body_pattern(loaded, bodies)
@@ -55,10 +57,12 @@ def analyze(
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
     with trace.stage("output"):
         text = shown(profiles, format_, pattern)
-        if save_scene is not None:
-            save_scenes(profiles, files)
+        for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
+            write_text(file, scene_text(profile.scene, file.parent))
         if out is not None:
-            write_files(profiles, out, pattern)
+            from shockpc.show.folder import write_landings
+
+            write_landings(profiles, file_names(scenes), out, pattern)
         else:
             trace.skip("figure, and matplotlib with it", "no --out")
         sys.stdout.write(text)

@@ -3,14 +3,15 @@
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from shockpc.result import ShockProfile
-    from shockpc.robot.robot import Robot
-    from shockpc.scene import Scene
+from shockpc.cli.scenes import ROBOT_SUFFIXES
+from shockpc.errors import OutputError, SceneError, UnknownName
+from shockpc.result import ShockProfile
+from shockpc.robot.robot import Robot
+from shockpc.scene import Scene
+from shockpc.show.files import check_folder
 
-__all__ = ["body_pattern", "check_places", "file_names", "save_scenes", "scene_files", "shown", "write_files"]
+__all__ = ["body_pattern", "check_places", "file_names", "scene_files", "shown"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
@@ -18,10 +19,6 @@ LONGEST = 200
 
 def check_places(out: Path | None, save_scene: Path | None) -> None:
     """See that results can be written before anything is computed."""
-    from shockpc.cli.scenes import ROBOT_SUFFIXES
-    from shockpc.errors import OutputError
-    from shockpc.show.files import check_folder
-
     if out is not None:
         check_folder(out, "--out")
     if save_scene is not None:
@@ -34,14 +31,12 @@ def check_places(out: Path | None, save_scene: Path | None) -> None:
         check_folder(save_scene.parent, "--save-scene")
 
 
-def scene_files(scenes: "list[Scene]", path: Path, force: bool) -> list[Path]:
+def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     """The files that --save-scene writes: the file itself for one landing, else a file each, named after the contact.
 
     Raises:
         OutputError: one of them is there already, and may not be replaced.
     """
-    from shockpc.errors import OutputError
-
     files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
     present = [file for file in files if os.path.lexists(file)]
     if present and not force:
@@ -49,14 +44,13 @@ def scene_files(scenes: "list[Scene]", path: Path, force: bool) -> list[Path]:
     return files
 
 
-def body_pattern(robot: "Robot", pattern: str) -> str:
+def body_pattern(robot: Robot, pattern: str) -> str:
     """The pattern of --bodies. A link that is fixed to another body stands for that body.
 
     Raises:
         UnknownName: it matches neither a body nor a link.
         SceneError: it matches links of several bodies, and no body.
     """
-    from shockpc.errors import SceneError, UnknownName
     from shockpc.show.tables.sheets import fits
 
     names = [body.name for body in robot.bodies]
@@ -71,7 +65,7 @@ def body_pattern(robot: "Robot", pattern: str) -> str:
     return carriers[0]
 
 
-def shown(profiles: "list[ShockProfile]", format_: str, bodies: str | None) -> str:
+def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str:
     """What goes to standard output. A CSV file cannot hold warnings, so they go to standard error."""
     if format_ == "json":
         from shockpc.show.document import to_json
@@ -88,23 +82,7 @@ def shown(profiles: "list[ShockProfile]", format_: str, bodies: str | None) -> s
     return text_report(profiles, bodies)
 
 
-def write_files(profiles: "list[ShockProfile]", out: Path, bodies: str | None) -> None:
-    """One landing into the folder itself; several into a folder each, with a summary beside them."""
-    from shockpc.show.folder import write_landings
-
-    write_landings(profiles, file_names([profile.scene for profile in profiles]), out, bodies)
-
-
-def save_scenes(profiles: "list[ShockProfile]", files: list[Path]) -> None:
-    """Write the scene of each landing into its file."""
-    from shockpc.scene import scene_text
-    from shockpc.show.files import write_text
-
-    for profile, file in zip(profiles, files, strict=True):
-        write_text(file, scene_text(profile.scene, file.parent))
-
-
-def file_names(scenes: "list[Scene]") -> list[str]:
+def file_names(scenes: list[Scene]) -> list[str]:
     """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
     names: list[str] = []
     for scene in scenes:

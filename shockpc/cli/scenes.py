@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import typer
 
@@ -19,6 +19,8 @@ from shockpc.scene import Point, Scene, Strike, plane_of
 from shockpc.trace import Trace
 
 __all__ = ["ROBOT_SUFFIXES", "is_scene_file", "one_scene", "point_from", "scenes_from"]
+
+Record = TypeVar("Record", Contact, Posture, Joints, Strike)
 
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 
@@ -129,59 +131,51 @@ def _names(text: str) -> list[str]:
 
 def _with_contacts(scene: Scene, options: SceneOptions, frames: tuple[str, ...] | None) -> Scene:
     """The scene of one landing."""
-    changes: dict[str, Any] = {}
-    if options.offset is not None:
-        changes["offset"] = options.offset
-    if options.contact_point is not None:
-        changes["at"] = options.contact_point
+    directions = None
     if options.slide:
         horizontal = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9
         velocity = scene.strike.velocity
         # In the plane seen from above, and with a velocity in it, up is the world's y.
-        changes["directions"] = ("y",) if horizontal and velocity is not None and velocity[2] == 0.0 else ("z",)
-    if options.restitution is not None:
-        changes["restitution"] = options.restitution
+        directions = ("y",) if horizontal and velocity is not None and velocity[2] == 0.0 else ("z",)
+    changes = {"offset": options.offset, "at": options.contact_point, "restitution": options.restitution, "directions": directions}
     contacts = scene.contact if frames is None else tuple(Contact(frame=frame) for frame in frames)
-    return dataclasses.replace(scene, contact=tuple(dataclasses.replace(contact, **changes) for contact in contacts))
+    return dataclasses.replace(scene, contact=tuple(_with(contact, **changes) for contact in contacts))
+
+
+def _with(record: Record, **values: Any) -> Record:
+    """A record with those values that are not None."""
+    return dataclasses.replace(record, **{name: value for name, value in values.items() if value is not None})
 
 
 def _posture(posture: Posture, options: SceneOptions) -> Posture:
     """The posture with the options applied."""
-    if options.posture is not None:
-        posture = dataclasses.replace(posture, reference=options.posture)
     if options.base_rpy is not None:
-        posture = dataclasses.replace(posture, base_rpy_deg=options.base_rpy, base_quaternion=None)
-    return dataclasses.replace(posture, joints_deg=_replaced(posture.joints_deg, options.set))
+        posture = dataclasses.replace(posture, base_quaternion=None)
+    joints = _replaced(posture.joints_deg, options.set)
+    return _with(posture, reference=options.posture, base_rpy_deg=options.base_rpy, joints_deg=joints)
 
 
 def _joints(joints: Joints, options: SceneOptions) -> Joints:
     """The joint model with the options applied."""
-    return dataclasses.replace(
-        joints,
-        model=options.joints or joints.model,
-        armature=_replaced(joints.armature, options.armature),
-        locked=tuple(dict.fromkeys([*joints.locked, *options.lock])),
-    )
+    locked = tuple(dict.fromkeys([*joints.locked, *options.lock]))
+    return _with(joints, model=options.joints, armature=_replaced(joints.armature, options.armature), locked=locked)
 
 
 def _strike(strike: Strike, options: SceneOptions) -> Strike:
     """The strike with the options applied; one way of giving the velocity replaces the scene's way."""
-    angle, speed = options.strike_angle, options.speed
     if options.velocity is not None or options.drop_height is not None:
-        strike = dataclasses.replace(
-            strike, speed=speed, strike_angle_deg=angle, velocity=options.velocity, drop_height=options.drop_height
-        )
-    elif angle is not None or speed is not None:
-        strike = dataclasses.replace(
-            strike,
-            speed=strike.speed if speed is None else speed,
-            strike_angle_deg=strike.strike_angle_deg if angle is None else angle,
-            velocity=None,
-            drop_height=None,
-        )
-    if options.angular_velocity is not None:
-        strike = dataclasses.replace(strike, angular_velocity=options.angular_velocity)
-    return dataclasses.replace(strike, joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity))
+        strike = dataclasses.replace(strike, speed=None, strike_angle_deg=None, velocity=None, drop_height=None)
+    elif options.strike_angle is not None or options.speed is not None:
+        strike = dataclasses.replace(strike, velocity=None, drop_height=None)
+    return _with(
+        strike,
+        speed=options.speed,
+        strike_angle_deg=options.strike_angle,
+        velocity=options.velocity,
+        drop_height=options.drop_height,
+        angular_velocity=options.angular_velocity,
+        joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity),
+    )
 
 
 def _replaced(values: Mapping[str, float], settings: Iterable[Setting]) -> dict[str, float]:

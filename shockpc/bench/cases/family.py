@@ -1,18 +1,22 @@
 """A family of cases: one landing with one parameter that makes it harder."""
 
-import functools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, TypeAlias
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene
+from shockpc.model.contact import Contact
+from shockpc.robot.robot import Robot
+from shockpc.scene import Scene, Strike
 
-__all__ = ["Axis", "Case", "Family", "known_robot"]
+__all__ = ["OBLIQUE", "SLANTED", "Case", "Family", "on"]
+
+OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))
+SLANTED = Strike(speed=1.0, strike_angle_deg=20.0)
 
 
-Axis: TypeAlias = Literal["x", "y", "z"]
-"""A direction in which a contact or a closure holds."""
+def on(*frames: str) -> tuple[Contact, ...]:
+    """Sticking contacts at the origins of frames."""
+    return tuple(Contact(frame=frame) for frame in frames)
 
 
 class Case(NamedTuple):
@@ -38,27 +42,23 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Family:
-    """Cases that differ in one number.
+    """Cases that differ in one parameter.
 
     Attributes:
         name: short.
-        title: one line for a heading.
-        hard: why it is hard.
-        parameter: the number, with its unit.
+        about: what lands, and why it is hard.
+        parameter: what its cases differ in, with its unit.
         variants: of the landing.
-        values: of the parameter.
+        values: of the parameter: numbers, or names of robots.
         build: variant and value → robot and scene.
-        labels: names of the values, where they are numbers of a list.
     """
 
     name: str
-    title: str
-    hard: str
+    about: str
     parameter: str
     variants: tuple[str, ...]
-    values: tuple[float, ...]
-    build: Callable[[str, float], tuple[Robot, Scene]] = field(repr=False)
-    labels: tuple[str, ...] = ()
+    values: tuple[float, ...] | tuple[str, ...]
+    build: Callable[[str, Any], tuple[Robot, Scene]]
 
     def cases(self) -> Iterator[Case]:
         """Its cases, variant by variant."""
@@ -66,13 +66,7 @@ class Family:
             for value in self.values:
                 yield self.case(variant, value)
 
-    def case(self, variant: str, value: float) -> Case:
+    def case(self, variant: str, value: float | str) -> Case:
         """One of its cases."""
-        label = self.labels[int(value)] if self.labels else f"{value:g}"
+        label = value if isinstance(value, str) else f"{value:g}"
         return Case(self.name, variant, label, lambda: self.build(variant, value))
-
-
-@functools.cache
-def known_robot(name: str) -> Robot:
-    """A robot by its name, loaded once."""
-    return load_robot(name)

@@ -1,14 +1,17 @@
-"""Robots of example-robot-data that have feet, and one far from the origin of the world."""
+"""Families on robots of example-robot-data."""
 
+import functools
 import re
+from typing import Any
 
-from shockpc.bench.cases.family import Family, known_robot
+from shockpc.bench.cases.family import OBLIQUE, SLANTED, Family, on
 from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike
+from shockpc.robot.robot import Robot, load_robot
+from shockpc.scene import Scene
 
-__all__ = ["FAR", "FOOTED", "ROBOTS", "feet_of"]
+__all__ = ["ARMATURE", "DOUBLED", "FAR", "FOOTED", "LOCKED_FEET", "ROBOTS", "feet_of", "known_robot"]
 
 FOOTED = (
     "a1", "alexander", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "bolt", "g1", "go1", "go2", "human", "hyq", "icub",
@@ -18,6 +21,13 @@ FOOTED = (
 """Robots of example-robot-data with a link that is a foot."""
 
 FOOT = re.compile(r"(_foot|_FOOT|_sole|_sole_link|ankle_roll_link|^[lr]_ankle)$")
+ANYMAL_FEET = ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT")
+
+
+@functools.cache
+def known_robot(name: str) -> Robot:
+    """A robot by its name, loaded once."""
+    return load_robot(name)
 
 
 def feet_of(robot: Robot) -> tuple[str, ...]:
@@ -27,41 +37,79 @@ def feet_of(robot: Robot) -> tuple[str, ...]:
     return soles or found
 
 
-def _robots(variant: str, number: float) -> tuple[Robot, Scene]:
-    name = FOOTED[int(number)]
+def _robots(variant: str, name: str) -> tuple[Robot, Scene]:
     robot = known_robot(name)
     feet = feet_of(robot)
-    struck = feet if variant == "all feet" else feet[:1]
-    strike = Strike(speed=1.0, strike_angle_deg=20.0)
-    return robot, Scene(robot=name, strike=strike, contact=tuple(Contact(frame=foot) for foot in struck))
+    return robot, Scene(robot=name, strike=SLANTED, contact=on(*(feet if variant == "all feet" else feet[:1])))
 
 
 ROBOTS = Family(
-    name="robots",
-    title="Robots of example-robot-data",
-    hard="links without mass (romeo, human), inertias that are not physical, condition numbers up to 9e18 (icub)",
-    parameter="robot",
-    variants=("one foot", "all feet"),
-    values=tuple(range(len(FOOTED))),
-    build=_robots,
-    labels=FOOTED,
+    "robots",
+    "robots of example-robot-data, with links without mass (romeo, human) and condition numbers up to 9e18 (icub)",
+    "robot",
+    ("one foot", "all feet"),
+    FOOTED,
+    _robots,
 )
 
 
-def _far(variant: str, away: float) -> tuple[Robot, Scene]:
-    posture = Posture(base_position=(away, -0.3 * away, 0.5))
-    contact = tuple(Contact(frame=foot) for foot in (("LF_FOOT",) if variant == "one foot" else ("LF_FOOT", "RH_FOOT")))
-    return known_robot("anymal_b"), Scene(
-        robot="anymal_b", posture=posture, strike=Strike(speed=1.0, strike_angle_deg=20.0), contact=contact
-    )
+def _anymal(feet: int, **parts: Any) -> tuple[Robot, Scene]:
+    """ANYmal B on some of its feet."""
+    return known_robot("anymal_b"), Scene(robot="anymal_b", strike=SLANTED, contact=on(*ANYMAL_FEET[:feet]), **parts)
+
+
+def _armature(variant: str, inertia: float) -> tuple[Robot, Scene]:
+    return _anymal(1 if variant == "one foot" else 4, joints=Joints(armature={"*": inertia}))
+
+
+ARMATURE = Family(
+    "armature",
+    "ANYmal B with drives from free to almost locked: large reflected inertias dominate the diagonal of H",
+    "reflected inertia [kg m²]",
+    ("one foot", "four feet"),
+    (1e-18, 1e-3, 1e12),
+    _armature,
+)
+
+
+def _locked_feet(variant: str, feet: int) -> tuple[Robot, Scene]:
+    return _anymal(feet, joints=Joints(model="locked") if variant == "locked" else Joints(locked=("*HFE", "*KFE")))
+
+
+LOCKED_FEET = Family(
+    "locked feet",
+    "ANYmal B with locked joints on several feet: up to twelve rows on a mechanism with six to ten degrees of freedom",
+    "feet [-]",
+    ("locked", "hips free"),
+    (1, 2, 4),
+    _locked_feet,
+)
+
+
+def _far(_: str, away: float) -> tuple[Robot, Scene]:
+    return _anymal(1, posture=Posture(base_position=(away, -0.3 * away, 0.5)))
 
 
 FAR = Family(
-    name="far from the origin",
-    title="ANYmal B far from the origin of the world",
-    hard="a method that writes its velocities at the world's origin multiplies every rotation by the distance",
-    parameter="distance [m]",
-    variants=("one foot", "two feet"),
-    values=(0.0, 1e3, 1e6, 1e9),
-    build=_far,
+    "far from the origin",
+    "ANYmal B far from the origin of the world: velocities written there multiply every rotation by the distance",
+    "distance [m]",
+    ("one foot",),
+    (1e6, 1e9),
+    _far,
+)
+
+
+def _doubled(_: str, apart: float) -> tuple[Robot, Scene]:
+    contact = (*on("LF_FOOT", "RH_FOOT"), Contact(frame="LF_FOOT", offset=(apart, 0.0, 0.0)))
+    return known_robot("anymal_b"), Scene(robot="anymal_b", strike=OBLIQUE, contact=contact)
+
+
+DOUBLED = Family(
+    "doubled contact",
+    "a foot of ANYmal B that strikes with two points: they stop a rotation by rows that differ only by their distance",
+    "distance [m]",
+    ("with another foot",),
+    (1e-8, 1e-5, 1e-2),
+    _doubled,
 )
