@@ -75,8 +75,9 @@ def here(tmp_path, monkeypatch):
     for name in ("robot", "leg"):
         (folder / f"{name}.urdf").write_text(STICK.replace("</robot>", LINK_WITH_IMU), encoding="utf-8")
         (folder / f"{name}.srdf").write_text(POSTURES, encoding="utf-8")
-    scenes = [block.text for block in BLOCKS if block.language == "toml" and re.search(r"^robot = ", block.text, re.MULTILINE)]
+    scenes = [block.text for block in BLOCKS if block.language == "toml" and block.text.startswith("robot = ")]
     (folder / "landing.toml").write_text(scenes[0] if scenes else SCENE, encoding="utf-8")
+    (folder / "budgets.toml").write_text(next(block.text for block in BLOCKS if "[[budget]]" in block.text), encoding="utf-8")
     return folder
 
 
@@ -113,7 +114,7 @@ def test_python_runs(capfd, here):
 def test_scenes_run(capfd, here):
     """A block of TOML that names a robot is a whole scene."""
     for block in BLOCKS:
-        if block.language == "toml" and re.search(r"^robot = ", block.text, re.MULTILINE):
+        if block.language == "toml" and block.text.startswith("robot = "):
             (here / "scene.toml").write_text(block.text, encoding="utf-8")
             assert good(capfd, "analyze", "scene.toml")
 
