@@ -19,14 +19,21 @@ if TYPE_CHECKING:
     from shockpc.results.points import PointShock
     from shockpc.robot.robot import Robot, load_robot
     from shockpc.scene import Point, Scene, Strike, read_scene
+    from shockpc.studies.batch import batch
+    from shockpc.studies.compare import Design, compare
+    from shockpc.studies.place.study import PlaceStudy, place
+    from shockpc.studies.sweep.study import Chunk, sweep
+    from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "Bracket": "results.bracket",
+    "Chunk": "studies.sweep.study",
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",
+    "Design": "studies.compare",
     "Health": "results.accuracy",
     "JointLoad": "results.loads",
     "Joints": "model.joint_model",
@@ -34,6 +41,7 @@ _HOMES = {
     "OutputError": "errors",
     "Place": "model.closure",
     "Point": "scene",
+    "PlaceStudy": "studies.place.study",
     "PointShock": "results.points",
     "Posture": "model.posture",
     "Robot": "robot.robot",
@@ -48,24 +56,32 @@ _HOMES = {
     "StudyError": "errors",
     "Strike": "scene",
     "UnknownName": "errors",
+    "assert_shock": "testing",
+    "batch": "studies.batch",
+    "compare": "studies.compare",
     "load_robot": "robot.robot",
+    "place": "studies.place.study",
     "read_scene": "scene",
     "resolve": "landing",
     "shock_maps": "profile",
     "shock_profile": "profile",
+    "sweep": "studies.sweep.study",
 }
 
 __all__ = [
     "Bracket",
+    "Chunk",
     "Closure",
     "Contact",
     "ContactImpulse",
+    "Design",
     "Health",
     "JointLoad",
     "Joints",
     "Landing",
     "OutputError",
     "Place",
+    "PlaceStudy",
     "Point",
     "PointShock",
     "Posture",
@@ -81,11 +97,16 @@ __all__ = [
     "Strike",
     "StudyError",
     "UnknownName",
+    "assert_shock",
+    "batch",
+    "compare",
     "load_robot",
+    "place",
     "read_scene",
     "resolve",
     "shock_maps",
     "shock_profile",
+    "sweep",
 ]
 
 

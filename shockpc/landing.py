@@ -49,7 +49,7 @@ class Landing:
         q: (nq,) configuration of the scene, loops closed.
         state: the robot in that posture (N = 1).
         assembly: what closing the loops changed; None without loops.
-        warnings: joints outside their limits, and what the scene asks for in vain.
+        warnings: joints outside their limits, and parts of the scene that have no effect.
     """
 
     scene: Scene

@@ -1,6 +1,8 @@
-"""How names from files are printed: without characters that control a terminal or the direction of text."""
+"""How names from files are printed: without characters that control a terminal or the direction of text, and not too many."""
 
-__all__ = ["printable"]
+from collections.abc import Iterable, Sequence
+
+__all__ = ["few", "listed", "printable"]
 
 
 def printable(text: str, most: int | None = None) -> str:
@@ -15,3 +17,13 @@ def printable(text: str, most: int | None = None) -> str:
     if most is None or len(text) <= most:
         return text
     return f"{text[: most // 2]}…{text[len(text) - (most - 1 - most // 2) :]}"
+
+
+def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:
+    """The first names, and how many more there are."""
+    return separator.join(names[:most]) + (f" and {len(names) - most} more{what}" if len(names) > most else "")
+
+
+def listed(names: Iterable[object], most: int = 10**6) -> str:
+    """The first names in quotation marks, with commas, and how many more there are."""
+    return few([f'"{name}"' for name in names], most)

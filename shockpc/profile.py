@@ -9,12 +9,15 @@ strike: every strike angle, and the most severe one, is a product afterwards. Th
 exact answer, and that is what a profile reports.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from shockpc.core.bodies import body_jumps
 from shockpc.core.impulse import Impact, solve_impact
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
+from shockpc.errors import SceneError
 from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import Equation
@@ -24,7 +27,7 @@ from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene
 from shockpc.trace import Trace
 
-__all__ = ["impact_jumps", "shock_maps", "shock_profile"]
+__all__ = ["impact_jumps", "joined", "needs_proof", "shock_maps", "shock_profile"]
 
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
@@ -66,38 +69,55 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
     Args:
         landing: the landing; its own posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
+
+    Raises:
+        SceneError: Q has another shape, or no row.
     """
+    Q, nq = np.asarray(Q, dtype=float), landing.robot.model.nq
+    if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):
+        raise SceneError(
+            f'Q has shape {Q.shape}; the configurations of robot "{landing.robot.name}" are rows of {nq} numbers, shape (N, {nq}); '
+            "for one posture give q[None]"
+        )
     parts = []
     with one_thread(landing.robot.model.nv):
-        for k in range(0, max(len(Q), 1), CHUNK):
+        for k in range(0, len(Q), CHUNK):
             equation, impact, maps = impact_jumps(landing, Q[k : k + CHUNK], own=False)
-            condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
-            if landing.base != "free" or landing.loops:
-                condition = condition * equation.cancellation()
-            prove = condition > ILL_CONDITIONED
-            prove[list(impact.choices)] = True
-            state = equation.state
+            state, (condition, prove) = equation.state, needs_proof(landing, equation, impact)
             parts.append(ShockMaps(maps, state.rotation, state.position, impact.rank, condition, prove))
-    return parts[0] if len(parts) == 1 else ShockMaps(*map(_joined, zip(*parts, strict=True)))
+    return parts[0] if len(parts) == 1 else ShockMaps(*map(joined, zip(*parts, strict=True)))
 
 
-def _joined(parts: tuple[Array, ...]) -> Array:
+def joined(parts: tuple[Array, ...]) -> Array:
     """Arrays of consecutive postures as one, in the memory layout that they have."""
     last = [np.moveaxis(part, 0, -1) for part in parts]
     return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)
 
 
-def impact_jumps(landing: Landing, Q: Array, own: bool = True) -> tuple[Equation, Impact, Array]:
+def needs_proof(landing: Landing, equation: Equation, impact: Impact) -> tuple[Array, np.ndarray]:
+    """The condition (N,) of a solution of step 1, and whether (N,) it needs a proof, as in `ShockMaps`."""
+    condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
+    if landing.base != "free" or landing.loops:
+        condition = condition * equation.cancellation()
+    prove = condition > ILL_CONDITIONED
+    prove[list(impact.choices)] = True
+    return condition, prove
+
+
+def impact_jumps(
+    landing: Landing, Q: Array, own: bool = True, bodies: Sequence[int] | None = None
+) -> tuple[Equation, Impact, Array]:
     """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies in world axes.
 
     Args:
         landing: the landing.
         Q: (N, nq) configurations.
         own: whether the scene's own strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
+        bodies: indices of those whose jumps are wanted, in that order; all by default.
     """
     robot, state = landing.robot, dynamics(landing.robot, Q, landing.joint_model.armature)
     equation = landing.equation(state, own)
     impact = solve_impact(equation.H, equation.J_c, equation.b, equation.terms)  # Eq. 4
     delta_qd = equation.full(impact.delta_qd)  # Eq. 7
     columns = [joint.v for joint in robot.joints]
-    return equation, impact, body_jumps(state.J, columns, robot.parents, state.position, delta_qd)  # Eqs. 8 and 9
+    return equation, impact, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9

@@ -6,18 +6,12 @@ start of every command by a third.
 """
 
 import dataclasses
-import difflib
-import functools
-import json
 import math
 import os
-import re
-import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
-from numbers import Real
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal
 
 import numpy as np
 
@@ -30,6 +24,7 @@ from shockpc.model.contact import Contact
 from shockpc.model.joint_model import LARGEST, Joints
 from shockpc.model.posture import Posture
 from shockpc.paths import usable_path
+from shockpc.toml import checked, inline, numbers, reading, toml_lines
 
 __all__ = [
     "GRAVITY",
@@ -40,6 +35,7 @@ __all__ = [
     "check_scene",
     "plane_of",
     "read_scene",
+    "scene_from",
     "scene_schema",
     "scene_table",
     "scene_text",
@@ -145,6 +141,11 @@ class Point:
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    @property
+    def label(self) -> str:
+        """The point as it is typed, FRAME or FRAME:x,y,z."""
+        return self.frame + (":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else "")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
@@ -201,7 +202,7 @@ class Scene:
         object.__setattr__(self, "contact", tuple(Contact(frame=one) if isinstance(one, str) else one for one in contacts))
         for path in (self.robot, self.srdf, *(self.packages.values() if isinstance(self.packages, Mapping) else ())):
             if isinstance(path, str) and "\0" in path:
-                raise SceneError(f"{_inline(path)} cannot be the path of a file: it holds a NUL character")
+                raise SceneError(f"{inline(path)} cannot be the path of a file: it holds a NUL character")
 
 
 def plane_of(scene: Scene) -> Plane:
@@ -225,14 +226,14 @@ def check_scene(scene: Scene) -> Scene:
         SceneError: a field has a wrong type, length or word, or a number is not finite or out of range.
     """
     faults: list[str] = []
-    checked: Scene | None = _checked(scene, Scene, "", faults)
-    if checked is None:
+    found: Scene | None = checked(scene, Scene, "", faults)
+    if found is None:
         raise SceneError("; ".join(faults))
-    for key, number in _numbers(checked, ""):
+    for key, number in numbers(found, ""):
         rate = key.startswith(("strike.angular_velocity", "strike.joint_velocities"))
         if abs(number) > FASTEST if rate else abs(number) > LARGEST and not key.startswith("strike."):
             raise SceneError(f"{key} is {number:g}, which is out of range; give a number up to {FASTEST if rate else LARGEST:g}")
-    return checked
+    return found
 
 
 def read_scene(path: Path | str) -> Scene:
@@ -241,36 +242,30 @@ def read_scene(path: Path | str) -> Scene:
     Raises:
         SceneError: the file cannot be read or is not a scene; the text names the file, the key and what would be valid.
     """
-    path, faults = Path(path), list[str]()
-    if path.is_fifo() or path.is_char_device() or path.is_block_device():
-        raise SceneError(f'"{path}" is a pipe or a device; save what it gives in a file')
+    path = Path(path)
+    with reading(path, "scene", SceneError) as table:
+        return scene_from(table, path.resolve().parent)
+
+
+def scene_from(table: Mapping[str, Any], folder: Path, key: str = "") -> Scene:
+    """A scene from its table. Paths in it are relative to a folder and become absolute.
+
+    Args:
+        table: as TOML gives it.
+        folder: where the file lies.
+        key: position of the table in the file, for messages.
+
+    Raises:
+        SceneError: a key or its value does not fit; the text says what would be valid.
+    """
+    faults: list[str] = []
+    scene: Scene | None = checked(table, Scene, key, faults)
+    if scene is None or faults:
+        raise SceneError("; ".join(faults))
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        scene = _checked(table, Scene, "", faults)
-    except FileNotFoundError:
-        raise SceneError(f'no scene file "{path}" (looked in {Path.cwd()})') from None
-    except IsADirectoryError:
-        raise SceneError(f'"{path}" is a folder; give the scene file in it') from None
-    except OSError as refusal:
-        raise SceneError(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
-    except UnicodeDecodeError:
-        raise SceneError(f"{path} is not UTF-8 text; a scene is TOML, a robot is URDF, xacro or MJCF, and both are text") from None
-    except tomllib.TOMLDecodeError as refusal:
-        raise SceneError(f"{path} is not TOML, as a scene has to be: {refusal}") from None
-    except SceneError as refusal:
-        raise SceneError(f"{path}: {refusal}") from None
-    except RecursionError:
-        raise SceneError(f"{path} is nested hundreds of levels deep; a scene needs four") from None
-    except ValueError:
-        found = "is no path of a file: it holds a NUL character" if "\0" in str(path) else "holds an integer of thousands of digits"
-        raise SceneError(f'"{path}" {found}'.replace("\0", "\\0")) from None
-    if faults:
-        raise SceneError(f"{path}: {'; '.join(faults)}")
-    here = path.resolve().parent
-    try:
-        return _with_paths(scene, lambda found: os.path.normpath(here / usable_path(found)))
+        return _with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
     except ValueError as refusal:
-        raise SceneError(f"{path}: {refusal}") from None
+        raise SceneError(str(refusal)) from None
 
 
 def scene_text(scene: Scene, folder: Path) -> str:
@@ -283,7 +278,7 @@ def scene_text(scene: Scene, folder: Path) -> str:
         clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
         return path if clear else os.path.join(os.curdir, path)
 
-    return "\n".join(_toml_lines(scene_table(_with_paths(scene, relative)))) + "\n"
+    return "\n".join(toml_lines(scene_table(_with_paths(scene, relative)))) + "\n"
 
 
 def scene_schema() -> dict[str, Any]:
@@ -322,138 +317,3 @@ def _with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
         srdf=None if scene.srdf is None else change(scene.srdf),
         packages={name: change(folder) for name, folder in scene.packages.items()},
     )
-
-
-@functools.cache
-def _kinds(record: type) -> dict[str, Any]:
-    """The types of a record's fields by name."""
-    return get_type_hints(record)
-
-
-def _checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
-    """A value from TOML or from Python, converted to the type of its field.
-
-    Args:
-        value: a table or a record, a list or a tuple, text or a number.
-        kind: the type.
-        key: position of the value in the scene.
-        faults: receives a message for everything that does not fit.
-    """
-    origin, parts = get_origin(kind), get_args(kind)
-    if type(None) in parts:
-        return None if value is None else _checked(value, parts[0], key, faults)
-    if isinstance(kind, type) and is_dataclass(kind):
-        if isinstance(value, kind | Mapping):
-            return _record(vars(value) if is_dataclass(value) else value, kind, f"{key}." if key else "", faults)
-    elif origin is Mapping:
-        if isinstance(value, Mapping):
-            return {name: _checked(part, parts[1], f"{key}.{_toml_key(str(name))}", faults) for name, part in value.items()}
-    elif parts[1:] == (...,):
-        if isinstance(value, tuple | list):
-            return tuple(_checked(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
-    else:
-        options = (kind,) if origin in (None, Literal, tuple) else parts
-        found = next((leaf for option in options if (leaf := _leaf(value, option)) is not None), None)
-        if found is not None:
-            return found
-    faults.append(f"{key} has to be {_wanted(kind)}, not {_shown(value)}")
-    return value
-
-
-def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -> Any:
-    """A record of the scene from its fields; None if something does not fit."""
-    kinds, values = _kinds(kind), {}
-    for item in fields(kind):
-        if item.name in table:
-            values[item.name] = _checked(table[item.name], kinds[item.name], f"{key}{item.name}", faults)
-        elif item.default is item.default_factory is dataclasses.MISSING:
-            faults.append(f"{key}{item.name} is missing; every {kind.__name__.lower()} needs it")
-    for name in table:
-        if name not in kinds:
-            near = difflib.get_close_matches(name, kinds, n=1, cutoff=0.7)
-            hint = f"nearest: {near[0]}" if near else f"valid here: {', '.join(kinds)}"
-            faults.append(f"{key}{name}: no such key; {hint}")
-    return None if faults else kind(**values)
-
-
-def _leaf(value: Any, kind: Any) -> Any:
-    """A text, a number, a word or a vector; None if it does not fit."""
-    if kind is float:
-        try:
-            return float(value) if isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) else None
-        except OverflowError:
-            return None
-    if kind is str:
-        return value if isinstance(value, str) else None
-    if get_origin(kind) is Literal:
-        return value if isinstance(value, str) and value in get_args(kind) else None
-    if not isinstance(value, tuple | list | np.ndarray) or len(value) != len(get_args(kind)):
-        return None
-    vector = tuple(_leaf(part, float) for part in value)
-    return None if None in vector else vector
-
-
-def _wanted(kind: Any) -> str:
-    """What a field accepts, in words."""
-    origin, parts = get_origin(kind), get_args(kind)
-    if origin is Literal:
-        return " or ".join(filter(None, [", ".join(_inline(part) for part in parts[:-1]), _inline(parts[-1])]))
-    if is_dataclass(kind):
-        return "a table"
-    if origin is Mapping:
-        return f"a table, each of its values {_wanted(parts[1])}"
-    if origin is tuple and parts[1:] == (...,):
-        if isinstance(parts[0], type) and is_dataclass(parts[0]):
-            return f"a list of tables, each begun with [[{parts[0].__name__.lower()}]]"
-        return f"a list, each of its entries {_wanted(parts[0])}"
-    if origin is tuple:
-        return f"a list of {len(parts)} finite numbers"
-    if parts:
-        return " or ".join(_wanted(part) for part in parts)
-    return "a finite number" if kind is float else "text in quotes"
-
-
-def _shown(value: Any) -> str:
-    """A value in a message, shortened."""
-    try:
-        text = _inline(value)
-    except ValueError:
-        return "an integer of thousands of digits"
-    return text if len(text) <= 60 else text[:59] + "…"
-
-
-def _numbers(value: Any, key: str) -> Iterator[tuple[str, float]]:
-    """All numbers of a checked scene with their keys."""
-    if isinstance(value, float):
-        yield key, value
-    elif isinstance(value, tuple):
-        for k, part in enumerate(value):
-            yield from _numbers(part, f"{key}[{k}]")
-    elif isinstance(value, Mapping) or is_dataclass(value):
-        for name, part in (value if isinstance(value, Mapping) else vars(value)).items():
-            yield from _numbers(part, f"{key}.{name}" if key else name)
-
-
-def _toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:
-    """A table of a scene as TOML, with one line for each vector."""
-    lines, parts = [], []
-    for key, value in table.items():
-        path = f"{name}.{_toml_key(key)}" if name else _toml_key(key)
-        if isinstance(value, Mapping):
-            parts += ["", f"[{path}]", *_toml_lines(value, path)]
-        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
-            for item in value:
-                parts += ["", f"[[{path}]]", *_toml_lines(item, path)]
-        else:
-            lines.append(f"{_toml_key(key)} = {_inline(value)}")
-    return lines + parts
-
-
-def _toml_key(key: str) -> str:
-    """A key, quoted where TOML requires it."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _inline(key)
-
-
-def _inline(value: Any) -> str:
-    """A value on one line: JSON's strings, numbers and lists are valid TOML, except for one control character."""
-    return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")

@@ -1,5 +1,14 @@
 """Small robot texts for the tests of readers: written out, so that one slip at a time can be put into them."""
 
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from shockpc.errors import RobotError
+from shockpc.robot.robot import Robot, load_robot
+from shockpc.robot.source import RobotSource, read_source
+
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
 
@@ -47,3 +56,26 @@ def mjcf(bodies: str, before: str = "", after: str = "") -> str:
 def floating(*children: str, at: str = "") -> str:
     """A free base that carries these bodies."""
     return f'<body name="base" {at}><freejoint name="root"/>{BODY}{"".join(children)}</body>'
+
+
+def written(folder: Path, text: str | bytes, name: str = "dog.urdf") -> str:
+    """The path of a file with this text."""
+    (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+    return str(folder / name)
+
+
+def read(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any) -> RobotSource:
+    """What is read of a file with this text."""
+    return read_source(written(folder, text, name), **given)
+
+
+def loaded(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any) -> Robot:
+    """The robot of a file with this text."""
+    return load_robot(written(folder, text, name), **given)
+
+
+def refusal(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any) -> str:
+    """The text of the error that loading this file raises."""
+    with pytest.raises(RobotError) as caught:
+        loaded(folder, text, name, **given)
+    return str(caught.value)

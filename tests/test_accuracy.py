@@ -14,7 +14,7 @@ from trees import known_robot, robot_from
 from shockpc.bench.build import Link, box, robot_of
 from shockpc.bench.cases import family
 from shockpc.bench.cases.chains import OBLIQUE, bent, chain, chain_end
-from shockpc.errors import ShockError
+from shockpc.errors import SceneError, ShockError
 from shockpc.exact.balls import balls
 from shockpc.exact.proof import Enclosure
 from shockpc.landing import resolve
@@ -54,7 +54,7 @@ def true_errors(profile, jumps):
 
 def ratio(size, heavy_root, struck):
     """Six links whose masses span a ratio, struck at one end."""
-    masses = np.geomspace(1.0, size, 6)
+    masses = np.geomspace(size**-0.5, size**0.5, 6)
     robot = chain(masses[::-1] if heavy_root else masses, np.full(6, 0.4))
     frame, offset = ("link0", (0.0, 0.0, 0.0)) if struck == "root" else chain_end(robot, 0.4)
     return robot, Scene(robot="chain", posture=bent(robot), strike=OBLIQUE, contact=(Contact(frame=frame, offset=offset),))
@@ -277,6 +277,13 @@ def test_many_postures_are_each_posture_alone():
     for k in (0, 255, 256, 299):
         np.testing.assert_allclose(whole.maps[k], shock_maps(landing, Q[k : k + 1]).maps[0], rtol=1e-12, atol=1e-13)
     assert not whole.prove.any()
+
+
+@pytest.mark.parametrize("shape", [(0, 19), (19,), (2, 18), (1, 2, 19)])
+def test_configurations_of_another_shape_are_refused(shape):
+    landing = resolve(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
+    with pytest.raises(SceneError, match=r"rows of 19 numbers, shape \(N, 19\)"):
+        shock_maps(landing, np.zeros(shape))
 
 
 # What arithmetic cannot decide

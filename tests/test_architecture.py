@@ -32,6 +32,7 @@ HEAVY = {
     "shapely",
     "pydantic",
     "mujoco",
+    "clarabel",
     "rich",
 }
 

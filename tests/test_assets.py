@@ -1,13 +1,14 @@
 """Meshes and included files: found wherever they may be, and never outside the folders that may be read."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from robot_texts import arm
 
 from shockpc.errors import RobotError
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.source import RobotSource, read_source, resolve_asset
+from shockpc.robot.source import RobotSource, read_source
 
 
 @pytest.fixture
@@ -23,9 +24,9 @@ def dog(tmp_path: Path) -> Path:
     return package
 
 
-def read(package: Path, **given: object) -> RobotSource:
+def read(package: Path, **given: Any) -> RobotSource:
     """Read the dog."""
-    return read_source(str(package / "urdf" / "dog.urdf"), **given)  # type: ignore[arg-type]
+    return read_source(str(package / "urdf" / "dog.urdf"), **given)
 
 
 @pytest.mark.parametrize(
@@ -44,17 +45,17 @@ def read(package: Path, **given: object) -> RobotSource:
 )
 def test_every_way_to_name_a_mesh(uri: str, dog: Path):
     """package://, file://, absolute and relative names lead to the same file."""
-    assert resolve_asset(read(dog), uri.format(package=dog)) == dog / "meshes" / "trunk one.stl"
+    assert read(dog).folders.asset(uri.format(package=dog)) == dog / "meshes" / "trunk one.stl"
 
 
 def test_data_package_is_its_own_package_root():
     """Meshes of example-robot-data resolve through its share folder, with three slashes too."""
     source, share = read_source("talos"), data_folder()
     assert share is not None
-    assert source.folders == (share.resolve(),)
+    assert source.folders.allowed == (share.resolve(),)
     inside = "robots/talos_data/meshes/torso/torso_1.STL"
     for slashes in ("//", "///"):
-        assert resolve_asset(source, f"package:{slashes}example-robot-data/{inside}") == share.resolve() / inside
+        assert source.folders.asset(f"package:{slashes}example-robot-data/{inside}") == share.resolve() / inside
 
 
 @pytest.mark.parametrize("name", ["urdf", "xacro", "mjcf"])
@@ -65,9 +66,9 @@ def test_package_without_package_xml(name: str, tmp_path: Path):
         path.parent.mkdir(parents=True)
         path.write_text(arm())
     source = read_source(str(robot))
-    assert source.folders == (tmp_path / "dog",)
-    assert resolve_asset(source, "../meshes/a.stl") == mesh
-    assert resolve_asset(source, "package://dog/meshes/a.stl") == mesh
+    assert source.folders.allowed == (tmp_path / "dog",)
+    assert source.folders.asset("../meshes/a.stl") == mesh
+    assert source.folders.asset("package://dog/meshes/a.stl") == mesh
 
 
 def test_given_package(dog: Path, tmp_path: Path):
@@ -76,10 +77,10 @@ def test_given_package(dog: Path, tmp_path: Path):
     other.mkdir()
     (other / "a.stl").write_text("solid")
     source = read(dog, packages={"parts": str(other), "dog_description": other})
-    assert source.packages == {"parts": other, "dog_description": other}
-    assert source.folders == (dog, other)
-    assert resolve_asset(source, "package://parts/a.stl") == other / "a.stl"
-    assert resolve_asset(source, "package://dog_description/a.stl") == other / "a.stl"
+    assert source.folders.packages == {"parts": other, "dog_description": other}
+    assert source.folders.allowed == (dog, other)
+    assert source.folders.asset("package://parts/a.stl") == other / "a.stl"
+    assert source.folders.asset("package://dog_description/a.stl") == other / "a.stl"
 
 
 @pytest.mark.parametrize("entry", ["ws2", "ws2/parts", "."])
@@ -90,64 +91,52 @@ def test_ros_package_path(entry: str, dog: Path, tmp_path: Path, monkeypatch: py
     (parts / "a.stl").write_text("solid")
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path / 'nowhere'}:{tmp_path / entry}:")
     source = read(dog)
-    assert source.folders == (dog, (tmp_path / entry).resolve())
-    assert resolve_asset(source, "package://parts/a.stl") == parts / "a.stl"
+    assert source.folders.allowed == (dog, (tmp_path / entry).resolve())
+    assert source.folders.asset("package://parts/a.stl") == parts / "a.stl"
 
 
 def test_package_xml_names_the_package(dog: Path, monkeypatch: pytest.MonkeyPatch):
     """A package is called what its package.xml says, whatever its folder is called."""
     renamed = dog.rename(dog.parent / "dog-1.2")
-    assert resolve_asset(read(renamed), "package://dog_description/meshes/trunk one.stl").parent == renamed / "meshes"
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(renamed))
-    assert resolve_asset(read(renamed), "package://dog_description/meshes/trunk one.stl").parent == renamed / "meshes"
+    for path in ("", str(renamed)):
+        monkeypatch.setenv("ROS_PACKAGE_PATH", path)
+        assert read(renamed).folders.asset("package://dog_description/meshes/trunk one.stl").parent == renamed / "meshes"
 
 
-@pytest.mark.parametrize(
-    "uri", ["../../../secret.stl", "{top}/secret.stl", "file://{top}/secret.stl", "link.stl", "folder/secret.stl"]
-)
+OUTSIDE = ("../../../secret.stl", "{top}/secret.stl", "file://{top}/secret.stl", "link.stl", "folder/secret.stl")
+
+
+@pytest.mark.parametrize("uri", [*OUTSIDE, "package://ws/../secret.stl"])
 def test_nothing_outside_the_folders(uri: str, dog: Path, tmp_path: Path):
-    """Neither `..`, nor an absolute path, nor a symbolic link to a file or a folder leads out."""
+    """Neither `..`, nor an absolute path, a symbolic link or a folder above that is named as a package leads out."""
     (dog / "urdf" / "link.stl").symlink_to(tmp_path / "secret.stl")
     (dog / "urdf" / "folder").symlink_to(tmp_path)
     uri = uri.format(top=tmp_path)
     with pytest.raises(RobotError) as caught:
-        resolve_asset(read(dog), uri)
+        read(dog).folders.asset(uri)
     assert str(caught.value) == (
         f'dog.urdf: "{uri}" leads to "{tmp_path / "secret.stl"}", outside the folders that may be read ("{dog}"). '
         "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
     )
 
 
-def test_package_found_above_the_open_folders_is_outside(tmp_path: Path):
-    """A file may name any folder above it as its package; that alone opens nothing."""
-    robot = tmp_path / "home" / "downloads" / "dog.urdf"
-    robot.parent.mkdir(parents=True)
-    robot.write_text(arm())
-    (tmp_path / "home" / "diary.stl").write_text("solid")
-    with pytest.raises(RobotError) as caught:
-        resolve_asset(read_source(str(robot)), "package://home/diary.stl")
-    assert str(caught.value) == (
-        f'dog.urdf: "package://home/diary.stl" leads to "{tmp_path / "home" / "diary.stl"}", outside the folders that may be '
-        f'read ("{robot.parent}"). If it belongs to the robot, name the folder that holds it: --package NAME=DIR'
-    )
+MISSING = {
+    "none.stl": '"none.stl" is missing: no file "{dog}/urdf/none.stl"',
+    "../meshes": '"../meshes" is missing: no file "{dog}/meshes"',
+    "package://cat/a.stl": (
+        '"package://cat/a.stl": no package "cat" among those given, in ROS_PACKAGE_PATH or above the file. '
+        "Say where it is: --package cat=DIR"
+    ),
+    "https://a.b/c.stl": '"https://a.b/c.stl" is not on this machine; only package:// and file:// are followed',
+}
 
 
-def test_meshes_that_are_missing(dog: Path):
+@pytest.mark.parametrize("uri", MISSING)
+def test_meshes_that_are_missing(uri: str, dog: Path):
     """A missing mesh, an unknown package and a web address each say so."""
-    source = read(dog)
-    said = {
-        "none.stl": f'dog.urdf: "none.stl" is missing: no file "{dog / "urdf" / "none.stl"}"',
-        "../meshes": f'dog.urdf: "../meshes" is missing: no file "{dog / "meshes"}"',
-        "package://cat/a.stl": (
-            'dog.urdf: "package://cat/a.stl": no package "cat" among those given, in ROS_PACKAGE_PATH or above the file. '
-            "Say where it is: --package cat=DIR"
-        ),
-        "https://a.b/c.stl": ('dog.urdf: "https://a.b/c.stl" is not on this machine; only package:// and file:// are followed'),
-    }
-    for uri, text in said.items():
-        with pytest.raises(RobotError) as caught:
-            resolve_asset(source, uri)
-        assert str(caught.value) == text
+    with pytest.raises(RobotError) as caught:
+        read(dog).folders.asset(uri)
+    assert str(caught.value) == f"dog.urdf: {MISSING[uri].format(dog=dog)}"
 
 
 def test_given_package_has_to_exist(dog: Path):
@@ -165,4 +154,4 @@ def test_names_that_break_the_file_system(uri: str, dog: Path, monkeypatch: pyte
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(dog.parent))
     (dog / "urdf" / "loop.stl").symlink_to(dog / "urdf" / "loop.stl")
     with pytest.raises(RobotError, match=r"^dog.urdf: "):
-        resolve_asset(read(dog), uri)
+        read(dog).folders.asset(uri)

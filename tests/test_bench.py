@@ -235,7 +235,7 @@ def test_a_strike_near_the_centre_of_mass_tends_to_translation(rods):
 
 def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setattr("shockpc.bench.run.command_costs", lambda runs: [Cost("a command", 100.0, "", 1.5, 90.0)])
-    bench = run_suite(tmp_path, (family("corners"), family("knee")), postures=4, budget=0.0)
+    bench = run_suite(tmp_path, (family("corners"), family("knee")), postures=4, budget=0.0, rows=32)
     assert {path.name for path in tmp_path.iterdir()} == {"report.md", "cases.csv", "error-against-run-time.svg"}
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
     titles = ("### Corners", "### Knee", "### Run time of the package", "### Many postures", "## Limits")

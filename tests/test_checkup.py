@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
-from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, mjcf, urdf
+from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, loaded, mjcf, urdf
 
 from shockpc.robot.checkup import Finding, check_robot
 from shockpc.robot.robot import load_robot
-from shockpc.robot.source import read_source
 
 FREE = Finding(
     "note",
@@ -19,8 +19,7 @@ FREE = Finding(
 
 def findings(folder: Path, text: str, name: str = "dog.urdf") -> tuple[Finding, ...]:
     """What the check-up says of a file with this text, but for the armature that no URDF has."""
-    (folder / name).write_text(text)
-    return tuple(finding for finding in check_robot(load_robot(str(folder / name))) if finding != FREE)
+    return tuple(finding for finding in check_robot(loaded(folder, text, name)) if finding != FREE)
 
 
 def inertia(xx: str, yy: str, zz: str, xy: str = "0", xz: str = "0", yz: str = "0") -> str:
@@ -34,29 +33,19 @@ def test_sound_robots_have_no_finding_but_the_armature(name: str):
     assert check_robot(load_robot(name)) == (FREE,)
 
 
-INERTIAS = {
-    inertia(
-        "0.1", "0.1", "0.3"
-    ): "the principal moments are 0.1, 0.1 and 0.3 kg m², and no body has one above the sum of the other two",
-    inertia("1", "1", "1", xy="2"): "the principal moments are -1, 1 and 3 kg m², and no body has a negative one",
-    inertia(*["1e-6"] * 6): "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a placeholder",
-    inertia("0", "0", "0"): "the inertia is zero, that of a point",
-    inertia("-5e-20", "0", "1e-20"): "the inertia is zero, that of a point",
-}
-
-
-@pytest.mark.parametrize("text", INERTIAS)
-def test_impossible_inertias_of_links_are_found(text: str, tmp_path: Path):
-    """A tensor that no distribution of mass has is a warning that names the link."""
-    found = findings(tmp_path, arm(tip=link("tip", inertia=text)))
-    assert found == (Finding("warning", 'link "tip"', f"{INERTIAS[text]}; shock is computed from it all the same"),)
-
-
+# The inertia of a link: what the check-up says of it, and the principal moments that an analysis warns of.
 IMPOSSIBLE = {
-    inertia("0.1", "0.1", "0.3"): "0.1, 0.1, 0.3",
-    inertia("1", "1", "1", xy="2"): "-1, 1, 3",
-    inertia(*["1e-6"] * 6): "0, 0, 3e-06",
-    inertia("-5e-20", "0", "1e-20"): "0, 0, 0",
+    inertia("0.1", "0.1", "0.3"): (
+        "the principal moments are 0.1, 0.1 and 0.3 kg m², and no body has one above the sum of the other two",
+        "0.1, 0.1, 0.3",
+    ),
+    inertia("1", "1", "1", xy="2"): ("the principal moments are -1, 1 and 3 kg m², and no body has a negative one", "-1, 1, 3"),
+    inertia(*["1e-6"] * 6): (
+        "all six entries of the inertia are 1e-06 kg m², which no body has; they look like a placeholder",
+        "0, 0, 3e-06",
+    ),
+    inertia("0", "0", "0"): ("the inertia is zero, that of a point", "0, 0, 0"),
+    inertia("-5e-20", "0", "1e-20"): ("the inertia is zero, that of a point", "0, 0, 0"),
 }
 
 
@@ -70,31 +59,32 @@ def inertia_warning(path: str, listed: str, name: str = "") -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("text", IMPOSSIBLE)
-def test_bodies_with_impossible_inertias_are_a_warning(text: str, tmp_path: Path):
-    """The faults of a moving body are a warning of the loaded robot, with the moments."""
-    path = tmp_path / "dog.urdf"
-    path.write_text(arm(tip=link("tip", inertia=text)))
-    assert load_robot(str(path)).warnings == inertia_warning(str(path), f'"tip" ({IMPOSSIBLE[text]} kg m²)')
+def test_impossible_inertias_are_found(text: str, tmp_path: Path):
+    """A tensor that no distribution of mass has: the check-up names the link, and the loaded robot warns of the moving body."""
+    fault, moments = IMPOSSIBLE[text]
+    found = findings(tmp_path, arm(tip=link("tip", inertia=text)))
+    assert found == (Finding("warning", 'link "tip"', f"{fault}; shock is computed from it all the same"),)
+    path = str(tmp_path / "dog.urdf")
+    assert load_robot(path).warnings == inertia_warning(path, f'"tip" ({moments} kg m²)')
 
 
-def test_many_such_bodies_are_one_warning(tmp_path: Path):
-    """Four by name, in the order of the tree, and how many more."""
+def test_many_such_bodies_are_one_warning_and_one_finding(tmp_path: Path):
+    """Some by name, in the order of the tree, and how many more."""
     parts = [link("base")]
     for name in "abcdef":
         parts += [link(name, inertia=inertia("0.1", "0.1", "0.3")), joint(f"to_{name}", "base", name)]
-    path = tmp_path / "dog.urdf"
-    path.write_text(urdf(*parts))
-    listed = ", ".join(f'"{name}" (0.1, 0.1, 0.3 kg m²)' for name in "abcd")
-    assert load_robot(str(path)).warnings == inertia_warning(str(path), f"{listed} and 2 more")
+    (found,) = findings(tmp_path, urdf(*parts))
+    assert found.where == 'links "a", "b", "c" and 3 more'
+    path, listed = str(tmp_path / "dog.urdf"), ", ".join(f'"{name}" (0.1, 0.1, 0.3 kg m²)' for name in "abcd")
+    assert load_robot(path).warnings == inertia_warning(path, f"{listed} and 2 more")
 
 
 def test_inertia_of_a_body_includes_what_is_fixed_to_it(tmp_path: Path):
     """A sensor with an impossible inertia on a heavy body is a finding of the check-up, and no warning of an analysis."""
-    path = tmp_path / "dog.urdf"
     sensor = link("sensor", "0.01", inertia("0.001", "0.001", "0.003")) + joint("screws", "tip", "sensor", "fixed")
-    path.write_text(arm().replace("</robot>", f"{sensor}</robot>"))
-    assert [finding.where for finding in check_robot(load_robot(str(path))) if finding.level == "warning"] == ['link "sensor"']
-    assert load_robot(str(path)).warnings == ()
+    robot = loaded(tmp_path, arm().replace("</robot>", f"{sensor}</robot>"))
+    assert [finding.where for finding in check_robot(robot) if finding.level == "warning"] == ['link "sensor"']
+    assert robot.warnings == ()
 
 
 def test_real_robots_with_impossible_inertias():
@@ -112,36 +102,20 @@ def test_real_robots_with_impossible_inertias():
         assert (f" and {count - 4} more. None" in found_) == (count > 4)
 
 
-def test_zero_inertia_is_relative_to_the_mass(tmp_path: Path):
-    """What counts as no inertia at all goes by the mass: a grain of sand has one."""
-    path = tmp_path / "dog.urdf"
-    grain = inertia("1e-15", "1e-15", "1e-15")
-    path.write_text(arm(base=link("base", "1e-6", grain), tip=link("tip", "1e-6", grain)))
-    assert load_robot(str(path)).warnings == ()
-    assert findings(tmp_path, path.read_text()) == ()
-
-
 @pytest.mark.parametrize(
-    "text", [inertia("0.1", "0.1", "0.2"), inertia("0.1", "0.1", "0"), inertia("0.1", "0.1", "0.2012"), INERTIA]
-)
-def test_possible_inertias_are_accepted(text: str, tmp_path: Path):
-    """A flat plate, a rod, numbers rounded to two digits: all right."""
-    assert findings(tmp_path, arm(tip=link("tip", inertia=text))) == ()
-    assert load_robot(str(tmp_path / "dog.urdf")).warnings == ()
-
-
-def test_links_with_the_same_fault_are_one_finding(tmp_path: Path):
-    """Many links with the same fault are one finding, the first three by name."""
-    parts = [link("base")]
-    for name in "abcde":
-        parts += [link(name, inertia=inertia("0", "0", "0")), joint(f"to_{name}", "base", name)]
-    assert findings(tmp_path, urdf(*parts)) == (
-        Finding(
-            "warning",
-            'links "a", "b", "c" and 2 more',
-            "the inertia is zero, that of a point; shock is computed from it all the same",
+    ("mass", "text"),
+    [
+        *(
+            ("1", text)
+            for text in (inertia("0.1", "0.1", "0.2"), inertia("0.1", "0.1", "0"), inertia("0.1", "0.1", "0.2012"), INERTIA)
         ),
-    )
+        ("1e-6", inertia("1e-15", "1e-15", "1e-15")),
+    ],
+)
+def test_possible_inertias_are_accepted(mass: str, text: str, tmp_path: Path):
+    """A flat plate, a rod, numbers rounded to two digits, a grain of sand: all right."""
+    assert findings(tmp_path, arm(base=link("base", mass, text), tip=link("tip", mass, text))) == ()
+    assert load_robot(str(tmp_path / "dog.urdf")).warnings == ()
 
 
 def test_massless_bodies(tmp_path: Path):
@@ -155,10 +129,9 @@ def test_massless_bodies(tmp_path: Path):
         Finding(
             "error",
             'body "finger"',
-            "moves without mass, and so does all that hangs on it, so the inertia matrix cannot be inverted; give mass, or "
-            "make the joint fixed",
+            "no mass here nor on what hangs there, so the inertia matrix cannot be inverted; give mass, or make the joint fixed",
         ),
-        Finding("note", 'body "cross"', "moves without mass of its own; its shock follows from what hangs on the joints beyond"),
+        Finding("note", 'body "cross"', "no mass here; the shock follows from what hangs on the joints beyond"),
     )
 
 
@@ -184,9 +157,7 @@ def test_shapes_without_mass(tmp_path: Path):
     """A link that can be seen and weighs nothing is noted; a bare frame is not."""
     shape = '<link name="shell"><visual><geometry><sphere radius="1"/></geometry></visual></link><link name="frame"/>'
     text = arm().replace("</robot>", f"{shape}{joint('s', 'tip', 'shell', 'fixed')}{joint('f', 'tip', 'frame', 'fixed')}</robot>")
-    assert findings(tmp_path, text) == (
-        Finding("note", 'link "shell"', "has a shape and no <inertial>; it counts as without mass"),
-    )
+    assert findings(tmp_path, text) == (Finding("note", 'link "shell"', "shapes but no <inertial>, which counts as no mass"),)
 
 
 JOINTS = {
@@ -209,17 +180,8 @@ def test_joints(elbow: str, tmp_path: Path):
 
 def test_axis_is_read_by_its_direction_alone(tmp_path: Path):
     """What the note on long axes says is so: twice the axis is the same joint."""
-    import numpy as np
-    import pinocchio as pin
-
-    from shockpc.robot.build import build_model
-
-    matrices = []
-    for axis in ("0 1 1", "0 2 2"):
-        (tmp_path / "dog.urdf").write_text(arm(elbow=joint("elbow", "base", "tip", axis=axis)))
-        model = build_model(read_source(str(tmp_path / "dog.urdf")))
-        matrices.append(pin.crba(model, model.createData(), pin.neutral(model)).copy())
-    np.testing.assert_allclose(*matrices, atol=1e-15)
+    robots = [loaded(tmp_path, arm(elbow=joint("elbow", "base", "tip", axis=axis))) for axis in ("0 1 1", "0 2 2")]
+    np.testing.assert_allclose(*(robot.joint("elbow").axis for robot in robots), atol=1e-15)
 
 
 def test_mimic_is_listed(tmp_path: Path):

@@ -6,11 +6,10 @@ import time
 from pathlib import Path
 
 import pytest
-from robot_texts import arm, joint, link, xacro
+from robot_texts import arm, joint, link, read, refusal, xacro
 
 import shockpc.robot.xacro
-from shockpc.errors import RobotError
-from shockpc.robot.source import RobotSource, read_source
+from shockpc.robot.source import read_source
 
 PAYLOAD = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass="$(arg payload)"))
 
@@ -24,43 +23,29 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "dog"
 
 
-def read(folder: Path, text: str, **given: object) -> RobotSource:
-    """Read a xacro file with this text."""
-    (folder / "dog.urdf.xacro").write_text(text)
-    return read_source(str(folder / "dog.urdf.xacro"), **given)  # type: ignore[arg-type]
-
-
-def refusal(folder: Path, text: str, **given: object) -> str:
-    """The text of the error that reading it raises."""
-    with pytest.raises(RobotError) as caught:
-        read(folder, text, **given)
-    return str(caught.value)
+NAME = "dog.urdf.xacro"
 
 
 def test_arguments_and_their_defaults(folder: Path):
     """An argument given replaces its default."""
-    assert '<mass value="1.5"/>' in read(folder, PAYLOAD).xml
-    assert '<mass value="2.5"/>' in read(folder, PAYLOAD, xacro={"payload": "2.5"}).xml
-    assert read(folder, PAYLOAD).kind == "urdf"
+    assert '<mass value="1.5"/>' in read(folder, PAYLOAD, NAME).xml
+    assert '<mass value="2.5"/>' in read(folder, PAYLOAD, NAME, xacro={"payload": "2.5"}).xml
+    assert read(folder, PAYLOAD, NAME).kind == "urdf"
 
 
 def test_xacro_by_content(tmp_path: Path):
     """A file with expressions is expanded whatever its suffix; a URDF that only declares the namespace is left as it is."""
-    path = tmp_path / "dog.urdf"
-    path.write_text(PAYLOAD)
-    assert '<mass value="1.5"/>' in read_source(str(path)).xml
-    path.write_text(xacro('<xacro:macro name="base">', link("base", mass="2"), "</xacro:macro><xacro:base/>"))
-    assert '<mass value="2"/>' in read_source(str(path)).xml
-    path.write_text(xacro(link("base", mass="2")))
-    assert "xmlns:xacro" in read_source(str(path)).xml
+    assert '<mass value="1.5"/>' in read(tmp_path, PAYLOAD).xml
+    macro = xacro('<xacro:macro name="base">', link("base", mass="2"), "</xacro:macro><xacro:base/>")
+    assert '<mass value="2"/>' in read(tmp_path, macro).xml
+    assert "xmlns:xacro" in read(tmp_path, xacro(link("base", mass="2"))).xml
+    assert read(tmp_path, arm(), NAME).robot_name == "r"
 
 
 @pytest.mark.parametrize("text", [arm(), xacro(link("base"))], ids=["undeclared", "declared"])
 def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
     """They are ignored with a warning where the links are complete without them."""
-    path = tmp_path / "dog.urdf"
-    path.write_text(text.replace("</robot>", '<xacro:include filename="none.xacro"/><xacro:wheel r="${2*r}"/></robot>'))
-    source = read_source(str(path))
+    source = read(tmp_path, text.replace("</robot>", '<xacro:include filename="none.xacro"/><xacro:wheel r="${2*r}"/></robot>'))
     assert source.warnings == (
         "dog.urdf: <xacro:include>, <xacro:wheel> ignored, because the links are complete without xacro; "
         "if not, name the file .xacro",
@@ -73,13 +58,16 @@ def test_mesh_paths_stay_as_found(folder: Path):
     mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
     text = PAYLOAD.replace("</robot>", link("a", more=mesh.format("package://dog/a.stl") + mesh.format("b.stl")) + "</robot>")
     text = text.replace("</robot>", joint("j", "base", "a") + "</robot>")
-    source = read(folder, text)
+    source = read(folder, text, NAME)
     assert 'filename="package://dog/a.stl"' in source.xml
     assert 'filename="b.stl"' in source.xml
 
 
 def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Includes and YAML are found beside the file, in its package and in a given one, whatever the current folder."""
+    """Includes and YAML are found beside the file, in its package and in a given one, whatever the current folder.
+
+    What a file calls optional may be missing, and $(dirname) is the folder of the file that says it.
+    """
     monkeypatch.chdir(tmp_path)
     (folder / "package.xml").write_text("<package><name>dog_description</name></package>")
     (folder / "parts.xacro").write_text(
@@ -91,49 +79,40 @@ def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: p
     text = xacro(
         '<xacro:include filename="parts.xacro"/>',
         '<xacro:include filename="$(find other)/more.xacro"/>',
+        '<xacro:include filename="none.xacro" optional="true"/>',
+        '<xacro:property name="again" value="${xacro.load_yaml(\'$(dirname)/numbers.yaml\')}"/>',
         '<xacro:property name="numbers" value="${xacro.load_yaml(\'$(find dog_description)/numbers.yaml\')}"/>',
-        link("base", mass="${numbers.mass * $(arg m)}"),
+        link("base", mass="${numbers.mass * again.mass * $(arg m)}"),
         '<xacro:part n="hand"/>',
     )
-    source = read(folder, text, packages={"other": tmp_path / "other"}, xacro={"m": "4"})
-    assert '<mass value="12"/>' in source.xml
+    source = read(folder, text, NAME, packages={"other": tmp_path / "other"}, xacro={"m": "4"})
+    assert '<mass value="36"/>' in source.xml
     assert '<link name="hand"/>' in source.xml
-
-
-def test_optional_include_may_be_missing(folder: Path):
-    """What a file calls optional may be missing."""
-    text = PAYLOAD.replace("<link", '<xacro:include filename="none.xacro" optional="true"/><link', 1)
-    assert '<mass value="1.5"/>' in read(folder, text).xml
 
 
 def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
     """Messages of xacro become warnings, each once, and nothing is printed."""
     text = PAYLOAD.replace("<link", '<xacro:property name="pi" value="3"/>${xacro.message(\'built for dogs\')}<link', 1)
-    assert read(folder, text).warnings == (
+    assert read(folder, text, NAME).warnings == (
         "dog.urdf.xacro: xacro: redefining global symbol: pi",
         "dog.urdf.xacro: xacro: built for dogs",
     )
     assert capfd.readouterr() == ("", "")
 
 
+NO_ARGUMENTS = xacro('<xacro:property name="m" value="1"/>', link("base", mass="${m}"))
 ARGUMENTS = {
-    "payloda": 'dog.urdf.xacro has no xacro argument "payloda"; nearest: "payload". It has "payload"',
-    "legs": 'dog.urdf.xacro has no xacro argument "legs". It has "payload"',
+    "payloda": (PAYLOAD, 'has no xacro argument "payloda"; nearest: "payload". It has "payload"'),
+    "legs": (PAYLOAD, 'has no xacro argument "legs". It has "payload"'),
+    "m": (NO_ARGUMENTS, "has no xacro arguments, so --xacro m=… has no effect; leave it out"),
 }
 
 
 @pytest.mark.parametrize("name", ARGUMENTS)
 def test_unknown_argument(name: str, folder: Path):
-    """A slip in an argument's name is an error that lists those the file has."""
-    assert refusal(folder, PAYLOAD, xacro={name: "1"}) == ARGUMENTS[name]
-
-
-def test_argument_for_a_file_without_any(folder: Path):
-    """A xacro file may have no arguments at all."""
-    text = xacro('<xacro:property name="m" value="1"/>', link("base", mass="${m}"))
-    assert refusal(folder, text, xacro={"m": "2"}) == (
-        "dog.urdf.xacro has no xacro arguments, so --xacro m=… has no effect; leave it out"
-    )
+    """A slip in an argument's name is an error that lists those the file has, if any."""
+    text, said = ARGUMENTS[name]
+    assert refusal(folder, text, NAME, xacro={name: "1"}) == f"{NAME} {said}"
 
 
 HOLDS_TEXT = "an argument or property holds a text where arithmetic needs a number: "
@@ -150,7 +129,7 @@ def test_texts_where_arithmetic_needs_numbers(expression: str, folder: Path):
     """An argument that is no number is named as the cause, wherever it is used."""
     mass = '<xacro:property name="m" value="$(arg payload)"/>'
     text = xacro('<xacro:arg name="payload" default="1.5"/>', mass, link("base", mass=f"${{{expression}}}"))
-    assert refusal(folder, text, xacro={"payload": "abc"}) == f"dog.urdf.xacro: {TEXTS[expression]}"
+    assert refusal(folder, text, NAME, xacro={"payload": "abc"}) == f"dog.urdf.xacro: {TEXTS[expression]}"
 
 
 REFUSED = {
@@ -196,7 +175,7 @@ REFUSED = {
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_xacro_cannot_expand(text: str, folder: Path, capfd: pytest.CaptureFixture[str]):
     """Each failure is one line that names the file, and nothing is printed."""
-    assert refusal(folder, text) == REFUSED[text].replace("{folder}", str(folder))
+    assert refusal(folder, text, NAME) == REFUSED[text].replace("{folder}", str(folder))
     assert capfd.readouterr() == ("", "")
 
 
@@ -204,11 +183,11 @@ def test_broken_included_file(folder: Path):
     """An included file breaks under its own name, and may not define entities either."""
     text = xacro('<xacro:include filename="part.xacro"/>')
     (folder / "part.xacro").write_text("<robot>\n<link></robot>")
-    assert refusal(folder, text) == (
+    assert refusal(folder, text, NAME) == (
         "part.xacro: line 2, column 9: mismatched tag; the file is not well-formed XML, so nothing of it is used"
     )
     (folder / "part.xacro").write_text('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot>&a;</robot>')
-    assert refusal(folder, text) == (
+    assert refusal(folder, text, NAME) == (
         "part.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here; "
         "delete the DOCTYPE and write out what its entities stand for"
     )
@@ -231,22 +210,10 @@ def test_nothing_outside_the_folders(text: str, called: str, leads: str, folder:
     """No include, YAML, glob or symbolic link leads out of the open folders, whether the file exists or not."""
     (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
     called = called.format(dog=folder, top=tmp_path)
-    assert refusal(folder, text.replace("{top}", str(tmp_path))) == (
+    assert refusal(folder, text.replace("{top}", str(tmp_path)), NAME) == (
         f'dog.urdf.xacro: "{called}" leads to "{tmp_path / leads}", outside the folders that may be read ("{folder}"). '
         "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
     )
-
-
-def test_plain_urdf_called_xacro(folder: Path):
-    """A .xacro file without any xacro in it is a URDF."""
-    assert read(folder, arm()).robot_name == "r"
-
-
-def test_dirname_is_the_files_own(folder: Path):
-    """$(dirname) is the folder of the file that says it."""
-    (folder / "numbers.yaml").write_text("mass: 3\n")
-    text = xacro(link("base", mass="${xacro.load_yaml('$(dirname)/numbers.yaml')['mass']}"))
-    assert '<mass value="3"/>' in read(folder, text).xml
 
 
 def test_threads_do_not_mix(folder: Path):
@@ -281,7 +248,7 @@ def test_expressions_compute(folder: Path):
     }
     properties = '<xacro:arg name="payload" default="1.5"/><xacro:property name="n" value="3"/>'
     for expression, value in numbers.items():
-        assert f'<mass value="{value}"/>' in read(folder, xacro(properties, link("base", mass=expression))).xml
+        assert f'<mass value="{value}"/>' in read(folder, xacro(properties, link("base", mass=expression)), NAME).xml
 
 
 INSIDE = "${(lambda: xacro.load_yaml.__globals__)()"
@@ -309,7 +276,7 @@ def test_expressions_open_nothing(expression: str, folder: Path, tmp_path: Path,
     secret, made = tmp_path / "secret.yaml", tmp_path / "made"
     written = expression.replace("{secret}", str(secret)).replace("{made}", str(made)).replace("&", "&amp;").replace('"', "&quot;")
     text = xacro(link("base"), f'<link name="{written}"/>', joint("j", "base", "x", "fixed"))
-    message = refusal(folder, text)
+    message = refusal(folder, text, NAME)
     assert (ATTACKS[expression] or "which does not exist") in message, message
     assert "classified" not in message
     assert secret.exists()
@@ -328,7 +295,7 @@ def test_time_and_memory_are_limited(name: str, folder: Path, monkeypatch: pytes
     """After some seconds, or when it takes more memory than it may have, with one message."""
     monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0)
     begin = time.monotonic()
-    message = refusal(folder, xacro(link("base", mass=ENDLESS[name])))
+    message = refusal(folder, xacro(link("base", mass=ENDLESS[name])), NAME)
     assert message.startswith("dog.urdf.xacro: xacro ")
     assert "grows without end" in message
     assert time.monotonic() - begin < 5.0
@@ -341,7 +308,7 @@ def test_links_are_limited(folder: Path):
         for k in range(1, 12)
     )
     text = xacro('<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>', macros, '<xacro:m11 n="l"/>')
-    assert refusal(folder, text) == "dog.urdf.xacro: xacro cannot expand it: it has 2048 links, more than 2000"
+    assert refusal(folder, text, NAME) == "dog.urdf.xacro: xacro cannot expand it: it has 2048 links, more than 2000"
 
 
 def test_a_child_that_crashes_is_an_error(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -349,11 +316,11 @@ def test_a_child_that_crashes_is_an_error(folder: Path, tmp_path: Path, monkeypa
     child = tmp_path / "child.py"
     child.write_text("import os\nos.abort()\n")
     monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", child)
-    assert refusal(folder, PAYLOAD).startswith("dog.urdf.xacro: xacro ended without a result")
+    assert refusal(folder, PAYLOAD, NAME).startswith("dog.urdf.xacro: xacro ended without a result")
 
 
 def test_included_pipes_are_refused(folder: Path):
     """A pipe as include, YAML file or package.xml is refused and not waited for."""
     os.mkfifo(folder / "pipe")
     for text in (xacro('<xacro:include filename="pipe"/>'), xacro(link("base", mass="${xacro.load_yaml('pipe')}"))):
-        assert refusal(folder, text) == f'"{folder}/pipe" is a pipe or a device; save what it gives in a file'
+        assert refusal(folder, text, NAME) == f'"{folder}/pipe" is a pipe or a device; save what it gives in a file'

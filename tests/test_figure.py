@@ -23,8 +23,7 @@ from shockpc.core.spatial import plane_from
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.paper.landings import land
-from shockpc.paper.scenes import FIGURES
+from shockpc.paper.figures import FIGURES
 from shockpc.profile import shock_profile
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
@@ -120,7 +119,7 @@ def test_a_mesh_keeps_its_hole(count):
     polygon = 0.5 * count * np.sin(2 * np.pi / count)
     assert region.area == pytest.approx(0.75 * polygon, rel=5e-3)
     assert not region.contains(shapely.Point(0, 0))
-    assert sum(len(part.interiors) for part in region.geoms) == 1
+    assert sum(len(part.interiors) for part in shapely.get_parts(region)) == 1
 
 
 def area(corners):
@@ -397,13 +396,15 @@ def test_bodies_without_shapes(tmp_path, monkeypatch):
     """Drawn as the box of the inertia, and named where there is no inertia either; an empty picture says so."""
     (tmp_path / "bare.urdf").write_text(BARE)
     contact = (Contact(frame="trunk", offset=(0.2, 0.0, -0.2)),)
-    profile = shock_profile(Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(armature={"j": 0.01})))
+    scene = Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(armature={"j": 0.01}))
+    profile = shock_profile(scene)
     (drawn,) = (drawn for drawn in view_of(profile).drawn if drawn.body == 0)
     assert drawn.box
     assert drawn.region.area == pytest.approx(6 * 0.1 / 3)
     written = words(draw(profile))
     assert {"box of the inertia: the file has no shape", "not drawn, without shape and inertia: empty"} <= set(written)
     monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
+    profile = shock_profile(scene)
     assert "no body of this robot has a shape or an inertia to draw" in words(draw(profile))
     assert outside(draw(profile)) == []
 
@@ -502,9 +503,8 @@ def test_drawing_leaves_matplotlib_as_it_was(beam):
 def paper_figure(number):
     """A figure of the paper, its profiles, and the axes of its panels."""
     figure = next(figure for figure in FIGURES if figure.number == number)
-    profiles = [land(panel.scene) for panel in figure.panels]
-    drawing = draw_paper_figure(figure, profiles)
-    return drawing, profiles, drawing.axes[1 : 1 + len(profiles)]
+    drawing = draw_paper_figure(figure)
+    return drawing, figure.profiles, drawing.axes[1 : 1 + len(figure.panels)]
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 5])

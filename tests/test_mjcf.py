@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import BODY, HINGE, body, floating, mjcf
+from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
 
 from shockpc.errors import RobotError
 from shockpc.robot.mjcf import compiled
-from shockpc.robot.robot import Robot, load_robot
+from shockpc.robot.robot import Robot
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
@@ -26,38 +26,16 @@ HAND = body("hand", PLACED.format(2) + body("thumb", PLACED.format(3) + body("ti
 READ = {
     "plain": mjcf(floating(body("b"))),
     "joint free": mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint type="free"/>')),
-    "base placed and turned": mjcf(floating(body("b"), at='pos="0 0 1" euler="0 30 0"')),
     "fixed base placed and turned": mjcf(
         floating(body("b"), at='pos="0 0 1" euler="0 30 0"').replace('<freejoint name="root"/>', "")
     ),
-    "joint position": mjcf(floating(body("b", joints='<joint axis="0 1 0" pos="0.05 0 0.1"/>'))),
-    "long axis": mjcf(floating(body("b", joints='<joint axis="0 2 1"/>'))),
-    "slide": mjcf(floating(body("b", joints='<joint type="slide" axis="0 3 0"/>'))),
-    "ball": mjcf(floating(body("b", joints='<joint type="ball" pos="0 .1 0"/>'))),
-    "two hinges": mjcf(floating(body("b", joints='<joint axis="0 1 0" pos="0 0 .1"/><joint axis="1 0 0" pos="0 .1 0"/>'))),
-    "reference angle": mjcf(floating(body("b", joints='<joint axis="0 1 0" ref="30"/>'))),
-    "armature": mjcf(floating(body("b", joints='<joint armature="0.3"/>'))),
     "default armature": mjcf(floating(body("b")), "<default><joint armature='0.2'/></default>"),
-    "default joint position": mjcf(floating(body("b")), '<default><joint pos="0 0.2 .1"/></default>'),
-    "default geom mass": mjcf(floating(body("b", BOX)), '<default><geom mass="3"/></default>'),
-    "default geom density": mjcf(floating(body("b", BOX)), '<default><geom density="100"/></default>'),
     "classes": mjcf(
         floating(body("b", at='pos="1 0 0" childclass="c"', joints='<joint/><joint class="d" pos="0 1 0"/>')),
         '<default><joint axis="1 0 0"/><default class="c"><joint armature=".2"/><default class="d"><joint axis="0 0 1"/>'
         "</default></default></default>",
     ),
-    "defaults below the bodies": mjcf(floating(body("b")), after="<default><joint armature='.2'/></default>"),
-    "defaults twice": mjcf(floating(body("b")), "<default><joint damping='1'/></default><default><joint armature='.2'/></default>"),
-    "compiler below": mjcf(floating(body("b", at='euler=".1 .2 .3"')), after='<compiler angle="radian"/>'),
     "compiler twice": mjcf(floating(body("b", at='euler=".1 .2 .3"')), '<compiler autolimits="true"/><compiler angle="radian"/>'),
-    "world twice": mjcf(floating(body("b"))).replace(
-        "</mujoco>", '<worldbody><geom type="plane" size="1 1 1"/></worldbody></mujoco>'
-    ),
-    "euler": mjcf(floating(body("b", at=TURNED))),
-    "euler ZYX": mjcf(floating(body("b", at=TURNED)), '<compiler eulerseq="ZYX"/>'),
-    "euler xYz": mjcf(floating(body("b", at=TURNED)), '<compiler eulerseq="xYz"/>'),
-    "zaxis down": mjcf(floating(body("b", at='zaxis="0 0 -2"'))),
-    "xyaxes half turn": mjcf(floating(body("b", at='xyaxes="-1 0 0 0 1 0"'))),
     "frame": mjcf(
         floating(
             f'<frame pos="0 0 1" euler="0 20 0">{body("b", at=TURNED)}<geom type="capsule" size=".1" fromto="0 0 0 1 0 0"/>'
@@ -65,24 +43,13 @@ READ = {
             '<geom type="box" size=".1 .2 .3" euler="10 0 0"/></frame></frame>'
         ).replace(BODY, "", 1)
     ),
-    "frame with a class": mjcf(
-        floating(f'<frame childclass="c">{body("b", joints="<joint/>")}</frame>'),
-        '<default><default class="c"><joint armature=".2" axis="1 0 0"/></default></default>',
-    ),
     "inertias from geoms": mjcf(floating(body("b", BODY + BOX)), '<compiler inertiafromgeom="true"/>'),
     "inertias from some geoms": mjcf(
         floating(body("b", BOX.replace("/>", ' group="1"/>') + BOX.replace("/>", ' group="3"/>'))),
         '<compiler inertiagrouprange="1 2"/>',
     ),
-    "euler zyx": mjcf(floating(body("b", at=TURNED)), '<compiler eulerseq="zyx"/>'),
-    "axisangle": mjcf(floating(body("b", at='pos="0.3 0.1 -.2" axisangle="1 1 0 30"'))),
     "xyaxes": mjcf(floating(body("b", at='xyaxes="1 1 0 0 1 1"'))),
-    "zaxis": mjcf(floating(body("b", at='zaxis="1 1 0"'))),
-    "quaternion": mjcf(floating(body("b", at='quat="1 1 0 0"'))),
-    "full inertia": mjcf(floating(body("b", '<inertial pos="0 .1 0" mass="1" fullinertia=".1 .2 .25 .01 .02 .03"/>'))),
     "turned inertia": mjcf(floating(body("b", '<inertial pos="0 .1 0" axisangle="0 2 1 30" mass="1" diaginertia=".1 .2 .25"/>'))),
-    "geoms": mjcf(floating(body("b", BOX + '<geom type="capsule" size=".05" fromto="0 0 0 .1 .2 -.4" mass="2"/>'))),
-    "inertial over geoms": mjcf(floating(body("b", BODY + BOX))),
     "inertial over a mesh": mjcf(floating(body("b", BODY + '<geom type="mesh" mesh="m"/>')), MESH),
     "weightless mesh": mjcf(floating(body("b", BOX + '<geom type="mesh" mesh="m" density="0"/>')), MESH),
     "body without joint": mjcf(floating(body("b", joints=""))),
@@ -165,8 +132,7 @@ READ = {
 
 def from_text(folder: Path, text: str) -> Robot:
     """The robot of an MJCF with this text."""
-    (folder / "dog.xml").write_text(text)
-    return load_robot(str(folder / "dog.xml"))
+    return loaded(folder, text, "dog.xml")
 
 
 def without_assets(text: str) -> mujoco.MjModel:
@@ -281,12 +247,6 @@ def test_limits_are_in_radians_and_metres(tmp_path: Path):
     assert [part.kind for part in robot.joints[1].parts] == ["prismatic", "revolute", "ball"]
     assert robot.joints[1].parts[1].limits == pytest.approx((-np.pi / 18, np.pi / 9))
     assert robot.joint_names == ("b_joint_1+mid+b_joint_3",)
-
-
-def test_mass_does_not_depend_on_collision(tmp_path: Path):
-    """A geom that collides with nothing has its mass all the same: 8.8 kg, not 3.8 kg."""
-    robot = from_text(tmp_path, READ["mass of geoms that do not collide"])
-    assert robot.bodies[1].mass == pytest.approx(8.8)
 
 
 def test_armature_of_a_free_joint_is_mass_of_the_base(tmp_path: Path):
@@ -467,9 +427,10 @@ REFUSED = {
         "outside the folders",
     ),
     mjcf(floating(body("b", '<inertial pos="0 0 0" mass="1e200" diaginertia="1e308 1e308 1e308"/>'))): (
-        'body "b": its mass reaches 1e+200',
+        'body "b": mass is 1e+200 kg',
     ),
-    mjcf(floating(body("b", at='pos="0 0 1e100"'))): ('body "b": its pos reaches 1e+100',),
+    mjcf(floating(body("b", at='pos="0 0 1e100"'))): ('body "b": pos is 1e+100 m',),
+    mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): ("2001 links, and up to 2000 are read",),
     mjcf(floating(body("universe", joints='<joint name="universe"/>'))): ('joint "universe"', "rename"),
     among('<equality><joint name="n" joint1="j" joint2="k" polycoef="0 1 0.5 0 0"/></equality>'): (
         'the equality joint "n" couples joints by a curve, polycoef 0 1 0.5 0 0',
@@ -496,10 +457,8 @@ REFUSED = {
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     """The message names the file, the element and what is wrong with it, in one line; nothing else is printed."""
-    with pytest.raises(RobotError) as caught:
-        from_text(tmp_path, text)
-    message = str(caught.value)
-    assert message.startswith("dog.xml: ")
+    message = refusal(tmp_path, text, "dog.xml")
+    assert message.startswith(("dog.xml: ", "dog.xml has "))
     assert "\n" not in message
     for part in REFUSED[text]:
         assert part in message
@@ -528,6 +487,4 @@ def test_includes_stay_inside(tmp_path: Path):
         '<asset><model name="s" file="../secret.xml"/></asset>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}"',
     }
     for element, message in told.items():
-        with pytest.raises(RobotError) as caught:
-            from_text(folder, mjcf(floating(), element))
-        assert str(caught.value).startswith(message)
+        assert refusal(folder, mjcf(floating(), element), "dog.xml").startswith(message)

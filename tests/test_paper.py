@@ -11,21 +11,18 @@ from planar import STICKS, at, difference, falling, pointing, solve
 from planar import beam as rod
 
 from shockpc.core.impulse import solve_impact
-from shockpc.errors import SceneError
 from shockpc.model.dynamics import dynamics
 from shockpc.paper.beam import beam, eq_3_radius
 from shockpc.paper.claim import Claim
+from shockpc.paper.figures import FIGURES
 from shockpc.paper.landings import changed, land, line_shock, scene
 from shockpc.paper.leg import cases, leg_lines, reductions
 from shockpc.paper.quadruped import ANGLES, quadruped
-from shockpc.paper.results import CLAIMS
-from shockpc.paper.scenes import FIGURES, find_scene, scene_files
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy
-from shockpc.robot.catalogue import own_robots_folder
+from shockpc.robot.catalogue import catalogue, own_robots_folder
 from shockpc.robot.robot import load_robot
 from shockpc.show.figure.paper import draw_paper_figure
 from shockpc.show.files import MANIFEST
-from shockpc.show.models_page import models_page
 
 DIGITS = 1e-12
 
@@ -159,7 +156,7 @@ def test_the_independent_solution_knows_the_beam():
 def the(beginning) -> Claim:
     """The one claim whose section and statement begin so."""
     (found,) = (
-        claim for claims in CLAIMS.values() for claim in claims if f"{claim.section}: {claim.statement}".startswith(beginning)
+        claim for figure in FIGURES for claim in figure.claims if f"{claim.section}: {claim.statement}".startswith(beginning)
     )
     return found
 
@@ -225,7 +222,7 @@ def test_the_outcome_of_a_claim(beginning):
 
 
 def test_every_claim_has_its_outcome():
-    assert sum(map(len, CLAIMS.values())) == len(OUTCOMES) == 39
+    assert sum(len(figure.claims) for figure in FIGURES) == len(OUTCOMES) == 39
     readme = (own_robots_folder().parent / "README.md").read_text(encoding="utf-8")
     assert set(re.findall(r"(\d+) of the paper's (?:statements|claims)", readme)) <= {"39"}
 
@@ -339,7 +336,7 @@ def test_skippys_assumptions_are_those_of_its_file():
     masses = {f"{body.name}_mass": body.mass for body in robot.bodies}
     assert masses | {"leg_length": 0.4, "foot_length": 0.16} == pytest.approx(ASSUMED)
     assert -robot.frame("toe").offset[2] == pytest.approx(ASSUMED["foot_length"])
-    text = find_scene("fig3").read_text() + (own_robots_folder() / "skippy.urdf.xacro").read_text()
+    text = (own_robots_folder() / "scenes" / "fig3.toml").read_text() + (own_robots_folder() / "skippy.urdf.xacro").read_text()
     assert text.count("assumed") + text.count("ASSUMED") >= 12
     assert "Assumed" in FIGURES[2].note
 
@@ -357,7 +354,7 @@ def test_skippys_centre_of_mass_is_above_its_toe(profile):
 
 def test_every_panel_has_its_scene_and_every_scene_computes():
     panels = {panel.scene for figure in FIGURES for panel in figure.panels}
-    assert {path.stem for path in scene_files()} == panels | {"five_bar"}
+    assert {path.stem for path in (own_robots_folder() / "scenes").glob("*.toml")} == panels | {"five_bar"}
     for stem in panels | {"five_bar"}:
         profile = land(stem)
         assert not profile.health.warnings
@@ -373,22 +370,29 @@ def test_figures_are_drawn_as_the_claims_interpret_them():
         np.testing.assert_allclose(profile.shock_com, land(stem).shock_com, atol=2e-5)  # the scene rounds the pitch
 
 
-def test_an_unknown_scene_is_named():
-    with pytest.raises(SceneError, match=r'^no scene "fig9" in .*; there are: fig1_a, fig1_b'):
-        find_scene("fig9")
-
-
-def test_the_page_of_models_is_up_to_date():
-    """To write it again: python -m shockpc.show.models_page."""
-    assert (own_robots_folder() / "README.md").read_text(encoding="utf-8") == models_page()
+def test_the_page_of_models_has_their_arguments_and_results():
+    """A row for every model and for every scene, with what the files say and compute."""
+    folder = own_robots_folder()
+    page = (folder / "README.md").read_text(encoding="utf-8")
+    rows = {folder / file: row for row, file in re.findall(r"^(\| \[`\w+`\]\((\S+)\).*)$", page, re.MULTILINE)}
+    models = {entry.path: load_robot(entry.name) for entry in catalogue() if entry.source == "shockpc"}
+    scenes = sorted((folder / "scenes").glob("*.toml"))
+    assert list(rows) == [*models, *scenes]
+    for path, robot in models.items():
+        arguments = ", ".join(f"`{name}`" for name in re.findall(r'<xacro:arg name="(\w+)"', path.read_text()))
+        assert rows[path].endswith(f"| {len(robot.bodies)} | {robot.mass:.4g} | {arguments} |")
+    for path in scenes:
+        found = land(path.stem)
+        shock = ", ".join(f"{body} {value:.3f}" for body, value in zip(found.bodies, found.shock_com, strict=True))
+        assert rows[path].endswith(f"| {found.scene.strike.strike_angle_deg or 0.0:g}° | {shock} |")
 
 
 @pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: str(figure.number))
 def test_a_figure_names_its_panels_and_bodies(figure):
-    drawing = draw_paper_figure(figure, [land(panel.scene) for panel in figure.panels])
+    drawing = draw_paper_figure(figure)
     words = "\n".join(text.get_text() for text in drawing.axes[0].texts)
     assert all(panel.label in words and panel.words in words for panel in figure.panels)
-    assert all(body.replace("_", " ") in words for panel in figure.panels for body in land(panel.scene).bodies)
+    assert all(body.replace("_", " ") in words for profile in figure.profiles for body in profile.bodies)
 
 
 def test_the_command_writes_what_it_computes(capfd, tmp_path):
@@ -402,7 +406,7 @@ def test_the_command_writes_what_it_computes(capfd, tmp_path):
     assert again.splitlines()[1].startswith("percussion,beam,1.5")
     assert "![Figure 1: a slender beam on a slider](figure1.svg)" in (tmp_path / "paper" / "paper.md").read_text()
     rows = (tmp_path / "paper" / "claims.csv").read_text().splitlines()
-    assert len(rows) == 1 + sum(1 + len(claim.alternatives) for claim in CLAIMS[1])
+    assert len(rows) == 1 + sum(1 + len(claim.alternatives) for claim in FIGURES[0].claims)
 
 
 def test_the_figure_of_skippy_says_what_is_assumed(capfd, tmp_path):

@@ -6,12 +6,13 @@ import math
 import dense
 import numpy as np
 import pytest
-from trees import known_robot
+from trees import known_robot, robot_from
 
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.errors import SceneError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
+from shockpc.model.posture import Posture
 from shockpc.paper.landings import land, robot_of, scene
 from shockpc.profile import shock_profile
 from shockpc.scene import GRAVITY, Point, Scene, Strike
@@ -153,6 +154,38 @@ def test_effective_masses_while_stance_and_closures_hold(name, stance, loop):
         reduced = np.linalg.eigvalsh(free - A)
         assert reduced[0] > -1e-9 * np.abs(free).max()
         assert reduced[-1] > 1e-4 * np.abs(free).max()
+
+
+LIGHT_FOOT = """<robot name="light">
+<link name="trunk"><inertial><mass value="10"/><inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="foot"><inertial><mass value="{0}"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="slide" type="prismatic"><parent link="trunk"/><child link="foot"/><origin xyz="0.1 0 -0.3"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
+STRAIGHT_LEG = """<robot name="straight"><link name="world"/>
+<link name="thigh"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="foot"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="hip" type="continuous"><parent link="world"/><child link="thigh"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
+<joint name="knee" type="revolute"><parent link="thigh"/><child link="foot"/><origin xyz="0 0 -0.4"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="3" effort="1" velocity="1"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("directions", [("z",), ("x", "y", "z")], ids=["frictionless", "sticking"])
+@pytest.mark.parametrize("size", [1e-2, 1e-8, 1e-13, 1e-15])
+def test_the_impulse_of_a_single_contact_is_its_effective_mass_times_the_speed(directions, size):
+    """Also of a foot that is much lighter than the trunk, and of a leg that is straight but for a small angle."""
+    end = Contact(frame="foot", offset=(0.0, 0.0, -0.4), directions=tuple(axis for axis in directions if axis != "y"))
+    cases = [
+        (LIGHT_FOOT.format(size), Contact(frame="foot", directions=directions), Posture()),
+        (STRAIGHT_LEG, end, Posture(joints={"knee": 1e-3 * math.sqrt(size)})),
+    ]
+    for text, contact, posture in cases:
+        profile = shock_profile(Scene(robot="r", contact=(contact,), posture=posture), robot_from(text, ".urdf"))
+        (found,) = profile.contacts
+        mass = found.mass_frictionless if directions == ("z",) else found.mass_sticking
+        assert found.impulse[2] == pytest.approx(mass, rel=1e-14)
 
 
 def test_effective_masses_of_an_anymal_c():

@@ -6,28 +6,19 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from shockpc.robot.build import build_model
-from shockpc.robot.source import RobotSource, read_source
+from shockpc.robot.robot import Body, Robot, load_robot
 
 
-def links(source: RobotSource) -> dict[str, pin.Inertia]:
-    """The inertia of each moving body, by its first link."""
-    model = build_model(source)
-    found = {}
-    for frame in model.frames:
-        if frame.type == pin.FrameType.BODY and frame.parentJoint and frame.placement.isIdentity():
-            found.setdefault(frame.parentJoint, (frame.name, model.inertias[frame.parentJoint]))
-    return dict(found.values())
+def bodies(name: str, **arguments: str) -> dict[str, Body]:
+    """The moving bodies of a model."""
+    return {body.name: body for body in load_robot(name, xacro=arguments).bodies}
 
 
-def posture(source: RobotSource, name: str) -> dict[str, pin.SE3]:
+def places(robot: Robot, posture: str) -> dict[str, np.ndarray]:
     """Where every frame is in a posture of the robot's SRDF."""
-    model = build_model(source)
-    assert source.srdf is not None
-    pin.loadReferenceConfigurations(model, str(source.srdf), False)
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, model.referenceConfigurations[name])
-    return {frame.name: data.oMf[k].copy() for k, frame in enumerate(model.frames)}
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, robot.postures[posture])
+    return {frame.name: data.oMf[k].translation.copy() for k, frame in enumerate(robot.model.frames)}
 
 
 def angle(vector: np.ndarray) -> float:
@@ -43,14 +34,12 @@ def test_beams_are_slender_and_physical(name: str, arguments: dict[str, str]):
         **{f"{which}_{part}_leg": 0.4 for which in ("hind", "front") for part in ("upper", "lower")},
     }  # fmt: skip
     for side in (None, "0.1"):
-        bodies = links(read_source(name, xacro=arguments | ({"side": side} if side else {})))
-        assert bodies
-        for body, inertia in bodies.items():
-            length, mass = lengths[body], inertia.mass
+        for body in bodies(name, **arguments, **({"side": side} if side else {})).values():
+            length, mass = lengths[body.name], body.mass
             across = mass * length**2 / 12
             along = mass * (float(side) if side else {"beam": 0.05}.get(name, 0.02)) ** 2 / 6
-            assert inertia.inertia[1, 1] == pytest.approx(across, rel=1e-15)  # about y, as in the paper
-            moments = np.sort(np.linalg.eigvalsh(inertia.inertia))
+            assert body.inertia[1, 1] == pytest.approx(across, rel=1e-15)  # about y, as in the paper
+            moments = np.sort(np.linalg.eigvalsh(body.inertia))
             np.testing.assert_allclose(moments, [along, across, across], rtol=1e-12)
             assert moments[0] > 0
             assert moments[0] + moments[1] > moments[2]
@@ -58,57 +47,48 @@ def test_beams_are_slender_and_physical(name: str, arguments: dict[str, str]):
 
 def test_beam():
     """Figure 1: c = l/2, p = 2l/3 from the pivot, and its arguments."""
-    source = read_source("beam", xacro={"length": "0.6", "mass": "3"})
-    (beam,) = links(source).values()
-    assert beam.mass == 3.0
-    np.testing.assert_allclose(beam.lever, [0.3, 0, 0], atol=1e-16)
-    model = build_model(source)
-    places = {frame.name: frame.placement.translation[0] for frame in model.frames}
-    assert [places[name] for name in ("pivot", "center", "percussion", "tip")] == pytest.approx([0, 0.3, 0.4, 0.6])
+    robot = load_robot("beam", xacro={"length": "0.6", "mass": "3"})
+    assert robot.mass == 3.0
+    np.testing.assert_allclose(robot.coms, [[0.3, 0, 0]], atol=1e-16)
+    assert [robot.frame(name).offset[0] for name in ("pivot", "center", "percussion", "tip")] == pytest.approx([0, 0.3, 0.4, 0.6])
 
 
 @pytest.mark.parametrize("torso", [False, True])
 @pytest.mark.parametrize("foot", [False, True])
 def test_leg_proportions(torso: bool, foot: bool):
     """Section 4.1: upper leg twice the lower; torso 3/2 long and twice the leg; foot half as long and heavy."""
-    bodies = links(read_source("leg", xacro={"torso": str(torso), "foot": str(foot), "length": "0.5", "mass": "2"}))
+    found = bodies("leg", torso=str(torso), foot=str(foot), length="0.5", mass="2")
     wanted = {"upper_leg": (4.0, 0.25), "lower_leg": (2.0, 0.25)}
     if torso:
         wanted["torso"] = (12.0, 0.375)
     if foot:
         wanted["foot"] = (1.0, 0.125)
-    assert {body: (inertia.mass, abs(inertia.lever[2])) for body, inertia in bodies.items()} == {
+    assert {name: (body.mass, abs(body.com[2])) for name, body in found.items()} == {
         body: pytest.approx(values) for body, values in wanted.items()
     }
 
 
-def test_leg_postures():
+def test_leg_postures(capfd: pytest.CaptureFixture[str]):
     """Figure 2: upper leg +15°, torso −5°, and case F with the foot 105° from a vertical shank; the contact is on the ground."""
-    source = read_source("leg", xacro={"torso": "true", "foot": "true"})
+    robot = load_robot("leg", xacro={"torso": "true", "foot": "true"})
     for name, shank, contact in (("standing", -10.0, "heel"), ("standing_on_ball", 0.0, "ball")):
-        at = {frame: place.translation for frame, place in posture(source, name).items()}
+        at = places(robot, name)
         assert angle(at["knee"] - at["hip"]) == pytest.approx(15.0)
         assert angle(at["heel"] - at["knee"]) == pytest.approx(shank, abs=1e-12)
         assert angle(at["hip"] - at["head"]) == pytest.approx(-5.0)
         assert angle(at["ball"] - at["heel"]) == pytest.approx(105.0 + shank)
         assert at[contact][2] == pytest.approx(0.0, abs=1e-15)
-    straight = posture(source, "straight")
-    assert angle(straight["heel"].translation - straight["hip"].translation) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_one_leg_posture_serves_every_variant(capfd: pytest.CaptureFixture[str]):
-    """Joints that a variant lacks are ignored, and the leg stands alike."""
-    whole = posture(read_source("leg", xacro={"torso": "true", "foot": "true"}), "standing")
-    bare = posture(read_source("leg"), "standing")
-    np.testing.assert_allclose(bare["heel"].translation, whole["heel"].translation, atol=1e-16)
+    straight = places(robot, "straight")
+    assert angle(straight["heel"] - straight["hip"]) == pytest.approx(0.0, abs=1e-12)
+    # A variant that lacks joints of the posture stands alike.
+    np.testing.assert_allclose(places(load_robot("leg"), "standing")["heel"], places(robot, "standing")["heel"], atol=1e-16)
     assert capfd.readouterr() == ("", "")
 
 
 def test_quadruped_proportions():
     """Section 4.3: upper legs four times the lower, torso twice both legs (2/3 of the robot) and two segments long."""
-    bodies = links(read_source("quadruped"))
-    assert len(bodies) == 5
-    masses = {body: inertia.mass for body, inertia in bodies.items()}
+    masses = {name: body.mass for name, body in bodies("quadruped").items()}
+    assert len(masses) == 5
     for which in ("hind", "front"):
         assert masses[f"{which}_upper_leg"] == 4 * masses[f"{which}_lower_leg"]
     legs = sum(mass for body, mass in masses.items() if body != "torso")
@@ -119,8 +99,7 @@ def test_quadruped_proportions():
 @pytest.mark.parametrize(("name", "leg"), [("standing", 30), ("legs_20", 20), ("legs_10", 10), ("legs_0", 0)])
 def test_quadruped_postures(name: str, leg: int):
     """Figure 5: nose up by 15°, hind knee forward and front knee backward by the leg's angle, hind foot on the ground."""
-    places = posture(read_source("quadruped"), name)
-    at = {frame: place.translation for frame, place in places.items()}
+    at = places(load_robot("quadruped"), name)
     assert angle(at["front_hip"] - at["hind_hip"]) == pytest.approx(90 + 15)
     for which, knee in (("hind", leg), ("front", -leg)):
         assert angle(at[f"{which}_knee"] - at[f"{which}_hip"]) == pytest.approx(knee, abs=1e-12)
@@ -133,7 +112,7 @@ def test_quadruped_postures(name: str, leg: int):
 def test_joints_turn_as_the_paper_counts():
     """A positive joint angle is counter-clockwise with x to the right: it brings a hanging segment forward."""
     for name in ("leg", "quadruped"):
-        model = build_model(read_source(name, xacro={"torso": "true", "foot": "true"} if name == "leg" else {}))
+        model = load_robot(name, xacro={"torso": "true", "foot": "true"} if name == "leg" else {}).model
         data = model.createData()
         q = pin.neutral(model)
         for joint in range(2, model.njoints):

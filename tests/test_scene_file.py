@@ -247,11 +247,14 @@ def test_mistakes_are_named(here, text, said):
     [
         (
             b'robot = "leg"\nrobot = "leg"\n',
-            "PATH is not TOML, as a scene has to be: Cannot overwrite a value (at line 2, column 14)",
+            "PATH is not TOML, as a scene file has to be: Cannot overwrite a value (at line 2, column 14)",
         ),
-        (b'robot = "leg\n', "PATH is not TOML, as a scene has to be: Illegal character '\\n' (at line 1, column 13)"),
-        (b"<robot/>\n", "PATH is not TOML, as a scene has to be: Invalid statement (at line 1, column 1)"),
-        (b'robot = "\xff"\n', "PATH is not UTF-8 text; a scene is TOML, a robot is URDF, xacro or MJCF, and both are text"),
+        (b'robot = "leg\n', "PATH is not TOML, as a scene file has to be: Illegal character '\\n' (at line 1, column 13)"),
+        (b"<robot/>\n", "PATH is not TOML, as a scene file has to be: Invalid statement (at line 1, column 1)"),
+        (
+            b'robot = "\xff"\n',
+            "PATH is not UTF-8 text; a scene file is TOML, a robot file is URDF, xacro or MJCF, and all of these are text",
+        ),
     ],
 )
 def test_files_that_are_not_toml(here, data, said):
@@ -265,11 +268,11 @@ def test_files_that_are_not_toml(here, data, said):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (f"robot = {'[' * 2000}", "is nested hundreds of levels deep; a scene needs four"),
+        (f"robot = {'[' * 2000}", "is nested hundreds of levels deep; a scene file needs four"),
         (f'robot = "leg"\n{".".join("a" * 2000)} = 1\n', "a: no such key; valid here: "),
         (
             f'robot = "leg"\n[strike]\nvelocity.{".".join("a" * 2000)} = 1\n',
-            "is nested hundreds of levels deep; a scene needs four",
+            "is nested hundreds of levels deep; a scene file needs four",
         ),
         (f'robot = "leg"\nrange_g = {"9" * 5000}\n', "holds an integer of thousands of digits"),
         (f'robot = "leg"\nrange_g = 0x{"f" * 5000}\n', "range_g has to be a finite number, not an integer of thousands of digits"),

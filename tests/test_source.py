@@ -6,57 +6,39 @@ import sys
 from pathlib import Path
 
 import pytest
-from robot_texts import arm, body, floating, link, mjcf, urdf
+from robot_texts import arm, body, floating, link, loaded, mjcf, read, refusal, urdf, written
 
 from shockpc.errors import RobotError, UnknownName
-from shockpc.robot.build import build_model
 from shockpc.robot.catalogue import catalogue
+from shockpc.robot.robot import load_robot
 from shockpc.robot.source import read_source
 
 NOT_ROBOTS = {"ur3_empty", "hector_macro", "hector_xacro"}  # files of the data package that hold none
-
-
-def refusal(tmp_path: Path, text: str | bytes, name: str = "dog.urdf") -> str:
-    """The text of the error that reading this file raises."""
-    path = tmp_path / name
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    with pytest.raises(RobotError) as caught:
-        read_source(str(path))
-    return str(caught.value)
+SRDF = '<robot name="r"><group_state name="standing" group="all"/></robot>'
 
 
 @pytest.mark.parametrize("name", [entry.name for entry in catalogue() if entry.name not in NOT_ROBOTS])
-def test_every_known_robot_reads_and_builds(name: str, capfd: pytest.CaptureFixture[str]):
-    """Every robot known by name is read, builds and has mass, and the C++ parser prints nothing."""
-    source = read_source(name)
-    model = build_model(source)
-    assert source.name == name
-    assert sum(inertia.mass for inertia in model.inertias) > 0
+def test_every_known_robot_loads(name: str, capfd: pytest.CaptureFixture[str]):
+    """Every robot known by name has mass, and the C++ parser prints nothing."""
+    robot = load_robot(name)
+    assert robot.label == name
+    assert robot.mass > 0
     assert capfd.readouterr() == ("", "")
 
 
 def test_what_is_read(tmp_path: Path):
-    """A plain URDF comes through as it is, with its name, folder and SRDF."""
-    path = tmp_path / "dog.urdf"
-    path.write_text(arm())
-    (tmp_path / "dog.srdf").write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
-    source = read_source(str(path))
-    assert (source.path, source.name, source.kind, source.xml, source.robot_name) == (path, None, "urdf", arm(), "r")
-    assert (source.srdf, source.packages, source.folders, source.warnings) == (tmp_path / "dog.srdf", {}, (tmp_path,), ())
-
-
-def test_format_is_found_by_content(tmp_path: Path):
-    """A URDF is a URDF whatever its file is called."""
-    path = tmp_path / "dog.xml"
-    path.write_text(arm())
-    assert read_source(str(path)).kind == "urdf"
+    """A plain URDF comes through as it is, with its name, folder and SRDF, whatever the file is called, and again."""
+    (tmp_path / "dog.srdf").write_text(SRDF)
+    for name in ("dog.urdf", "dog.xml", "dog.urdf"):
+        source = read(tmp_path, arm(), name)
+        assert (source.path, source.name, source.kind, source.xml) == (tmp_path / name, None, "urdf", arm())
+        assert (source.robot_name, source.srdf, source.warnings) == ("r", tmp_path / "dog.srdf", ())
+        assert (source.folders.packages, source.folders.allowed) == ({}, (tmp_path,))
 
 
 def test_one_free_body_is_a_robot(tmp_path: Path):
     """A single link with mass and no joint can be struck."""
-    path = tmp_path / "beam.urdf"
-    path.write_text(urdf(link("beam")))
-    assert build_model(read_source(str(path))).nv == 6
+    assert loaded(tmp_path, urdf(link("beam"))).model.nv == 6
 
 
 FILES: dict[str | bytes, str] = {
@@ -98,116 +80,73 @@ def test_not_a_robot_file(text: str | bytes, tmp_path: Path):
     assert refusal(tmp_path, text) == FILES[text]
 
 
-def test_folder_instead_of_a_file(tmp_path: Path):
-    """A folder is not a file."""
-    with pytest.raises(RobotError) as caught:
-        read_source(f"{tmp_path}/")
-    assert str(caught.value) == f'"{tmp_path}" is a folder; give the robot file in it'
-
-
-def test_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A file that may not be read says so; reading itself refuses, for root is refused nothing by permissions."""
-    path = tmp_path / "dog.urdf"
-    path.write_text(arm())
+def test_only_regular_files_of_some_size_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A pipe would be waited for, a device has no end; what may not be read says so, for root is refused nothing by permissions."""
+    os.mkfifo(tmp_path / "pipe.urdf")
+    with open(tmp_path / "large.urdf", "wb") as file:
+        file.truncate(65 * 2**20)
+    said = {
+        f"{tmp_path}/": f'"{tmp_path}" is a folder; give the robot file in it',
+        f"{tmp_path}/pipe.urdf": f'"{tmp_path}/pipe.urdf" is a pipe or a device; save what it gives in a file',
+        "/dev/zero": '"/dev/zero" is a pipe or a device; save what it gives in a file',
+        f"{tmp_path}/large.urdf": f'"{tmp_path}/large.urdf" has 65 MB; files of up to 64 MB are read',
+    }
+    for path, text in said.items():
+        with pytest.raises(RobotError) as caught:
+            read_source(path)
+        assert str(caught.value) == text
 
     def refuse(*_: object) -> int:
         raise PermissionError(13, "Permission denied")
 
+    path = written(tmp_path, arm())
     monkeypatch.setattr(os, "open", refuse)
     with pytest.raises(RobotError) as caught:
-        read_source(str(path))
+        read_source(path)
     assert str(caught.value) == f'"{path}" cannot be read: Permission denied; check its permissions'
 
 
-def test_only_regular_files_of_some_size_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A pipe would be waited for, a device has no end."""
-    os.mkfifo(tmp_path / "pipe.urdf")
-    for path in (tmp_path / "pipe.urdf", Path("/dev/zero")):
-        with pytest.raises(RobotError, match=r"is a pipe or a device; save what it gives in a file$"):
-            read_source(str(path))
-    with open(tmp_path / "large.urdf", "wb") as file:
-        file.truncate(65 * 2**20)
-    with pytest.raises(RobotError, match=r"has 65 MB; files of up to 64 MB are read$"):
-        read_source(str(tmp_path / "large.urdf"))
-
-
-BEFORE = (b"\xef\xbb\xbf", b"\xef\xbb\xbf\xef\xbb\xbf", b"\n", b"\r\n \xef\xbb\xbf\n")
-
-
-@pytest.mark.parametrize("before", BEFORE)
+@pytest.mark.parametrize("before", [b"\xef\xbb\xbf", b"\xef\xbb\xbf\xef\xbb\xbf", b"\n", b"\r\n \xef\xbb\xbf\n"])
 def test_marks_and_blanks_before_a_document(before: bytes, tmp_path: Path):
     """Byte-order marks and blank lines; a DOCTYPE behind them is found all the same."""
-    path = tmp_path / "dog.urdf"
-    path.write_bytes(before + b'<?xml version="1.0" encoding="utf-8"?>' + arm().encode())
-    assert read_source(str(path)).robot_name == "r"
-    assert build_model(read_source(str(path))).nv == 7
+    assert loaded(tmp_path, before + b'<?xml version="1.0" encoding="utf-8"?>' + arm().encode()).model.nv == 7
     assert "a DOCTYPE can define entities" in refusal(tmp_path, before + b"<!DOCTYPE robot><robot/>")
 
 
 def test_declared_encodings(tmp_path: Path):
     """A Latin-1 file keeps its names; an encoding that is not known is refused."""
     text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
-    path = tmp_path / "dog.urdf"
-    path.write_bytes(text.encode("iso-8859-1"))
-    assert build_model(read_source(str(path))).existFrame("Fuß")
-    (tmp_path / "dog.xacro").write_bytes(text.encode("iso-8859-1"))
-    assert 'link name="Fuß"' in read_source(str(tmp_path / "dog.xacro")).xml
+    for name in ("dog.urdf", "dog.xacro"):
+        assert loaded(tmp_path, text.encode("iso-8859-1"), name).model.existFrame("Fuß")
     assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC")) == (
         "dog.urdf is in the encoding EBCDIC, which is not read; save the file as UTF-8 text"
     )
 
 
-def test_srdf_beside_the_robot_has_to_be_inside(tmp_path: Path):
-    """One that a symbolic link leads to elsewhere is not read."""
-    (tmp_path / "away.srdf").write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
-    (tmp_path / "dog").mkdir()
-    path = tmp_path / "dog" / "dog.urdf"
-    path.write_text(arm())
-    (tmp_path / "dog" / "dog.srdf").symlink_to(tmp_path / "away.srdf")
-    assert read_source(str(path)).srdf is None
+def test_srdf(tmp_path: Path):
+    """A given SRDF wins over the one beside the robot, and has to be one; a symbolic link that leads elsewhere is not followed."""
+    (tmp_path / "away.srdf").write_text(SRDF)
+    folder = tmp_path / "dog"
+    folder.mkdir()
+    (folder / "dog.srdf").symlink_to(tmp_path / "away.srdf")
+    assert read(folder, arm()).srdf is None
+    given = written(folder, SRDF, "poses.xml")
+    assert read(folder, arm(), srdf=given).srdf == folder / "poses.xml"
+    assert refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf")) == (
+        "other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
+    )
+    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no file "{folder / "none.srdf"}"'
 
 
-def test_names_and_paths_that_are_not_there(tmp_path: Path):
-    """Unknown names and missing files keep their own errors."""
-    with pytest.raises(UnknownName):
-        read_source("no_such_robot")
-    with pytest.raises(RobotError, match=r"^no file "):
-        read_source(str(tmp_path / "dog.urdf"))
-
-
-def test_xacro_arguments_for_a_plain_urdf(tmp_path: Path):
-    """Arguments that have no effect are refused."""
-    path = tmp_path / "dog.urdf"
-    path.write_text(arm())
-    with pytest.raises(RobotError) as caught:
-        read_source(str(path), xacro={"payload": "1"})
-    assert str(caught.value) == "dog.urdf is not a xacro file, so --xacro payload=… has no effect; leave it out"
-
-
-def test_given_srdf(tmp_path: Path):
-    """A given SRDF wins over the one beside the robot, and has to be one."""
-    path, postures = tmp_path / "dog.urdf", tmp_path / "poses.xml"
-    path.write_text(arm())
-    postures.write_text('<robot name="r"><group_state name="standing" group="all"/></robot>')
-    assert read_source(str(path), srdf=postures).srdf == postures
-    with pytest.raises(RobotError) as caught:
-        read_source(str(path), srdf=path)
-    assert str(caught.value) == ("dog.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
-    with pytest.raises(RobotError) as caught:
-        read_source(str(path), srdf=tmp_path / "none.srdf")
-    assert str(caught.value) == f'no file "{tmp_path / "none.srdf"}"'
-
-
-def test_srdf_for_an_mjcf(tmp_path: Path):
-    """It would have no effect, so it is refused; one that lies beside the file is ignored."""
-    path = tmp_path / "dog.xml"
-    path.write_text(mjcf(floating(body("b"))))
-    postures = tmp_path / "dog.srdf"
-    postures.write_text('<robot name="m"><group_state name="standing" group="all"/></robot>')
-    assert read_source(str(path)).srdf is None
-    with pytest.raises(RobotError) as caught:
-        read_source(str(path), srdf=postures)
-    assert str(caught.value) == (
+def test_arguments_without_effect_are_refused(tmp_path: Path):
+    """Arguments of xacro for a plain URDF; an SRDF for an MJCF, beside which one is ignored."""
+    assert refusal(tmp_path, arm(), xacro={"payload": "1"}) == (
+        "dog.urdf is not a xacro file, so --xacro payload=… has no effect; leave it out"
+    )
+    srdf = written(tmp_path, SRDF, "dog.srdf")
+    robot = mjcf(floating(body("b")))
+    assert read(tmp_path, robot, "dog.xml").srdf is None
+    assert refusal(tmp_path, robot, "dog.xml", srdf=srdf) == (
         "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf has no effect; leave it out, or write "
         "its postures as <key> elements of a <keyframe>"
     )
@@ -219,23 +158,17 @@ SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "trimesh", "xacro", "import
 @pytest.mark.parametrize("module", ["catalogue", "source"])
 def test_import_is_light(module: str):
     """Reading a file needs the standard library alone."""
-    # The package's own __init__ is not under test here, so the module's own imports are counted from an empty package.
     code = f"import sys, shockpc.robot.{module}; print([m for m in {SLOW!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
-def test_reading_is_repeatable(tmp_path: Path):
-    """Reading changes nothing that a second reading would notice."""
-    path = tmp_path / "dog.urdf"
-    path.write_text(arm())
-    assert vars(read_source(str(path))) == vars(read_source(str(path)))
-
-
-@pytest.mark.parametrize("given", ["~nobody_by_this_name/dog.urdf", "x" * 5000 + ".urdf", "loop/dog.urdf"])
-def test_paths_that_break_the_file_system(given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """An unknown home, a name beyond the file system's limit, a link to itself: a missing file, not a crash."""
+@pytest.mark.parametrize("given", ["none/dog.urdf", "~nobody_by_this_name/dog.urdf", "x" * 5000 + ".urdf", "loop/dog.urdf"])
+def test_paths_that_lead_nowhere(given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """No such folder, an unknown home, a name beyond the file system's limit, a link to itself: a missing file, not a crash."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     with pytest.raises(RobotError, match=r"^no file "):
         read_source(given)
+    with pytest.raises(UnknownName):
+        read_source("no_such_robot")

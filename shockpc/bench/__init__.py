@@ -8,6 +8,7 @@
     mujoco_peer   landing simulated in MuJoCo, and the impulsive equation with its matrices
     measure       error and run time of every method on a case
     throughput    many postures against Pinocchio and MuJoCo
+    sweeps        rows of sweeps, in one process and in two
     costs         run time of an analysis and of the command
     report        chart, tables, Markdown and CSV
     run           the suite, and one landing of one's own

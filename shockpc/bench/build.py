@@ -14,10 +14,10 @@ __all__ = ["Link", "box", "robot_of", "rod"]
 
 
 class Link(NamedTuple):
-    """A body and the joint that it hangs on.
+    """A body and the joint that carries it.
 
     Attributes:
-        parent: index of the link it hangs on; −1 for the root, whose joint is the free base.
+        parent: index of the link that carries the joint; −1 for the root, whose joint is the free base.
         kind: "revolute", "continuous" or "prismatic"; not used for the root.
         origin: (3,) of the joint in the parent's frame [m].
         axis: (3,) unit vector of the joint; the axes of parent and link are parallel at q = 0.

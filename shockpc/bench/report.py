@@ -16,13 +16,23 @@ from shockpc.bench.cases import FAMILIES, Family
 from shockpc.bench.costs import Cost
 from shockpc.bench.measure import ACCURATE, OUTCOMES, CaseResult, MethodResult
 from shockpc.bench.methods import DIRECT
+from shockpc.bench.sweeps import ProcessCost, SweepCost
 from shockpc.bench.throughput import PeerResult
 from shockpc.show.figure.error_time import save_error_time
 from shockpc.show.files import make_folder, write_text
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown
 
-__all__ = ["Bench", "costs_sheet", "landing_sheet", "methods_sheet", "save_chart", "throughput_sheet", "write_report"]
+__all__ = [
+    "Bench",
+    "costs_sheet",
+    "landing_sheet",
+    "methods_sheet",
+    "save_chart",
+    "sweeps_sheet",
+    "throughput_sheet",
+    "write_report",
+]
 
 LIBRARIES = ("pin", "numpy", "python-flint", "mujoco", "example-robot-data")
 
@@ -51,12 +61,16 @@ class Bench(NamedTuple):
         cases: of all families, by every method.
         costs: of the package.
         peers: many postures.
+        sweeps: cost of their rows.
+        processes: two against one.
         seconds: duration of the whole [s].
     """
 
     cases: list[CaseResult]
     costs: list[Cost]
     peers: list[PeerResult]
+    sweeps: list[SweepCost]
+    processes: ProcessCost
     seconds: float
 
 
@@ -125,6 +139,38 @@ def throughput_sheet(peers: list[PeerResult]) -> Sheet:
     return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
 
 
+def sweeps_sheet(sweeps: list[SweepCost], processes: ProcessCost) -> Sheet:
+    """Rows of sweeps."""
+    rows: list[tuple[Cell, ...]] = [
+        (
+            one.robot,
+            str(one.size),
+            _micro(one.row),
+            _micro(one.maps),
+            f"{one.row / one.maps:.2f}",
+            f"{100.0 * one.dynamics:.0f}",
+            f"{100.0 * one.solution:.0f}",
+        )
+        for one in sweeps
+    ]
+    header = (
+        "robot",
+        "bodies × velocities",
+        "row [µs]",
+        "maps [µs]",
+        "row / maps",
+        "of the row: Pinocchio [%]",
+        "of the row: Eq. 4 [%]",
+    )
+    notes = (
+        "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
+        "maps: shock_maps of all bodies in the same postures",
+        f"{processes.rows} rows of {sweeps[0].robot}: {processes.one:.2f} s in one process, {processes.two:.2f} s in two: "
+        f"{processes.one / processes.two:.2f} times as fast",
+    )
+    return Sheet("sweeps", header, rows, notes)
+
+
 def landing_sheet(case: CaseResult) -> Sheet:
     """All methods on one landing."""
     rows: list[tuple[Cell, ...]] = []
@@ -184,6 +230,7 @@ def _markdown(bench: Bench) -> str:
         if own:
             parts += [as_markdown(_family_sheet(family, own))]
     parts += [as_markdown(costs_sheet(bench.costs)), as_markdown(throughput_sheet(bench.peers))]
+    parts += [as_markdown(sweeps_sheet(bench.sweeps, bench.processes))]
     parts += ["## Limits of the method", "", *(f"- {limit}" for limit in LIMITS), ""]
     return "\n".join(parts)
 

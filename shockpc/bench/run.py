@@ -10,6 +10,7 @@ from shockpc.bench.measure import CaseResult, measure
 from shockpc.bench.methods import DIRECT
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import Bench, landing_sheet, save_chart, write_report
+from shockpc.bench.sweeps import process_costs, sweep_costs
 from shockpc.bench.throughput import SCENES, compete
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
@@ -24,7 +25,7 @@ SIMULATED_CASES = ("robots / one foot / anymal_b", "robots / all feet / talos", 
 
 
 def run_suite(
-    out: Path, families: tuple[Family, ...] = FAMILIES, postures: int = 512, budget: float = 0.003, runs: int = 5
+    out: Path, families: tuple[Family, ...] = FAMILIES, postures: int = 512, budget: float = 0.003, runs: int = 5, rows: int = 16384
 ) -> Bench:
     """Measure every case of every family and write the report into a folder.
 
@@ -34,6 +35,7 @@ def run_suite(
         postures: in the comparison of many postures.
         budget: time to spend on each method's clock on each case [s].
         runs: of each command.
+        rows: of the sweeps; sixteen times as many where two processes are compared with one.
 
     Raises:
         OutputError: the folder cannot be written.
@@ -53,8 +55,10 @@ def run_suite(
     for name in SCENES:
         _say(f"many postures of {name}")
         peers += compete(name, postures, 100.0 * budget)
+    _say("sweeps")
+    sweeps, processes = sweep_costs(rows, 100.0 * budget), process_costs(16 * rows)
     _say("")
-    bench = Bench(cases, costs, peers, time.perf_counter() - start)
+    bench = Bench(cases, costs, peers, sweeps, processes, time.perf_counter() - start)
     write_report(bench, out)
     return bench
 

@@ -8,15 +8,35 @@ import typer
 
 from shockpc import __version__
 from shockpc.cli.analyze import analyze
+from shockpc.cli.batch import batch
 from shockpc.cli.bench import bench
+from shockpc.cli.check import BUDGETS_HELP, check
+from shockpc.cli.compare import compare
 from shockpc.cli.help import GroupedCommand
+from shockpc.cli.limits import limits
 from shockpc.cli.paper import paper
+from shockpc.cli.place import place
 from shockpc.cli.robots import robots
 from shockpc.cli.schema import schema
+from shockpc.cli.sensitivity import sensitivity
+from shockpc.cli.sweep import sweep
 
 __all__ = ["COMMANDS", "app_for"]
 
-COMMANDS: dict[str, Callable[..., None]] = {"analyze": analyze, "bench": bench, "paper": paper, "robots": robots, "schema": schema}
+COMMANDS: dict[str, Callable[..., None]] = {
+    "analyze": analyze,
+    "batch": batch,
+    "bench": bench,
+    "check": check,
+    "compare": compare,
+    "limits": limits,
+    "paper": paper,
+    "place": place,
+    "robots": robots,
+    "schema": schema,
+    "sensitivity": sensitivity,
+    "sweep": sweep,
+}
 
 EXAMPLES = """\b
 Examples:
@@ -25,9 +45,12 @@ Examples:
   shockpc analyze go2 --contact FL_foot+FR_foot --drop-height 0.3 --armature "*=0.05" --pulse half-sine:5ms
 
 \b
-Exit codes: 0 done, 2 bad arguments or files, 3 no result (the model has no unique solution), 130 interrupted by Ctrl-C,
-143 terminated by SIGTERM; 1 is kept for limits that a result exceeds.
+Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files, 3 no result (the model has no unique solution),
+130 interrupted by Ctrl-C, 143 terminated by SIGTERM.
 """
+
+EPILOGS = {"analyze": EXAMPLES, "check": BUDGETS_HELP}
+"""What stands under the help of a command."""
 
 
 def app_for(words: list[str]) -> typer.Typer:
@@ -43,7 +66,7 @@ def app_for(words: list[str]) -> typer.Typer:
     )
     typed = words[:1]
     for name in typed if typed and typed[0] in COMMANDS else COMMANDS:
-        app.command(name, cls=GroupedCommand, epilog=EXAMPLES if typed == [name] == ["analyze"] else None)(COMMANDS[name])
+        app.command(name, cls=GroupedCommand, epilog=EPILOGS.get(name) if typed == [name] else None)(COMMANDS[name])
     return app
 
 

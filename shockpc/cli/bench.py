@@ -57,12 +57,13 @@ def bench(
 
 def _suite(out: Path) -> None:
     """The standing suite."""
-    from shockpc.bench.report import costs_sheet, methods_sheet, throughput_sheet
+    from shockpc.bench.report import costs_sheet, methods_sheet, sweeps_sheet, throughput_sheet
     from shockpc.bench.run import run_suite
     from shockpc.show.tables.text import as_text
 
     found = run_suite(out)
-    for sheet in (methods_sheet(found.cases), costs_sheet(found.costs), throughput_sheet(found.peers)):
+    many = (throughput_sheet(found.peers), sweeps_sheet(found.sweeps, found.processes))
+    for sheet in (methods_sheet(found.cases), costs_sheet(found.costs), *many):
         sys.stdout.write(as_text(sheet) + "\n")
     sys.stdout.write(f"the report: {out / 'report.md'}\n")
 

@@ -23,15 +23,12 @@ def paper(
     ] = None,
 ) -> None:
     """Recompute the figures of the paper and check its claims."""
-    from shockpc.paper.results import figure_result
-    from shockpc.paper.scenes import paper_figures
+    from shockpc.paper.figures import paper_figures
     from shockpc.show.files import check_folder
     from shockpc.show.tables.paper import paper_text, write_paper
 
     chosen = paper_figures(figures or ())
     if out is not None:
         check_folder(out, "--out")
-    results = [figure_result(figure) for figure in chosen]
-    if out is not None:
-        write_paper(results, out)
-    sys.stdout.write(paper_text(results))
+        write_paper(chosen, out)
+    sys.stdout.write(paper_text(chosen))

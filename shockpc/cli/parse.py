@@ -12,14 +12,20 @@ from shockpc.paths import usable_path
 __all__ = [
     "Definition",
     "Setting",
+    "Span",
+    "Variable",
     "Vector",
     "definition",
     "finite",
     "folder_definition",
+    "limits",
     "path",
     "plane_or_normal",
+    "positive_count",
     "robot_name",
     "setting",
+    "span",
+    "variable",
     "vector",
 ]
 
@@ -36,6 +42,13 @@ class Vector(NamedTuple):
     z: float
 
 
+class Span(NamedTuple):
+    """LOW:HIGH."""
+
+    low: float
+    high: float
+
+
 class Setting(NamedTuple):
     """NAME=NUMBER."""
 
@@ -48,6 +61,24 @@ class Definition(NamedTuple):
 
     name: str
     value: str
+
+
+def positive_count(text: str) -> int:
+    """A whole number above zero.
+
+    Raises:
+        typer.BadParameter: it is not one.
+    """
+    if not (text.isascii() and text.isdigit() and 0 < len(text.lstrip("0")) < 10):
+        raise typer.BadParameter(f'"{text}" is not a whole number above zero')
+    return int(text)
+
+
+class Variable(NamedTuple):
+    """NAME=VALUES; values are None where only a name is typed."""
+
+    name: str
+    values: str | None
 
 
 def finite(text: str) -> float:
@@ -73,6 +104,18 @@ def vector(example: str) -> Callable[[str], Vector]:
         if len(parts) != 3:
             raise typer.BadParameter(f'"{text}" is not three numbers with commas between them, such as {example}')
         return Vector(*map(finite, parts))
+
+    return parse
+
+
+def span(example: str) -> Callable[[str], Span]:
+    """A parser of LOW:HIGH; the example, such as "-30:75", is for its messages."""
+
+    def parse(text: str) -> Span:
+        low, colon, high = text.partition(":")
+        if not colon:
+            raise typer.BadParameter(f'"{text}" is not LOW:HIGH, such as {example}')
+        return Span(finite(low), finite(high))
 
     return parse
 
@@ -121,10 +164,34 @@ def definition(form: str, example: str) -> Callable[[str], Definition]:
     return parse
 
 
+def variable(text: str) -> Variable:
+    """A quantity and its values, which the sweep interprets.
+
+    Raises:
+        typer.BadParameter: one of them is empty.
+    """
+    name, equals, values = (part.strip() for part in text.partition("="))
+    if not name or (equals and not values):
+        raise typer.BadParameter(f'"{text}" is not NAME=VALUES, such as "*_KFE=-120:-10:200" or strike-angle=0,15,30')
+    return Variable(name, values if equals else None)
+
+
 def folder_definition(text: str) -> Definition:
     """The package and its folder in NAME=DIR. A shell leaves a `~` after the equals sign as it is, so it is expanded here."""
     name, folder = definition("NAME=DIR", "dog_description=../dog")(text)
     return Definition(name, str(path(folder)))
+
+
+def limits(text: str) -> tuple[Vector, Vector]:
+    """The two corners of a box typed as X0:X1,Y0:Y1,Z0:Z1.
+
+    Raises:
+        typer.BadParameter: it is not a box.
+    """
+    sides = [side.split(":") for side in text.split(",")]
+    if [len(side) for side in sides] != [2, 2, 2]:
+        raise typer.BadParameter(f'"{text}" is not a box X0:X1,Y0:Y1,Z0:Z1, such as -0.1:0.1,-0.05:0.05,0:0.1')
+    return Vector(*(finite(side[0]) for side in sides)), Vector(*(finite(side[1]) for side in sides))
 
 
 def path(text: str) -> Path:

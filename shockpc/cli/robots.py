@@ -26,6 +26,7 @@ def robots(
 
 def _all() -> str:
     """The list. A robot that cannot be loaded is a row, and the reason stands below."""
+    from shockpc.cli.progress import progress
     from shockpc.errors import ShockError
     from shockpc.robot.catalogue import catalogue
     from shockpc.robot.robot import load_robot
@@ -34,17 +35,14 @@ def _all() -> str:
 
     rows, unloaded = [], []
     entries = catalogue()
-    for k, entry in enumerate(entries):
-        if sys.stderr.isatty():
-            sys.stderr.write(f"\r\033[Kreading robot {k + 1} of {len(entries)}: {entry.name}")
-            sys.stderr.flush()
+    show = progress("robots read", len(entries))
+    for entry in entries:
         try:
             rows.append(catalogue_row(entry.name, load_robot(entry.name)))
         except ShockError as refusal:
             rows.append((entry.name, "–", None, "cannot be loaded", ""))
             unloaded.append(f"{entry.name}: {refusal}")
-    if sys.stderr.isatty():
-        sys.stderr.write("\r\033[K")
+        show(entry.name)
     own = sum(entry.source == "shockpc" for entry in entries)
     return as_text(catalogue_sheet(rows, own, unloaded))
 

@@ -13,20 +13,26 @@ from shockpc.errors import SceneError
 from shockpc.model.contact import Contact, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.robot.landmarks import feet
+from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Point, Scene, Strike, plane_of
 from shockpc.trace import Trace
 
-__all__ = ["ROBOT_SUFFIXES", "is_scene_file", "scenes_from"]
+__all__ = ["ROBOT_SUFFIXES", "is_scene_file", "one_scene", "point_from", "scenes_from"]
 
 Record = TypeVar("Record", Contact, Posture, Joints, Strike)
 
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
-def scenes_from(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot, list[Scene]]:
+def scenes_from(robot: str, options: SceneOptions, trace: Trace, on_each_foot: bool = False) -> tuple[Robot, list[Scene]]:
     """The robot, and one scene for each landing that the options describe. An option replaces what a scene file says.
+
+    Args:
+        robot: its name or file, or a scene.
+        options: of the command.
+        trace: collects what loading the robot cost.
+        on_each_foot: whether a robot for which no contact is given lands on each of its feet.
 
     Raises:
         ShockError: an option's value is not valid, or names nothing in the robot.
@@ -56,9 +62,22 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot,
         v_in=options.v_in or scene.v_in,
         pulse=options.pulse or scene.pulse,
         range_g=scene.range_g if options.range_g is None else options.range_g,
-        point=scene.point + tuple(_point(loaded, text) for text in options.point),
+        point=scene.point + tuple(point_from(loaded, text, "--point") for text in options.point),
     )
-    return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options)]
+    return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options, on_each_foot)]
+
+
+def one_scene(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot, Scene]:
+    """The robot and the landing of a command that is about one landing.
+
+    Raises:
+        ShockError: as for `scenes_from`, or the options describe several landings.
+    """
+    loaded, scenes = scenes_from(robot, options, trace)
+    if len(scenes) > 1:
+        listed = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes[:6])
+        raise SceneError(f"this command is about one landing, but --contact describes {len(scenes)}: {listed}; name one of them")
+    return loaded, scenes[0]
 
 
 def is_scene_file(name: str) -> bool:
@@ -77,11 +96,13 @@ def is_scene_file(name: str) -> bool:
     return bool(head) and not head.startswith(b"<")
 
 
-def _landings(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[str, ...] | None]:
+def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: bool) -> list[tuple[str, ...] | None]:
     """The frames of each landing; None for the contacts that the scene file gives."""
     if not options.contact:
         if scene.contact:
             return [None]
+        if on_each_foot:
+            return [(foot,) for foot in each_foot(robot)]
         known = feet(robot)
         listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
         raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}')
@@ -163,12 +184,16 @@ def _replaced(values: Mapping[str, float], settings: Iterable[Setting]) -> dict[
     return {name: value for name, value in values.items() if name not in given} | given
 
 
-def _point(robot: Robot, text: str) -> Point:
-    """FRAME or FRAME:X,Y,Z; the frame's own name may hold a colon."""
+def point_from(robot: Robot, text: str, option: str) -> Point:
+    """FRAME or FRAME:X,Y,Z as the value of an option; the frame's own name may hold a colon.
+
+    Raises:
+        SceneError: the offset is not three numbers.
+    """
     frame, colon, offset = text.rpartition(":")
     if not colon or text in robot.frames:
         return Point(frame=text)
     try:
         return Point(frame=frame, offset=vector("0,0,0.1")(offset))
     except typer.BadParameter as refusal:
-        raise SceneError(f"--point {frame}: {refusal.message}") from None
+        raise SceneError(f"{option} {frame}: {refusal.message}") from None

@@ -3,7 +3,7 @@
 The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leaves, for all postures at once. Works on arrays alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from shockpc.core.spatial import Array
 __all__ = ["body_jumps"]
 
 
-def body_jumps(J: Array, own: Sequence[slice], parent: Sequence[int], position: Array, delta_qd: Array) -> Array:
+def body_jumps(
+    J: Array, own: Sequence[slice], parent: Sequence[int], position: Array, delta_qd: Array, bodies: Sequence[int] | None = None
+) -> Array:
     """Jump of every body's spatial velocity, world axes, at the body frame's origin.
 
     Args:
@@ -21,9 +23,16 @@ def body_jumps(J: Array, own: Sequence[slice], parent: Sequence[int], position: 
         parent: index of the body that carries each body's joint; −1 for the world.
         position: (N, nb, 3) origins of the body frames, from the common origin [m].
         delta_qd: (N, nv, k) jumps of the joint velocities [rad/s, m/s].
+        bodies: indices of those that are wanted, in that order; all by default.
 
     Returns: (N, nb, 6, k), angular part first [rad/s, m/s].
     """
+    if bodies is not None:
+        carried = sorted({i for body in bodies for i in _path(parent, body)})
+        index = {body: i for i, body in enumerate(carried)}
+        inner = [index.get(parent[body], -1) for body in carried]
+        part = body_jumps(J, [own[body] for body in carried], inner, position[:, carried], delta_qd)
+        return part[:, [index[body] for body in bodies]]
     # The posture comes last, so that every operation runs over contiguous numbers.
     twists, rates, places = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in (J.swapaxes(1, 2), delta_qd, position))
     jumps = np.empty((len(parent), 6, *rates.shape[1:]))
@@ -41,3 +50,10 @@ def body_jumps(J: Array, own: Sequence[slice], parent: Sequence[int], position: 
     jumps[:, 4] += c * x - a * z
     jumps[:, 5] += a * y - b * x
     return np.moveaxis(jumps, -1, 0)
+
+
+def _path(parent: Sequence[int], body: int) -> Iterator[int]:
+    """A body and all that carry it."""
+    while body >= 0:
+        yield body
+        body = parent[body]

@@ -11,7 +11,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["Pieces", "shock_extremes"]
+__all__ = ["Pieces", "greatest_shock", "shock_extremes"]
 
 
 class Pieces(NamedTuple):
@@ -79,6 +79,33 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
     least[whose] = np.minimum.reduceat(np.hypot(nearest, along), first) / v_in
     greatest[whose] = np.maximum.reduceat(np.hypot(farthest, along), first) / v_in
     return least, greatest
+
+
+def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
+    """The greatest |Δv + Δω × r| over one body in many landings [m/s], as in `shock_extremes`.
+
+    Args:
+        delta_omega: (..., 3) jumps of angular velocity, body axes [rad/s].
+        delta_v: (..., 3) jumps of velocity of the body frame's origin [m/s].
+        pieces: of this body alone.
+
+    Returns: (...); NaN without pieces.
+    """
+    shape, w, v = delta_omega.shape[:-1], delta_omega.reshape(-1, 3), delta_v.reshape(-1, 3)
+    greatest = np.full(len(w), np.nan)
+    together = max(1, 1_000_000 // max(len(pieces.points), 1))
+    for k in range(0, len(w) if len(pieces.points) else 0, together):
+        (a, b, c), (x, y, z) = (w[k : k + together, i, None] for i in range(3)), pieces.points.T
+        jump = v[k : k + together, :, None] + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+        squared = np.maximum.reduceat(np.sum(jump * jump, axis=1), pieces.start, axis=1)
+        if pieces.radius.any():
+            spin = np.linalg.norm(w[k : k + together], axis=-1)
+            axis = w[k : k + together] / np.where(spin > 0.0, spin, 1.0)[:, None]
+            along = np.sum(axis * v[k : k + together], axis=-1)[:, None]
+            reach = np.sqrt(np.maximum(squared - along**2, 0.0)) + spin[:, None] * pieces.radius
+            squared = reach**2 + along**2
+        greatest[k : k + together] = np.sqrt(squared.max(axis=1))
+    return greatest.reshape(shape)
 
 
 def _distances(p: Array, pieces: Pieces) -> Array:

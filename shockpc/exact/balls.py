@@ -40,10 +40,10 @@ class PrecisionError(ArithmeticError):
 
 
 def matrix(values: ArrayLike) -> arb_mat:
-    """A matrix of doubles (n, m), exactly."""
-    array = np.asarray(values, dtype=float)
+    """A matrix (n, m) of doubles, exactly, or of balls."""
+    array = np.asarray(values)
     rows, columns = array.shape
-    return arb_mat(rows, columns, [float(value) for value in array.ravel()])
+    return arb_mat(rows, columns, array.ravel().tolist())
 
 
 def balls(values: ArrayLike) -> Balls:
@@ -96,8 +96,8 @@ def unit_vector(values: Array) -> "list[arb]":
     return [x / length, y / length, z / length]
 
 
-def rotation_matrix(quaternion: Array) -> arb_mat:
-    """The rotation (3, 3) of a quaternion of doubles (x, y, z, w), divided by its length, so that it is exactly orthogonal."""
+def rotation_matrix(quaternion: Array | Balls) -> arb_mat:
+    """The rotation (3, 3) of a quaternion (x, y, z, w), of doubles or balls, divided by its length: exactly orthogonal."""
     x, y, z, w = (arb(value) for value in quaternion.tolist())
     s = 2 / (x * x + y * y + z * z + w * w)
     xx, yy, zz, xy, xz, yz, wx, wy, wz = (s * p for p in (x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z))

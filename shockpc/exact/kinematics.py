@@ -12,7 +12,7 @@ import numpy as np
 from flint import arb, arb_mat
 
 from shockpc.core.spatial import Array, quaternion_of
-from shockpc.exact.balls import blocks, cross_matrix, matrix, rotation_matrix, unit_vector
+from shockpc.exact.balls import Balls, blocks, cross_matrix, matrix, rotation_matrix, unit_vector
 from shockpc.robot.robot import Joint, Robot
 
 __all__ = ["Data", "Node", "Pose", "Tree", "data_of", "elementary", "loaded_tree", "poses", "tree_of"]
@@ -198,17 +198,17 @@ def _homogeneous(R: arb_mat, p: list[arb], one: int) -> arb_mat:
 
 def _spatial_inertia(mass: float, lever: Array, inertia: Array) -> arb_mat:
     """Spatial inertia (6, 6) at the frame's origin of a mass with its inertia about its centre (Featherstone 2008, Eq. 2.63)."""
-    m, C = arb(float(mass)), arb_mat(cross_matrix([arb(x) for x in lever.tolist()]))
+    m, C = arb(mass), arb_mat(cross_matrix([arb(x) for x in lever.tolist()]))
     mC = C * m
     return blocks(matrix(inertia) + mC * C.transpose(), mC, mC.transpose(), EYE * m)
 
 
-def poses(tree: Tree, q: Array, free_base: bool) -> list[Pose]:
+def poses(tree: Tree, q: Array | Balls, free_base: bool) -> list[Pose]:
     """Every node in one posture.
 
     Args:
         tree: the robot.
-        q: (nq,) configuration in Pinocchio's layout.
+        q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
         free_base: whether the first joint is a floating base, from whose place positions are counted.
     """
     found: list[Pose] = []
@@ -223,25 +223,25 @@ def poses(tree: Tree, q: Array, free_base: bool) -> list[Pose]:
     return found
 
 
-def _through(node: Node, q: Array, base: bool) -> tuple[arb_mat, arb_mat]:
+def _through(node: Node, q: Array | Balls, base: bool) -> tuple[arb_mat, arb_mat]:
     """Transform of twists and placement through a joint."""
     kind, at = node.joint.kind, q[node.joint.q]
     if kind == "revolute" or kind == "continuous":
         if kind == "revolute":
-            sine, cosine = arb(float(at[0])).sin_cos()
+            sine, cosine = arb(at[0]).sin_cos()
         else:
-            c, s = arb(float(at[0])), arb(float(at[1]))
+            c, s = arb(at[0]), arb(at[1])
             length = (c * c + s * s).sqrt()
             sine, cosine = s / length, c / length
         (X0, X1, X2), (T0, T1, T2) = node.transform, node.place
         return X0 + X1 * cosine + X2 * sine, T0 + T1 * cosine + T2 * sine
     if kind == "prismatic":
-        d = arb(float(at[0]))
+        d = arb(at[0])
         return node.transform[0] + node.transform[1] * d, node.place[0] + node.place[1] * d
     p = [arb(0)] * 3
     if kind == "planar":
-        p = [arb(float(at[0])), arb(float(at[1])), arb(0)]
-        c, s = arb(float(at[2])), arb(float(at[3]))
+        p = [arb(at[0]), arb(at[1]), arb(0)]
+        c, s = arb(at[2]), arb(at[3])
         length = (c * c + s * s).sqrt()
         c, s = c / length, s / length
         R = arb_mat([[c, -s, 0], [s, c, 0], [0, 0, 1]])

@@ -16,7 +16,7 @@ from shockpc.exact.equation import SingularError
 from shockpc.exact.kinematics import loaded_tree
 from shockpc.exact.solution import ExactImpact, Inputs
 
-__all__ = ["Enclosure", "Proof", "motion", "prove"]
+__all__ = ["Enclosure", "Proof", "motion", "prove", "rounded"]
 
 T = TypeVar("T")
 
@@ -94,8 +94,8 @@ def prove(inputs: Inputs, length: Array) -> Proof:
     """
     enclosure = Enclosure(inputs)
     jumps, bounds = enclosure.read(lambda impact: _jumps(impact, length))
-    delta_qd = enclosure.read(lambda impact: _rounded(impact.delta_qd, 1))
-    impulse = enclosure.read(lambda impact: _rounded(impact.impulse.table(), 0))
+    delta_qd = enclosure.read(lambda impact: rounded(impact.delta_qd))
+    impulse = enclosure.read(lambda impact: rounded(impact.impulse.table(), together=True))
     return Proof(enclosure, jumps, delta_qd, impulse, bounds, enclosure.bits)
 
 
@@ -119,9 +119,13 @@ def motion(jumps: Array, length: Array) -> Array:
     return largest_norm(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1))
 
 
-def _rounded(table: "list[list[arb]]", axis: int) -> Array:
-    """Numbers as doubles, each row (axis 1) or all of them (axis 0) of one size."""
+def rounded(table: "list[list[arb]]", together: bool = False) -> Array:
+    """Numbers as doubles. Args: table (n, m); together, whether all of them are of one size, or only those of a row.
+
+    Raises:
+        PrecisionError: a ball is too wide.
+    """
     values = np.array([[float(x) for x in row] for row in table])
     largest = np.abs(values).max(initial=0.0)
-    size = np.maximum(np.abs(values).max(axis=1, keepdims=True), 1e-30 * largest) if axis else largest
+    size = largest if together else np.maximum(np.abs(values).max(axis=1, keepdims=True), 1e-30 * largest)
     return nearest(np.array(table, dtype=object), size)

@@ -95,7 +95,7 @@ def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs,
         fields = ("rotation", "offset", "axis", "body_rotation", "body_offset")
         data = data._replace(**{name: _last_digit(draw, getattr(data, name)) for name in fields})
     if "joint values of the posture" in kinds:
-        inputs = replace(inputs, q=_last_digit(draw, inputs.q))
+        inputs = replace(inputs, q=_last_digit(draw, np.asarray(inputs.q, dtype=float)))
     if "contact points and motion before the impact" in kinds:
         blocks = tuple(
             block._replace(point=_last_digit(draw, block.point), forces=_last_digit(draw, block.forces)) for block in inputs.blocks

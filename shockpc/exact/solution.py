@@ -26,7 +26,7 @@ class Inputs:
 
     Attributes:
         robot: the robot.
-        q: (nq,) configuration.
+        q: (nq,) configuration; balls where it lies between doubles.
         blocks: what is held.
         choice: which of its rows are independent.
         base: how the base may move.
@@ -37,7 +37,7 @@ class Inputs:
     """
 
     robot: Robot
-    q: Array
+    q: Array | Balls
     blocks: tuple[Block, ...]
     choice: RowChoice
     base: Base
@@ -79,7 +79,7 @@ def free_mechanism(inputs: Inputs, tree: Tree) -> Mechanism:
         S.append(own)
         v.append(columns)
     arm = [[arb(0) if column < 0 else armature[column] for column in columns] for columns in v]
-    return Mechanism(robot, tree, found, S, v, arm, inputs.q[:3] if robot.free_base else np.zeros(3))
+    return Mechanism(robot, tree, found, S, v, arm, np.asarray(inputs.q[:3], dtype=float) if robot.free_base else np.zeros(3))
 
 
 def _planar(plane: Plane, rotation: arb_mat) -> arb_mat:
@@ -238,17 +238,21 @@ class ExactImpact:
     @cached_property
     def delta_qd(self) -> list[list[arb]]:
         """Jumps (nv, 4) of all joint velocities, Pinocchio's layout."""
-        nv = self.inputs.robot.model.nv
-        found = [[arb(0)] * 4 for _ in range(nv)]
-        for rate, v, jump in zip(self._solved[0].rates, self.mechanism.v, self.node_jumps, strict=True):
+        response, impulse = self._solved
+        return self._velocities(Response(self.node_jumps, [rate * impulse for rate in response.rates]), 4)
+
+    def _velocities(self, response: Response, m: int) -> list[list[arb]]:
+        """All joint velocities (nv, m) of a response to m impulses, Pinocchio's layout."""
+        found = [[arb(0)] * m for _ in range(self.inputs.robot.model.nv)]
+        for rate, v, twist in zip(response.rates, self.mechanism.v, response.twists, strict=True):
             if not rate.nrows():
                 continue
             if v[0] < 0:
                 # A planar base: its twist in its own frame, linear part first.
-                table = jump.table()
+                table = twist.table()
                 found[: len(table)] = [*table[3:], *table[:3]]
                 continue
-            for column, row in zip(v, (rate * self._solved[1]).table(), strict=True):
+            for column, row in zip(v, rate.table(), strict=True):
                 found[column] = row
         return found
 
@@ -319,6 +323,23 @@ class ExactImpact:
             SingularError: the held rows depend on one another.
         """
         (node, wrench), *_ = wrenches(self.mechanism, block)
+        return wrench.transpose() * self._held_response(node, wrench, held).twists[node]
+
+    def held_velocities(self, body: int) -> list[list[arb]]:
+        """Jumps (nv, 6) of all joint velocities by unit moments and forces on a body, while the landing's rows stay held.
+
+        The moments and forces are those whose power is each component of the body's twist (ω, v) in its own frame.
+
+        Raises:
+            SingularError: the rows depend on one another.
+        """
+        tree = self.mechanism.tree
+        frame = tree.frame[body]
+        wrench = matrix(np.eye(6)) if frame is None else frame.transpose()
+        return self._velocities(self._held_response(tree.carrier[body], wrench, self.inputs.choice.rows.tolist()), 6)
+
+    def _held_response(self, node: int, wrench: arb_mat, held: list[int]) -> Response:
+        """What wrenches (6, n) on a node cause while some rows, and joints that follow others, are held."""
         n = wrench.ncols()
         loads, torques, m = self._unit_impulses(held)
         everything = {}
@@ -327,15 +348,24 @@ class ExactImpact:
             right = loads.get(k, arb_mat(6, m))
             everything[k] = beside(left, right)
         torques = {k: beside(arb_mat(torque.nrows(), n), torque) for k, torque in torques.items()}
-        A = work(respond(self.articulated, everything, torques, n + m), everything, torques, n + m).table()
-        own = arb_mat([row[:n] for row in A[:n]])
+        response = respond(self.articulated, everything, torques, n + m)
         if not m:
-            return own
-        across = arb_mat([row[n:] for row in A[:n]])
+            return response
+        speeds = work(response, everything, torques, n + m).table()[n:]
+        across, A = (arb_mat([row[part] for row in speeds]) for part in (slice(n), slice(n, None)))
         try:
-            return own - across * arb_mat([row[n:] for row in A[n:]]).solve(across.transpose())
+            impulse = A.solve(across)
         except ZeroDivisionError:
             raise SingularError from None
+
+        def relieved(found: arb_mat) -> arb_mat:
+            table = found.table()
+            own, other = (
+                arb_mat(len(table), k, [x for row in table for x in row[part]]) for k, part in ((n, slice(n)), (m, slice(n, None)))
+            )
+            return own - other * impulse
+
+        return Response([relieved(twist) for twist in response.twists], [relieved(rate) for rate in response.rates])
 
 
 def work(response: Response, loads: dict[int, arb_mat], torques: dict[int, arb_mat], m: int) -> arb_mat:

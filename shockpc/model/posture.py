@@ -16,7 +16,10 @@ from shockpc.robot.robot import Joint, Robot
 __all__ = ["STANDING", "Posture", "configuration", "held_joints", "outside_limits", "reference_name"]
 
 STANDING = ("standing", "half_sitting", "stand", "home")
-"""Reference postures taken for a landing when none is asked for, in this order; neutral if a robot has none of them."""
+"""Reference postures taken for a landing when none is asked for, in this order."""
+
+STANDING_VARIANTS = ("standing", "homing")
+"""How the names of postures begin of which the first is taken if a robot has none of those; neutral if it has none of these."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +52,8 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
         UnknownName: the robot has no posture of that name.
     """
     if wanted is None:
-        return next((name for name in STANDING if name in robot.postures), "neutral")
+        other = (name for name in robot.postures if name.startswith(STANDING_VARIANTS))
+        return next((name for name in STANDING if name in robot.postures), next(other, "neutral"))
     if wanted != "neutral" and wanted not in robot.postures:
         known = dict.fromkeys([*robot.postures, "neutral"])
         raise UnknownName("posture", wanted, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")

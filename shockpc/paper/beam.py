@@ -14,8 +14,9 @@ from shockpc.result import ShockProfile
 __all__ = ["BEAM_CLAIMS", "beam", "eq_3_radius"]
 
 R_G = 1.0 / math.sqrt(12.0)
-"""Radius of gyration of a slender uniform beam over its length [1]."""
+"""Radius of gyration of the beam, which is 1 m long [m]."""
 
+TIP = np.array([1.0, 0.0, 0.0])
 SLIDER = "free beam; the contact stops its point across the beam and slides along it, like a massless slider"
 STICKING = ("x", "y", "z")
 
@@ -25,25 +26,18 @@ def beam(*at: float, angle: float = 0.0, velocity: Any = None, directions: tuple
     """The landing of the beam of Figure 1 on one point.
 
     Args:
-        *at: the point (3,) over the length of the beam, from O; what is left out is zero.
+        *at: the point (3,) from O [m]; what is left out is zero.
         angle: of the impact from across the beam [deg].
         velocity: of the impact (3,) instead [m/s].
         directions: in which the contact stops the point.
     """
-    found = scene("fig1_d")
-    offset = tuple(_length(land(found)) * x for x in (*at, 0.0, 0.0)[:3])
     strike = {"velocity": velocity} if velocity else {"speed": 1.0, "strike_angle_deg": angle}
-    return land(changed(found, strike=strike, contact={"offset": offset, "directions": directions}))
+    return land(changed(scene("fig1_d"), strike=strike, contact={"offset": (*at, 0.0, 0.0)[:3], "directions": directions}))
 
 
 def eq_3_radius(at: float, angle: float) -> float:
-    """Eq. 3 for an impact at a fraction of the length, `angle` degrees from across the beam, over the length [1]."""
+    """Eq. 3 for an impact at a distance from O [m], `angle` degrees from across the beam [m]."""
     return radius_of_percussion(abs(at - 0.5) * math.cos(math.radians(angle)), R_G)
-
-
-def _length(profile: ShockProfile) -> float:
-    """From O to the tip [m]."""
-    return float(profile.robot.frame("tip").offset[0])
 
 
 def _turning() -> list[ShockProfile]:
@@ -52,14 +46,13 @@ def _turning() -> list[ShockProfile]:
 
 
 def _shock(letter: str, *at: float) -> np.ndarray:
-    """Shock of a beam of Figure 1 at fractions of its length [1]."""
-    profile = land(f"fig1_{letter}")
-    return profile.shock_at("beam", np.array(at)[:, None] * [_length(profile), 0.0, 0.0])
+    """Shock of a beam of Figure 1 at distances from O [1]."""
+    return land(f"fig1_{letter}").shock_at("beam", np.array(at)[:, None] * TIP)
 
 
 def _percussion() -> float:
-    """Distance of the CoPc from O for an impact at O, over the length [1]."""
-    return float(land("fig1_d").copc[0, 0]) / _length(land("fig1_d"))
+    """Distance of the CoPc from O for an impact at O [m]."""
+    return float(land("fig1_d").copc[0, 0])
 
 
 def _change_with_speed() -> float:
@@ -74,14 +67,13 @@ def _on_screw_axis(at: tuple[float, ...] = (1.0, 0.04, 0.04), velocity: tuple[fl
 
 
 def _off_eq_2(profile: ShockProfile) -> float:
-    x = np.linspace(0.0, _length(profile), 41)
-    shock = along(profile, "beam", (np.zeros(3), np.array([x[-1], 0.0, 0.0])))
+    shock, x = along(profile, "beam", (0.0 * TIP, TIP)), np.linspace(0.0, 1.0, 41)
     return float(np.abs(shock - np.abs(x - profile.copc[0, 0]) / profile.ropc[0]).max())
 
 
 def _off_eq_3(directions: tuple[str, ...] = ("z",), angle: float = 0.0) -> float:
-    found = {at: beam(at, angle=angle, directions=directions) for at in (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)}
-    return max(abs(float(p.ropc[0]) / _length(p) - eq_3_radius(at, angle)) for at, p in found.items())
+    places = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
+    return max(abs(float(beam(at, angle=angle, directions=directions).ropc[0]) - eq_3_radius(at, angle)) for at in places)
 
 
 def _eq_12(absolute: bool = False) -> float:
@@ -166,7 +158,7 @@ BEAM_CLAIMS = (
     zero(
         "r_p = p for beams B, C and D",
         "largest deviation, over the length [1]",
-        lambda: max(abs(float(p.ropc[0]) / _length(p) - _percussion()) for p in _turning()),
+        lambda: max(abs(float(p.ropc[0]) - _percussion()) for p in _turning()),
         section="Figure 1",
     ),
     Claim(

@@ -25,8 +25,7 @@ class Claim:
         compute: function that returns the value; without arguments under the interpretation.
         section: section, equation, figure or footnote of the paper.
         interpretation: how the statement is made computable, including the choice of what the text leaves open.
-        above: lower bound of the value.
-        below: upper bound of the value.
+        above, below: bounds of the value.
         options: other interpretations.
     """
 

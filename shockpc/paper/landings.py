@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.paper.scenes import find_scene
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
+from shockpc.robot.catalogue import own_robots_folder
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike, read_scene
 
@@ -19,38 +19,31 @@ __all__ = ["Line", "along", "changed", "land", "line_shock", "robot_of", "scene"
 Line = tuple[Array, Array]
 """The two ends (3,) of the middle line of a slender body, in the body's frame [m]."""
 
+NOTHING: Mapping[str, Any] = {}
+
 
 @functools.cache
 def scene(stem: str) -> Scene:
     """The scene of that name beside the models, such as "fig2_a"."""
-    return read_scene(find_scene(stem))
+    return read_scene(own_robots_folder() / "scenes" / f"{stem}.toml")
 
 
 def changed(
     found: Scene,
-    joints_deg: Mapping[str, float] | None = None,
+    joints_deg: Mapping[str, float] = NOTHING,
     base_pitch_deg: float | None = None,
-    strike: Mapping[str, Any] | None = None,
-    xacro: Mapping[str, str] | None = None,
-    contact: Mapping[str, Any] | None = None,
+    strike: Mapping[str, Any] = NOTHING,
+    xacro: Mapping[str, str] = NOTHING,
+    contact: Mapping[str, Any] = NOTHING,
 ) -> Scene:
-    """A scene with some values replaced.
-
-    Args:
-        found: the scene.
-        joints_deg: joint angles [deg]; the other joints stay.
-        base_pitch_deg: rotation of the base about world y [deg].
-        strike: fields of a new strike.
-        xacro: arguments of the robot's file; the others stay.
-        contact: fields of every contact; the others stay.
-    """
+    """A scene with other joint angles, pitch of the base [deg], strike, xacro arguments, or fields of every contact."""
     rpy = found.posture.base_rpy_deg if base_pitch_deg is None else (0.0, base_pitch_deg, 0.0)
     return replace(
         found,
-        posture=replace(found.posture, joints_deg={**found.posture.joints_deg, **(joints_deg or {})}, base_rpy_deg=rpy),
-        strike=found.strike if strike is None else Strike(**strike),
-        xacro={**found.xacro, **(xacro or {})},
-        contact=tuple(replace(one, **(contact or {})) for one in found.contact),
+        posture=replace(found.posture, joints_deg={**found.posture.joints_deg, **joints_deg}, base_rpy_deg=rpy),
+        strike=Strike(**strike) if strike else found.strike,
+        xacro={**found.xacro, **xacro},
+        contact=tuple(replace(one, **contact) for one in found.contact),
     )
 
 

@@ -10,10 +10,13 @@ import numpy as np
 from shockpc.core.beam import centre_of_percussion
 from shockpc.paper.claim import ROUNDING, Claim, Options
 from shockpc.paper.landings import Line, along, changed, land, line_shock, scene
-from shockpc.paper.quadruped import ANGLES, quadruped, quadruped_lines
+from shockpc.paper.quadruped import ANGLES, QUADRUPED_LINES, quadruped
 from shockpc.result import ShockProfile
 
 __all__ = ["LEG_CLAIMS", "cases", "leg_lines", "reductions"]
+
+SEGMENT = np.array([0.0, 0.0, 0.4])
+"""A segment of the leg, upward [m]."""
 
 UPRIGHT_KNEE = -15.0
 """Knee angle at which the lower leg is vertical: the upper leg is at 15 degrees [deg]."""
@@ -31,11 +34,11 @@ OPEN: Options = {
 def cases(
     lower_leg: float = 0.0, strikes: tuple[float, float, float] = (15.0, 45.0, 75.0), steep: float = 15.0, ankle: float = 105.0
 ) -> tuple[ShockProfile, ...]:
-    """Cases A to F of Figure 2; D is struck as C is.
+    """Cases A to F of Figure 2.
 
     Args:
         lower_leg: angle of the lower leg from the vertical, counter-clockwise [deg].
-        strikes: strike angles of A, B and C [deg].
+        strikes: strike angles of A, B, and of C and D [deg].
         steep: strike angle of E and F [deg].
         ankle: angle of the foot from the line of the lower leg [deg].
     """
@@ -49,20 +52,14 @@ def cases(
 
 def leg_lines(profile: ShockProfile) -> dict[str, Line]:
     """The middle lines of foot, lower leg, upper leg and torso, each from its lower end to its upper one."""
-    segment = np.array([0.0, 0.0, _segment(profile)])
     spans = {"foot": (-0.5, 0.0), "lower_leg": (-1.0, 0.0), "upper_leg": (-1.0, 0.0), "torso": (0.0, 1.5)}
-    return {body: (low * segment, high * segment) for body, (low, high) in spans.items() if body in profile.bodies}
+    return {body: (low * SEGMENT, high * SEGMENT) for body, (low, high) in spans.items() if body in profile.bodies}
 
 
 def reductions(**how: Any) -> dict[str, float]:
     """By how much case F lowers the largest shock of every link of case E [%]; arguments as for `cases`."""
     without, with_foot = map(_largest, cases(**how)[4:])
     return {body: 100.0 * (1.0 - with_foot[body] / shock) for body, shock in without.items()}
-
-
-def _segment(profile: ShockProfile) -> float:
-    """Length of a leg segment [m]."""
-    return -float(profile.robot.frame("heel").offset[2])
 
 
 def _largest(profile: ShockProfile) -> dict[str, float]:
@@ -72,14 +69,14 @@ def _largest(profile: ShockProfile) -> dict[str, float]:
 
 def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
     """Distance of the lower leg's CoPc in front of its line, and from the nearest point of it, over its length [1]."""
-    front, _, height = profile.copc[profile.bodies.index("lower_leg")] / _segment(profile)
+    front, _, height = profile.copc[profile.bodies.index("lower_leg")] / SEGMENT[2]
     return float(front), math.hypot(front, max(height, -1.0 - height, 0.0))
 
 
 def _shown(figure_5: float | None, **how: Any) -> list[tuple[ShockProfile, dict[str, Line]]]:
     """Cases A to F, or the quadruped with leg segments at that angle, with the middle lines of the chain."""
     if figure_5 is not None:
-        return [(quadruped(figure_5), quadruped_lines(quadruped(figure_5)))]
+        return [(quadruped(figure_5), QUADRUPED_LINES)]
     return [(profile, leg_lines(profile)) for profile in cases(**how)]
 
 
@@ -148,9 +145,7 @@ def _friction(**how: Any) -> float:
 
 
 def _moved_imu(case: int = 0) -> float:
-    profile = cases()[case]
-    places = _segment(profile) * np.array([[0.0, 0.0, -0.5], [0.1, 0.0, -0.6]])
-    old, new = profile.shock_at("lower_leg", places)
+    old, new = cases()[case].shock_at("lower_leg", 0.4 * np.array([[0.0, 0.0, -0.5], [0.1, 0.0, -0.6]]))
     return float(new / old)
 
 

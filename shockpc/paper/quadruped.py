@@ -14,10 +14,16 @@ from shockpc.paper.claim import ROUNDING, Claim, Options
 from shockpc.paper.landings import Line, along, changed, land, scene
 from shockpc.result import ShockProfile
 
-__all__ = ["ANGLES", "QUADRUPED_CLAIMS", "quadruped", "quadruped_lines"]
+__all__ = ["ANGLES", "QUADRUPED_CLAIMS", "QUADRUPED_LINES", "quadruped"]
 
 ANGLES = (0.0, 10.0, 20.0, 30.0)
 """Angles of the leg segments from the vertical [deg]."""
+
+HALF, SEGMENT = np.array([0.4, 0.0, 0.0]), np.array([0.0, 0.0, -0.4])
+QUADRUPED_LINES: dict[str, Line] = {
+    "hind_lower_leg": (SEGMENT, 0.0 * SEGMENT), "hind_upper_leg": (SEGMENT, 0.0 * SEGMENT), "torso": (-HALF, HALF),
+}  # fmt: skip
+"""The middle lines of hind leg and torso, from the ground up [m]."""
 
 OPEN: Options = {
     "hind knee backward": {"hind": -1.0},
@@ -51,22 +57,9 @@ def quadruped(
     return land(changed(scene("fig5_00"), joints, base_pitch_deg=-nose, xacro=xacro, contact={"frame": foot}))
 
 
-def quadruped_lines(profile: ShockProfile) -> dict[str, Line]:
-    """The middle lines of hind leg and torso, from the ground up."""
-    length = np.array([0.0, 0.0, abs(float(profile.robot.frame("hind_foot").offset[2]))])
-    leg = (-length, np.zeros(3))
-    return {"hind_lower_leg": leg, "hind_upper_leg": leg, "torso": (-_half(profile), _half(profile))}
-
-
-def _half(profile: ShockProfile) -> Array:
-    """From the torso's middle to its front end (3,) [m]."""
-    hip, torso = (profile.position[profile.bodies.index(body)] for body in ("hind_upper_leg", "torso"))
-    return np.array([float(np.linalg.norm(hip - torso)), 0.0, 0.0])
-
-
 def _on_torso(profile: ShockProfile, count: int) -> Array:
     """Shock (count,) along the middle line of the torso, from back to front [1]."""
-    return along(profile, "torso", quadruped_lines(profile)["torso"], count)
+    return along(profile, "torso", QUADRUPED_LINES["torso"], count)
 
 
 def _torso(*angles: float, **how: Any) -> float:
@@ -76,7 +69,7 @@ def _torso(*angles: float, **how: Any) -> float:
 
 def _step_forward(**how: Any) -> float:
     profiles = [quadruped(angle, **how) for angle in reversed(ANGLES)]
-    places = [float((p.copc_world - p.position)[p.bodies.index("torso"), 0] / (2.0 * _half(p)[0])) for p in profiles]
+    places = [float((p.copc_world - p.position)[p.bodies.index("torso"), 0]) / 0.8 for p in profiles]
     return min(b - a for a, b in itertools.pairwise(places))
 
 
@@ -86,7 +79,7 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
     for angle in ANGLES:
         shocks = []
         for profile in (quadruped(angle), quadruped(angle, front_leg=False)):
-            lower, upper, torso = (along(profile, body, line, 21) for body, line in quadruped_lines(profile).items())
+            lower, upper, torso = (along(profile, body, line, 21) for body, line in QUADRUPED_LINES.items())
             shocks.append(dict(zip(PLACES, (torso[:1], torso[-1:], np.stack([lower, upper])), strict=True)))
         changes += [np.abs(shocks[0][place] - shocks[1][place]).max(-1) / shocks[0][place].max(-1) for place in places]
     return float(max(change.max() for change in changes))

@@ -32,7 +32,8 @@ class Bracket:
         place: a body (its centre of mass), or a sensor.
         free: no reflected inertia; None if massless bodies then make it unsolvable.
         as_modelled: as the scene says.
-        locked: every joint holds; None if the contact could not give way then.
+        locked: every joint holds; None if the contact could not give way then, or rounding would decide whether its rows are
+            independent.
     """
 
     place: str
@@ -57,7 +58,7 @@ def joint_bracket(landing: Landing, proof: Proof, v_in: float) -> tuple[Bracket,
 
 
 def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Enclosure | None:
-    """The landing without reflected inertia and with other joints locked; None where that cannot be solved."""
+    """The landing without reflected inertia and with other joints locked; None where that cannot be solved, or not reliably."""
     state, blocks = dynamics(landing.robot, landing.q[None]), enclosure.inputs.blocks
     try:
         G = free_columns(landing.robot, landing.base, landing.plane, state.rotation[:, 0], locked)
@@ -67,6 +68,8 @@ def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Encl
     equation = impulsive_equation(state, blocks, b, G)
     impact = solve_impact(equation.H, equation.J_c, b, equation.terms)
     choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
+    if choice.uncertain:
+        return None
     changed = replace(enclosure.inputs, armature=np.zeros(len(locked)), locked=locked, choice=choice)
     found = Enclosure(changed)
     try:

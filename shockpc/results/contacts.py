@@ -8,7 +8,7 @@ from shockpc.core.impulse import choose_rows
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import BallMatrix, Balls, balls, entries, matrix, nearest
+from shockpc.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix, nearest
 from shockpc.exact.equation import block_axes, block_point
 from shockpc.exact.proof import Enclosure, Proof
 from shockpc.exact.solution import ExactImpact
@@ -18,6 +18,15 @@ from shockpc.model.rows import Block
 from shockpc.results.variants import held_joints_enclosure
 
 __all__ = ["ContactImpulse", "StanceImpulse", "TotalImpulse", "contact_impulses", "pulled", "stance_impulses", "total_impulse"]
+
+STRUCTURAL = 1e-26
+"""Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""
+
+NARROW = 1e-4
+"""Largest radius of a pivot, as a share of that below which it is zero."""
+
+IMMOVABLE = 1e-7
+"""Part of the normal along directions that cannot move with which a sticking contact cannot give way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +43,8 @@ class ContactImpulse:
         approach: (3,) velocity of the contact point before the impact, world axes [m/s].
         mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
         mass_frictionless: the same if it slides [kg].
-        mitigation: impact mitigation factor, 1 if the joints hide the robot from the ground [1]; None unless its base is free.
+        mitigation: impact mitigation factor, 1 if the joints decouple the robot from the ground [1]; None unless the base is free
+            and the joints can move the contact in every direction (0 without joints that can move it).
     """
 
     frame: str
@@ -133,7 +143,7 @@ def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
 
 
 def pulled(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
-    """A warning for every contact and foot to which the ground would have to hold on."""
+    """A warning for every contact and foot whose normal impulse would have to pull."""
     warnings = []
     for k, block in enumerate(proof.enclosure.inputs.blocks[: len(landing.contacts) + len(landing.stance)]):
         own, n = _slices(proof)[k], len(block.forces)
@@ -201,28 +211,26 @@ def _resistance(landing: Landing, proof: Proof, block: Block, equation: Equation
     it slides, nᵀ A⁻¹ n if it sticks, and det(1 − Λ Λ_L⁻¹), Λ = A⁻¹ and Λ_L with every joint locked (Wensing et al., T-RO 2017).
     """
     point = block._replace(forces=np.eye(3), moments=np.zeros((0, 3)))
-    held = _held_rows(landing, proof, equation)
-    rough = proof.enclosure.read(lambda impact: _sized(impact.mobility(point, held)))
-    values, vectors = np.linalg.eigh(rough)
-    n = landing.up
-    if not values[-1] > 0.0 or not n @ rough @ n > 1e-13 * values[-1]:
-        return np.inf, np.inf, None
-    free = values > 1e-13 * values[-1]
-    frictionless = proof.enclosure.read(lambda impact: nearest(1 / _form(impact.mobility(point, held), n), 0.0)).item()
-    sticking = np.inf
-    # A direction that cannot move takes any impulse; it makes n immovable only if n has a part along it.
-    if not np.any(np.abs(vectors[:, ~free].T @ n) > 1e-7):
-        sticking = proof.enclosure.read(
-            lambda impact: nearest(_sticking(impact.mobility(point, held), n, vectors[:, free]), 0.0)
-        ).item()
+    held, n = _held_rows(landing, proof, equation), landing.up
+
+    def masses(impact: ExactImpact) -> tuple[Array, Array, bool]:
+        A = impact.mobility(point, held)
+        axes, along = _moving_axes(A), _form(A, n)
+        if not float(along.item()) > STRUCTURAL * _largest(A):
+            return np.array(np.inf), np.array(np.inf), False
+        sticking = _sticking(A, n, axes)
+        return (
+            np.array(np.inf) if sticking is None else nearest(sticking, 0.0),
+            nearest(1 / along, 0.0),
+            len(axes) == len(n),
+        )
+
+    sticking, frictionless, movable = proof.enclosure.read(masses)
     mitigation = None
-    if landing.floating and free.all():
+    if landing.floating and movable:
         locked = held_joints_enclosure(proof.enclosure, landing)
-        moving = np.linalg.eigvalsh(rough - locked.read(lambda impact: _sized(impact.mobility(point, []))))
-        # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
-        if moving[0] > 1e-9 * moving[-1] or moving[-1] <= 1e-9 * values[-1]:
-            mitigation = proof.enclosure.read(lambda impact: _mitigation(impact, locked, point, held)).item()
-    return sticking, frictionless, mitigation
+        mitigation = proof.enclosure.read(lambda impact: _mitigation(impact, locked, point, held))
+    return sticking.item(), frictionless.item(), mitigation
 
 
 def _held_rows(landing: Landing, proof: Proof, equation: Equation) -> list[int]:
@@ -236,10 +244,39 @@ def _held_rows(landing: Landing, proof: Proof, equation: Equation) -> list[int]:
     return [int(row) + first for row in choice.rows]
 
 
-def _sized(A: BallMatrix) -> Array:
-    """A matrix as doubles, to decide by."""
-    found = nearest(entries(A), max(abs(float(x)) for x in A.entries()))
-    return 0.5 * (found + found.T)
+def _largest(A: BallMatrix) -> float:
+    """The largest diagonal entry of A."""
+    return max(float(row[i]) for i, row in enumerate(A.table()))
+
+
+def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
+    """The world axes along which a point can move independently, by elimination of its mobility with the largest pivot first.
+
+    Args:
+        A: (3, 3) mobility [1/kg].
+        whole: a mobility of which A is a part [1/kg].
+
+    Raises:
+        PrecisionError: a pivot is too wide to tell.
+    """
+    S, n = A.table(), A.nrows()
+    least = STRUCTURAL * max(_largest(A), STRUCTURAL * whole)
+    chosen: list[int] = []
+    left = list(range(n))
+    while left:
+        k = max(left, key=lambda i: float(S[i][i]))
+        pivot = S[k][k]
+        if not float(pivot.rad()) <= NARROW * least:
+            raise PrecisionError
+        if not float(pivot) > least:
+            break
+        chosen.append(k)
+        left.remove(k)
+        for i in left:
+            share = S[i][k] / pivot
+            for j in left:
+                S[i][j] -= share * S[k][j]
+    return sorted(chosen)
 
 
 def _form(A: BallMatrix, n: Array) -> Balls:
@@ -248,15 +285,21 @@ def _form(A: BallMatrix, n: Array) -> Balls:
     return np.array((column.transpose() * A * column)[0, 0], dtype=object)
 
 
-def _sticking(A: BallMatrix, n: Array, moving: Array) -> Balls:
-    """nᵀ A⁻¹ n, over the directions (3, m) that can move."""
-    V = matrix(moving) if moving.shape[1] < 3 else matrix(np.eye(3))
-    along = V.transpose() * matrix(n[:, None])
-    return np.array((along.transpose() * (V.transpose() * A * V).solve(along))[0, 0], dtype=object)
+def _sticking(A: BallMatrix, n: Array, axes: list[int]) -> Balls | None:
+    """nᵀ A⁻¹ n for a point whose mobility follows from that along some axes; None if it cannot move along n."""
+    V, column = matrix(np.eye(3)[:, axes]), matrix(n[:, None])
+    along = V.transpose() * column
+    impulse = (V.transpose() * A * V).solve(along)
+    if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > IMMOVABLE:
+        return None
+    return np.array((along.transpose() * impulse)[0, 0], dtype=object)
 
 
-def _mitigation(impact: ExactImpact, locked: Enclosure, point: Block, held: list[int]) -> Array:
-    """det(A − A_L) / det(A)."""
+def _mitigation(impact: ExactImpact, locked: Enclosure, point: Block, held: list[int]) -> float | None:
+    """det(A − A_L) / det(A); None if the joints can move the point, but not in every direction."""
     A = impact.mobility(point, held)
-    A_locked = locked.read(lambda other: other.mobility(point, []), impact.bits)
-    return nearest(np.array((A - A_locked).det() / A.det(), dtype=object), 1.0)
+    by_joints = A - locked.read(lambda other: other.mobility(point, []), impact.bits)
+    # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
+    if 0 < len(_moving_axes(by_joints, _largest(A))) < A.nrows():
+        return None
+    return nearest(np.array(by_joints.det() / A.det(), dtype=object), 1.0).item()

@@ -3,24 +3,12 @@
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections, extreme_directions
-from shockpc.core.spatial import Array, cross_matrix
+from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, balls, nearest
 from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact
 
-__all__ = ["directions_at", "point_maps"]
-
-
-def point_maps(maps: Array, r: Array) -> Array:
-    """Jump of the velocity of points for unit strikes, from their bodies' maps.
-
-    Args:
-        maps: (..., 6, 3) of the body, at its frame's origin.
-        r: (..., 3) the point in the body's frame [m].
-
-    Returns: (..., 3, 3).
-    """
-    return np.asarray(maps[..., 3:, :] - cross_matrix(r) @ maps[..., :3, :])
+__all__ = ["directions_at"]
 
 
 def directions_at(enclosure: Enclosure, bodies: list[int], r: Array, up: Array) -> ExtremeDirections:

@@ -12,7 +12,7 @@ from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.results.speed import speed_in
 
-__all__ = ["BodyPercussion", "body_percussion", "robot_length"]
+__all__ = ["ROUNDED", "BodyPercussion", "body_percussion", "robot_length"]
 
 ROUNDED = 1e-9
 """Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths

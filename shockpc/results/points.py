@@ -20,7 +20,7 @@ from shockpc.robot.landmarks import sensors
 from shockpc.robot.robot import Frame, Robot
 from shockpc.scene import GRAVITY, Point, Scene
 
-__all__ = ["PointShock", "Spot", "point_shocks", "saturated", "spots"]
+__all__ = ["PointShock", "Spot", "point_shocks", "saturated", "spot_of", "spots"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +67,18 @@ def spots(robot: Robot, asked: tuple[Point, ...]) -> tuple[Spot, ...]:
         UnknownName: the robot has no frame of that name.
     """
     found = {name: Spot(name, robot.frames[name], robot.frames[name].offset) for name in sensors(robot)}
-    for point in asked:
-        frame, offset = robot.frame(point.frame), np.asarray(point.offset, dtype=float)
-        label = point.frame + (":" + ",".join(f"{x:g}" for x in point.offset) if offset.any() else "")
-        found[label] = Spot(label, frame, frame.offset + frame.rotation @ offset)
+    found |= {spot.label: spot for spot in (spot_of(robot, point) for point in asked)}
     return tuple(found.values())
+
+
+def spot_of(robot: Robot, point: Point) -> Spot:
+    """The point that a scene or a study names.
+
+    Raises:
+        UnknownName: the robot has no frame of that name.
+    """
+    frame, offset = robot.frame(point.frame), np.asarray(point.offset, dtype=float)
+    return Spot(point.label, frame, frame.offset + frame.rotation @ offset)
 
 
 def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | None) -> tuple[PointShock, ...]:
@@ -126,7 +133,7 @@ def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | Non
 
 
 def saturated(scene: Scene, points: tuple[PointShock, ...]) -> tuple[Diagnostic, ...]:
-    """A warning for every sensor that would see more than its range, and where there is none that could feel the pulse."""
+    """A warning for every sensor whose peak exceeds its range, and for a pulse without a sensor or point."""
     if scene.pulse is not None and not points:
         text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --point"
         return (Diagnostic("sensor", "", None, text),)

@@ -6,14 +6,36 @@ better one. Nothing is opened here: names and paths only.
 
 import os
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from shockpc.errors import RobotError, UnknownName
 
-__all__ = ["CatalogueEntry", "catalogue", "closing_scene", "data_folder", "find_robot", "find_srdf", "own_robots_folder"]
+__all__ = [
+    "SETS",
+    "CatalogueEntry",
+    "catalogue",
+    "closing_scene",
+    "data_folder",
+    "find_robot",
+    "find_srdf",
+    "own_robots_folder",
+    "robots_of_set",
+]
+
+SETS: dict[str, tuple[str, ...]] = {
+    "quadrupeds": (
+        "a1", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "centauro", "go1", "go2", "hyq", "laikago",
+        "quadruped_8dof", "solo8", "solo12",
+    ),
+    "bipeds": (
+        "alexander", "bolt", "g1", "g1_hands", "icub", "icub_reduced", "romeo", "romeo_laas_small", "romeo_small",
+        "simple_humanoid", "simple_humanoid_classical", "talos", "talos_full", "talos_full_box", "talos_reduced_box",
+        "talos_reduced_corrected",
+    ),
+}  # fmt: skip
+"""Robots of example-robot-data by their number of legs, with and without arms."""
 
 # The file under robots/ → the name to type, then its other names. Only where the stem alone would mislead.
 _RENAMED: dict[str, tuple[str, ...]] = {
@@ -66,18 +88,41 @@ class CatalogueEntry:
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    return tuple(_entries())
+    own = [
+        CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ()) for path in sorted(own_robots_folder().glob("*.urdf.xacro"))
+    ]
+    taken = {entry.name for entry in own}
+    data = []
+    share = data_folder()
+    for path in sorted(path for place in ("urdf", "robots") for path in share.glob(f"robots/*/{place}/*")) if share else ():
+        if path.suffix in (".urdf", ".xacro"):
+            package = path.parent.parent.name
+            name, *aliases = _RENAMED.get(f"{package}/{path.parent.name}/{path.name}", (_normalised(_stem(path)),))
+            if name in taken:  # two packages with a file of one name: the package tells them apart
+                name = _normalised(f"{package.removesuffix('_description')}_{_stem(path)}")
+            taken |= {name, *aliases}
+            data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
+    return (*own, *sorted(data, key=lambda entry: entry.name))
+
+
+def robots_of_set(name: str) -> tuple[str, ...]:
+    """The names of a set of robots: one of `SETS`, or all that are known by name.
+
+    Raises:
+        UnknownName: there is no such set.
+    """
+    if name == "all":
+        return tuple(entry.name for entry in catalogue())
+    if name not in SETS:
+        raise UnknownName("set of robots", name, (*SETS, "all"), "", "shockpc batch --help")
+    return SETS[name]
 
 
 def find_robot(name_or_path: str) -> tuple[Path, str | None]:
-    """Find the file that a name or a path means.
+    """Find the file that a name or a path means, and its name in the catalogue, or None when it was given as a path.
 
-    Args:
-        name_or_path: a file, when it holds a path separator or a suffix and exists; else a robot's name or alias, in any
-            case, with "-" and "_" alike.
-
-    Returns:
-        The file, and its name in the catalogue, or None when it was given as a path.
+    It is a path when it holds a path separator or a suffix and exists; else a robot's name or alias, in any case, with "-" and
+    "_" alike.
 
     Raises:
         RobotError: it looks like a path, and nothing is there.
@@ -92,28 +137,21 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
             f'no file "{name_or_path}" (looked in {Path.cwd()}). '
             "Give the path of a robot file, or the name of a known robot: shockpc robots"
         )
-    wanted = _normalised(name_or_path)
-    known: list[str] = []
-    for entry in _entries():
-        if wanted == entry.name or wanted in entry.aliases:
-            return entry.path, entry.name
-        known += [entry.name, *entry.aliases]
-    raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
+    known = {name: entry for entry in catalogue() for name in (entry.name, *entry.aliases)}
+    entry = known.get(_normalised(name_or_path))
+    if entry is None:
+        raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
+    return entry.path, entry.name
 
 
 def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     """Find the SRDF that goes with a robot file: the one beside it, in ./srdf or in ../srdf that is named like it.
 
-    The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf` for
-    `hyq_no_sensors.urdf`), then the same with the robot's own name, then the only one that continues the robot file's
-    stem (`baxter_manipulation.srdf`).
+    The stem of the robot file counts first, then the longest SRDF stem that begins it (`hyq.srdf` for `hyq_no_sensors.urdf`), then
+    the same with the robot's name in the file, which may be empty, then the only one that continues the robot file's stem
+    (`baxter_manipulation.srdf`).
 
-    Args:
-        robot_path: the robot file.
-        robot_name_in_file: the name that the file gives to its robot; may be empty.
-
-    Returns:
-        The SRDF file, or None where no name fits.
+    Returns: the SRDF file, or None where no name fits.
     """
     stem = _stem(robot_path).casefold()
     folder = robot_path.parent
@@ -129,28 +167,6 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     return None
 
 
-def _entries() -> Iterator[CatalogueEntry]:
-    """Yield every robot, and look into example-robot-data only once the project's own are through."""
-    taken = set()
-    for path in sorted(own_robots_folder().glob("*.urdf.xacro")):
-        taken.add(_normalised(_stem(path)))
-        yield CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ())
-    share = data_folder()
-    if share is None:
-        return
-    data = []
-    for package in sorted(share.glob("robots/*")):
-        for path in [*package.glob("urdf/*"), *package.glob("robots/*")]:
-            if path.suffix in (".urdf", ".xacro"):
-                key = f"{package.name}/{path.parent.name}/{path.name}"
-                name, *aliases = _RENAMED.get(key) or (_normalised(_stem(path)),)
-                if name in taken:  # two packages with a file of one name: the package tells them apart
-                    name = _normalised(f"{package.name.removesuffix('_description')}_{_stem(path)}")
-                taken |= {name, *aliases}
-                data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
-    yield from sorted(data, key=lambda entry: entry.name)
-
-
 def own_robots_folder() -> Path:
     """Return the folder of the project's own robots: inside an installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parent.parent
@@ -159,11 +175,7 @@ def own_robots_folder() -> Path:
 
 
 def closing_scene(robot: Path) -> Path | None:
-    """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends.
-
-    Args:
-        robot: a robot's file.
-    """
+    """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends."""
     if robot.parent != own_robots_folder():
         return None
     for scene in sorted((robot.parent / "scenes").glob("*.toml")):
@@ -175,18 +187,9 @@ def closing_scene(robot: Path) -> Path | None:
 
 def data_folder() -> Path | None:
     """Return the share folder of example-robot-data, which is also the package root of its meshes; None if not installed."""
-    # Where the wheel puts it and where a system package does; asking importlib.metadata costs tens of milliseconds.
-    for place in (*(Path(p) / "cmeel.prefix" for p in sys.path), Path(sys.prefix)):
-        if (place / _SHARE / "robots").is_dir():
-            return place / _SHARE
-    import importlib.metadata
-
-    try:
-        found = importlib.metadata.distribution("example-robot-data")
-    except importlib.metadata.PackageNotFoundError:
-        return None
-    share = Path(str(found.locate_file(f"cmeel.prefix/{_SHARE}")))
-    return share if share.is_dir() else None
+    # Where the wheel puts it, and where a system package does; asking importlib.metadata costs tens of milliseconds.
+    places = (*(Path(place) / "cmeel.prefix" for place in sys.path), Path(sys.prefix))
+    return next((place / _SHARE for place in places if (place / _SHARE / "robots").is_dir()), None)
 
 
 def _stem(path: Path) -> str:

@@ -3,17 +3,18 @@
 What does keep it is refused while it is read. Nothing is corrected here.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 from shockpc.robot.files import parse_xml
 from shockpc.robot.inertias import inertia_fault
 from shockpc.robot.robot import Robot
-from shockpc.robot.source import RobotSource, resolve_asset
+from shockpc.robot.source import RobotSource
 from shockpc.robot.urdf import vector
 
 __all__ = ["Finding", "check_robot"]
@@ -37,14 +38,7 @@ class Finding(NamedTuple):
 
 
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
-    """Check a robot for what may mislead.
-
-    Args:
-        robot: the robot.
-
-    Returns:
-        What was found, errors first, then warnings, then notes; empty if there is nothing.
-    """
+    """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
     root = parse_xml(robot.source.xml, robot.source.path.name)
     found = (*_masses(robot), *_links(root), *_joints(robot, root), *_meshes(robot.source, root))
     return tuple(sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.level)))
@@ -53,23 +47,14 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
 def _masses(robot: Robot) -> Iterator[Finding]:
     """Moving bodies without mass, and masses far from all the others."""
     names, masses = [body.name for body in robot.bodies], robot.masses
-    beyond = np.array(masses)  # with all that hangs on each body
-    for body in reversed(range(len(names))):
-        if robot.parents[body] >= 0:
-            beyond[robot.parents[body]] += beyond[body]
+    beyond = masses @ robot.moves[:, [joint.v.start for joint in robot.joints]]  # with all that hangs on each body
     idle = [name for name, total in zip(names, beyond, strict=True) if total == 0]
     if idle:
-        verb, them = ("moves", "it") if len(idle) == 1 else ("move", "them")
-        yield Finding(
-            "error",
-            _named("body", idle),
-            f"{verb} without mass, and so does all that hangs on {them}, so the inertia matrix cannot be inverted; give mass, or "
-            "make the joint fixed",
-        )
+        said = "no mass here nor on what hangs there, so the inertia matrix cannot be inverted; give mass, or make the joint fixed"
+        yield Finding("error", _named("body", idle), said)
     carriers = [name for name, mass, total in zip(names, masses, beyond, strict=True) if mass == 0 < total]
     if carriers:
-        said = "moves without mass of its own; its shock" if len(carriers) == 1 else "move without mass of their own; their shock"
-        yield Finding("note", _named("body", carriers), f"{said} follows from what hangs on the joints beyond")
+        yield Finding("note", _named("body", carriers), "no mass here; the shock follows from what hangs on the joints beyond")
     for body, (name, mass) in enumerate(zip(names, masses, strict=True)):
         others = np.delete(masses, body)
         next_mass = float(others.max()) if len(others) else mass
@@ -103,8 +88,7 @@ def _links(root: Element) -> Iterator[Finding]:
         if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None)
     ]
     if names:
-        verb = "has a shape and no <inertial>; it counts" if len(names) == 1 else "have shapes and no <inertial>; they count"
-        yield Finding("note", _named("link", names), f"{verb} as without mass")
+        yield Finding("note", _named("link", names), "shapes but no <inertial>, which counts as no mass")
 
 
 def _joints(robot: Robot, root: Element) -> Iterator[Finding]:
@@ -142,14 +126,14 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
     lost: list[str] = []
     for uri in uris:
         try:
-            resolve_asset(source, uri)
+            source.folders.asset(uri)
         except RobotError:
             lost.append(uri.rpartition("/")[2])
     if lost:
         yield Finding(
             "warning",
             f"{len(lost)} of {len(uris)} meshes",
-            f"missing, or outside the folders that may be read: {_listed(lost)}; figures draw boxes of equal inertia instead, "
+            f"missing, or outside the folders that may be read: {listed(lost, 3)}; figures draw boxes of equal inertia instead, "
             "no number changes. If they lie in a package, say where: --package NAME=DIR",
         )
 
@@ -157,10 +141,4 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
 def _named(kind: str, names: list[str]) -> str:
     """One name or a few, as the subject of a finding."""
     plural = "bodies" if kind == "body" else f"{kind}s"
-    return f"{plural if len(names) > 1 else kind} {_listed(names)}"
-
-
-def _listed(names: Iterable[str], most: int = 3) -> str:
-    """The first few names, and how many more there are."""
-    quoted = [f'"{name}"' for name in names]
-    return ", ".join(quoted[:most]) + (f" and {len(quoted) - most} more" if len(quoted) > most else "")
+    return f"{plural if len(names) > 1 else kind} {listed(names, 3)}"

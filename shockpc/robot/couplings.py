@@ -1,13 +1,15 @@
 """What a robot's file holds beside its links, whatever its format: joints that follow others, loops, postures."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 
 __all__ = ["Built", "Loop", "Mimic", "leaders_first"]
 
@@ -50,32 +52,18 @@ class Loop(NamedTuple):
 
 
 class Built(NamedTuple):
-    """What the reader of a format makes of a file.
-
-    Attributes:
-        model: the Pinocchio model, in which joints that follow others are independent.
-        postures: reference configurations by name, each (nq,).
-        mimics: joints that follow others, each after the one that it follows.
-        loops: what the file holds together beside the tree.
-        start: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
-        warnings: each with its consequence.
-    """
+    """What the reader of a format makes of a file: the fields of `Robot` of the same names; joints that follow are independent."""
 
     model: pin.Model
     postures: Mapping[str, Array]
     mimics: tuple[Mimic, ...]
-    loops: tuple[Loop, ...]
-    start: Array | None
-    warnings: tuple[str, ...]
+    loops: tuple[Loop, ...] = ()
+    drawn: Array | None = None
+    notes: tuple[str, ...] = ()
 
 
-def leaders_first(found: list[Mimic], model: pin.Model, file: str) -> tuple[Mimic, ...]:
-    """Order mimic joints so that each comes after the one that it follows.
-
-    Args:
-        found: the mimic joints in any order.
-        model: the robot's model.
-        file: the file's name, for messages.
+def leaders_first(found: Sequence[Mimic], model: pin.Model, file: str) -> tuple[Mimic, ...]:
+    """Order the mimic joints of a model so that each comes after the one that it follows.
 
     Raises:
         RobotError: joints follow one another in a circle, or one that is to follow or lead has several degrees of freedom.
@@ -88,13 +76,10 @@ def leaders_first(found: list[Mimic], model: pin.Model, file: str) -> tuple[Mimi
                     f'{file}: joint "{mimic.joint}" is to follow "{mimic.leader}", but "{name}" has {freedom} degrees '
                     "of freedom, and only a joint with one can follow or lead; give it one axis, or take the coupling out"
                 )
-    ordered: list[Mimic] = []
-    while found:
-        waiting = {mimic.joint for mimic in found}
-        ready = [mimic for mimic in found if mimic.leader not in waiting]
-        if not ready:
-            names = ", ".join(f'"{mimic.joint}"' for mimic in found)
-            raise RobotError(f"{file}: mimic joints {names} follow one another in a circle; one of them has to lead")
-        ordered += ready
-        found = [mimic for mimic in found if mimic.leader in waiting]
-    return tuple(ordered)
+    followers = {mimic.joint: mimic for mimic in found}
+    try:
+        order = tuple(TopologicalSorter({name: [mimic.leader] for name, mimic in followers.items()}).static_order())
+    except CycleError as circle:
+        names = listed(name for name in followers if name in circle.args[1])
+        raise RobotError(f"{file}: mimic joints {names} follow one another in a circle; one of them has to lead") from None
+    return tuple(followers[name] for name in order if name in followers)

@@ -17,17 +17,17 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 
 __all__ = ["Markup", "OpenFolders", "open_folders", "parse_xml", "read_bytes", "read_text", "read_xml"]
 
 _LARGEST = 64 * 2**20  # bytes
 _DEEPEST = 800  # elements within elements; Python's own limit is 1000 calls
 _URDF_FOLDERS = ("urdf", "xacro", "mjcf")  # by ROS's custom, folders inside a package, beside its meshes/
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _ENCODING = re.compile(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""")
-_ENCODINGS = {"utf-8": "utf-8", "utf8": "utf-8", "us-ascii": "utf-8", "ascii": "utf-8"} | {
-    name: name for name in ("iso-8859-1", "iso-8859-15", "latin-1", "windows-1252")
-}
+_UTF_8 = ("utf-8", "utf8", "us-ascii", "ascii")
+_LATIN = ("iso-8859-1", "iso-8859-15", "latin-1", "windows-1252")
 
 
 @dataclass(frozen=True)
@@ -37,58 +37,56 @@ class OpenFolders:
     Attributes:
         file: the robot file, absolute.
         packages: folders given by name.
-        folders: the only folders that may be read, absolute, symbolic links resolved.
+        allowed: the only folders that may be read, absolute, symbolic links resolved.
     """
 
     file: Path
     packages: Mapping[str, Path]
-    folders: tuple[Path, ...]
+    allowed: tuple[Path, ...]
 
     def contain(self, path: Path) -> bool:
         """Whether a path, after following `..` and symbolic links, lies inside the folders."""
-        place = os.path.realpath(path)
-        return any(Path(place).is_relative_to(folder) for folder in self.folders)
+        place = Path(os.path.realpath(path))
+        return any(place.is_relative_to(folder) for folder in self.allowed)
 
     def resolve(self, path: Path, named: str) -> Path:
-        """Return the path with links resolved, if it lies inside the folders.
-
-        Args:
-            path: what is to be read.
-            named: how the robot file names it, for the message.
+        """Return a path with links resolved, which the robot file calls `named`.
 
         Raises:
-            RobotError: it lies outside.
+            RobotError: it lies outside the folders.
         """
         place = Path(os.path.realpath(path))
-        if self.contain(place):
-            return place
-        listed = ", ".join(f'"{folder}"' for folder in self.folders)
-        raise RobotError(
-            f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be read ({listed}). '
-            "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
-        )
+        if not self.contain(place):
+            raise RobotError(
+                f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be read ({listed(self.allowed)}). '
+                "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
+            )
+        return place
 
-    def package(self, name: str) -> Path | None:
-        """Find the folder of a package: as given, then in ROS_PACKAGE_PATH, then among the folders above the file."""
+    def package(self, name: str, named: str) -> Path:
+        """Find the folder of a package: as given, then in ROS_PACKAGE_PATH, then among the folders above the file.
+
+        Raises:
+            RobotError: there is none; the text says what the robot file calls `named`.
+        """
         if name in self.packages:
             return self.packages[name]
-        if len(name) > 255 or not re.fullmatch(r"[\w.-]*\w[\w.-]*", name):
-            return None  # no package can be called that; as a path it might lead anywhere
-        for entry in _ros_package_path():
-            for folder in (entry, entry / name, *entry.glob(f"*/{name}")):
+        # What cannot be the name of a package might lead anywhere as a path.
+        if len(name) <= 255 and re.fullmatch(r"[\w.-]*\w[\w.-]*", name):
+            among = [folder for entry in _ros_package_path() for folder in (entry, entry / name, *entry.glob(f"*/{name}"))]
+            for folder in (*among, *self.file.parents):
                 if os.path.isdir(folder) and name in (folder.name, self._package_name(folder)):
                     return folder
-        return next((folder for folder in self.file.parents if name in (folder.name, self._package_name(folder))), None)
+        raise RobotError(
+            f'{self.file.name}: {named}: no package "{name}" among those given, in ROS_PACKAGE_PATH or above the file. '
+            f"Say where it is: --package {name}=DIR"
+        )
 
     def asset(self, uri: str) -> Path:
-        """Find the file that a robot file names.
+        """Find the file that a robot file names, an existing one inside the folders, symbolic links resolved.
 
-        Args:
-            uri: as written: `package://name/rest` (more slashes are accepted, `model://` is read alike), `file:///path`, an
-                absolute path, or one relative to the robot file.
-
-        Returns:
-            An existing file inside the folders, symbolic links resolved.
+        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike), by `file:///path`, by an
+        absolute path, or by one relative to the robot file.
 
         Raises:
             RobotError: it is missing, its package is unknown, or it lies outside the folders.
@@ -100,13 +98,7 @@ class OpenFolders:
             path = self.file.parent / unquote(rest.removeprefix("localhost"))
         elif scheme in ("package", "model"):
             name, _, inside = rest.lstrip("/").partition("/")
-            folder = self.package(name)
-            if folder is None:
-                raise RobotError(
-                    f'{self.file.name}: "{uri}": no package "{name}" among those given, in ROS_PACKAGE_PATH or above the '
-                    f"file. Say where it is: --package {name}=DIR"
-                )
-            path = folder / inside
+            path = self.package(name, f'"{uri}"') / inside
         else:
             raise RobotError(f'{self.file.name}: "{uri}" is not on this machine; only package:// and file:// are followed')
         place = self.resolve(path, uri)
@@ -123,15 +115,11 @@ class OpenFolders:
         return found.group(1).decode(errors="replace") if found else None
 
 
-def open_folders(file: Path, packages: Mapping[str, str | Path]) -> OpenFolders:
+def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     """Work out what a robot file may read.
 
     Its own folder is the nearest one above it with a `package.xml`; else the folder that holds it, or the parent of that
-    if it is called urdf, xacro or mjcf. Then come the given packages and the entries of ROS_PACKAGE_PATH.
-
-    Args:
-        file: the robot file, absolute.
-        packages: package folders by name.
+    if it is called urdf, xacro or mjcf. Then come the packages, folders given by name, and the entries of ROS_PACKAGE_PATH.
 
     Raises:
         RobotError: a given package folder does not exist.
@@ -142,17 +130,16 @@ def open_folders(file: Path, packages: Mapping[str, str | Path]) -> OpenFolders:
         if not os.path.isdir(place):
             raise RobotError(f'package "{name}": there is no folder "{folder}"; correct --package {name}=DIR')
         given[name] = place.resolve()
-    own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), None)
-    if own is None:
-        own = file.parent.parent if file.parent.name.casefold() in _URDF_FOLDERS else file.parent
-    folders = (own.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
-    return OpenFolders(file, given, tuple(dict.fromkeys(folders)))
+    own = file.parent.parent if file.parent.name.casefold() in _URDF_FOLDERS else file.parent
+    own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), own)
+    allowed = (own.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
+    return OpenFolders(file, given, tuple(dict.fromkeys(allowed)))
 
 
 def _ros_package_path() -> list[Path]:
     """The folders that ROS_PACKAGE_PATH lists and that exist."""
-    listed = (Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry.strip())
-    return [entry for entry in listed if os.path.isdir(entry)]
+    entries = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    return [Path(entry) for entry in entries if entry.strip() and os.path.isdir(entry)]
 
 
 class Markup(NamedTuple):
@@ -200,20 +187,19 @@ def read_text(path: Path) -> str:
         RobotError: as `read_bytes`; or it is empty, or in another encoding.
     """
     data = read_bytes(path)
-    start = data.lstrip()
-    while start.startswith(_BYTE_ORDER_MARK):
-        start = start.removeprefix(_BYTE_ORDER_MARK).lstrip()
+    start = _MARKS_AND_BLANKS.sub(b"", data, count=1)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
-    declared = _ENCODING.match(start)
-    name = declared.group(1).decode() if declared else "utf-8"
-    encoding = _ENCODINGS.get(name.lower())
-    if encoding is None:
-        raise RobotError(f"{path.name} is in the encoding {name}, which is not read; save the file as UTF-8 text")
-    if declared and encoding != "utf-8":
-        start = start[: declared.start(1)] + b"UTF-8" + start[declared.end(1) :]
+    encoding = "utf-8"
+    if declared := _ENCODING.match(start):
+        encoding = declared.group(1).decode().lower()
+        if encoding in _LATIN:
+            start = start[: declared.start(1)] + b"UTF-8" + start[declared.end(1) :]
+        elif encoding not in _UTF_8:
+            named = declared.group(1).decode()
+            raise RobotError(f"{path.name} is in the encoding {named}, which is not read; save the file as UTF-8 text")
     try:
-        return start.decode(encoding)
+        return start.decode("utf-8" if encoding in _UTF_8 else encoding)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
         raise RobotError(
@@ -232,14 +218,7 @@ def read_xml(path: Path) -> Markup:
 
 
 def parse_xml(text: str, name: str) -> Element:
-    """Parse XML text without following anything in it.
-
-    Args:
-        text: the document.
-        name: what to call it in a message.
-
-    Returns:
-        The root element.
+    """Parse XML text, which messages call by a name, without following anything in it, and return its root element.
 
     Raises:
         RobotError: the text is not well-formed, has a DOCTYPE, or has more than 800 levels.
@@ -267,10 +246,8 @@ def parse_xml(text: str, name: str) -> Element:
             "delete the DOCTYPE and write out what its entities stand for"
         )
 
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
-    parser.CharacterDataHandler = builder.data
-    parser.StartDoctypeDeclHandler = doctype
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = builder.data, doctype
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:

@@ -8,7 +8,7 @@ takes longer than an analysis of a robot without meshes.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
@@ -19,12 +19,14 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 from shockpc.robot.files import parse_xml, read_bytes
-from shockpc.robot.meshes import Mesh, hull_corners, read_mesh
+from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
+from shockpc.robot.mjcf import compiled, geom_kinds
 from shockpc.robot.robot import Body, Robot
-from shockpc.robot.source import RobotSource, resolve_asset
+from shockpc.robot.source import RobotSource
 
-__all__ = ["Kind", "Outline", "Shape", "inertia_box", "outline"]
+__all__ = ["Kind", "Outline", "Shape", "ball_points", "inertia_box", "outline"]
 
 Kind: TypeAlias = Literal["collision", "visual"]
 
@@ -68,12 +70,7 @@ class Shape:
         return np.concatenate(below)
 
     def placed(self, rotation: Array, offset: Array) -> "Shape":
-        """Return the shape in another frame.
-
-        Args:
-            rotation: (3, 3) from the present frame to the new one.
-            offset: (3,) of the present origin in the new frame [m].
-        """
+        """Return the shape in another frame, in which the present one has this rotation (3, 3) and this origin (3,) [m]."""
         points = read_only(self.points @ rotation.T + offset)
         mesh = self.mesh and Mesh(read_only(self.mesh.vertices @ rotation.T + offset), self.mesh.triangles)
         discs = tuple((rotation @ centre + offset, rotation @ axis, radius) for centre, axis, radius in self.discs)
@@ -94,32 +91,19 @@ class Outline(NamedTuple):
     warnings: tuple[str, ...]
 
 
-class _Unread(NamedTuple):
-    """A shape that could not be read."""
-
-    link: str
-    mesh: str
-    reason: str
-
-
 @functools.lru_cache(maxsize=8)
 def outline(robot: Robot, kind: Kind) -> Outline:
-    """Read the shapes of every body, as the robot's file gives them.
+    """Read the collision or visual shapes of every body, as the robot's file gives them.
 
-    Boxes are exact, and so are spheres and capsules (by their radius); circles become polygons of 64 corners inside
-    them, ellipsoids points on their surface (short by at most 0.25 %); meshes keep their triangles beside the
-    corners of their hull. A shape that cannot be read is left out and named in the warning. The results for the last
-    few robots are kept.
-
-    Args:
-        robot: the robot.
-        kind: "collision" or "visual" geometry.
+    Boxes are exact, and so are spheres and capsules (by their radius); circles become polygons of 64 corners inside them,
+    ellipsoids points on their surface (short by at most 0.25 %); meshes keep their triangles beside the corners of their hull.
+    A shape that cannot be read is left out and named in the warning. The results for the last few robots are kept.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
-    unread: list[_Unread] = []
-    for piece in _urdf_shapes(robot.source, kind) if robot.source.kind == "urdf" else _mjcf_shapes(robot.source, kind):
+    unread: list[UnreadShape] = []
+    for piece in _shapes(robot.source, kind):
         frame = robot.frames.get(piece.link)
-        if isinstance(piece, _Unread):
+        if isinstance(piece, UnreadShape):
             unread.append(piece)
         elif frame is not None and frame.body >= 0:
             shapes[frame.body].append(piece.placed(frame.rotation, frame.offset))
@@ -129,9 +113,6 @@ def outline(robot: Robot, kind: Kind) -> Outline:
 
 def inertia_box(body: Body) -> Shape | None:
     """Return the box of uniform density with the body's mass and inertia: a_x = sqrt(6 (I_y + I_z − I_x) / m) and so on.
-
-    Args:
-        body: the body.
 
     Returns: its eight corners; None if the body has no mass, or an inertia that no body can have.
     """
@@ -146,9 +127,24 @@ def inertia_box(body: Body) -> Shape | None:
     return Shape(body.name, read_only(body.com + _primitive(body.name, "box", half).points @ axes.T))
 
 
-def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
+@functools.lru_cache(maxsize=4)
+def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
+    """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
+    return tuple(_urdf_shapes(source, kind) if source.kind == "urdf" else _mjcf_shapes(source, kind))
+
+
+def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
     """Read the shapes of a URDF, each in the frame of its link."""
-    load = _mesh_loader(source)
+
+    @functools.cache  # four legs often share a mesh
+    def load(uri: str) -> tuple[Mesh, Array]:
+        path = source.folders.asset(uri)
+        try:
+            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
+        except ValueError as refusal:
+            raise ValueError(f'"{uri}": {refusal}') from None
+        return mesh, hull_corners(mesh.vertices)
+
     for link in parse_xml(source.xml, source.path.name).iter("link"):
         name = link.get("name", "")
         for element in link.findall(kind):
@@ -158,35 +154,29 @@ def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
             try:
                 origin = element.find("origin")
                 xyz, rpy = (np.zeros(3) if origin is None else _numbers(origin, key, "0 0 0") for key in ("xyz", "rpy"))
-                yield _checked(_urdf_shape(name, shape, load).placed(pin.rpy.rpyToMatrix(rpy), xyz))
-            except ValueError as refusal:
-                yield _Unread(name, shape.get("filename", ""), str(refusal))
-
-
-def _urdf_shape(link: str, shape: Element, load: Callable[[str], tuple[Mesh, Array]]) -> Shape:
-    """Read one shape of a <geometry>. Raises ValueError (one line) for what no URDF may hold."""
-    if shape.tag == "mesh":
-        mesh, corners = load(shape.get("filename", ""))
-        scale = _numbers(shape, "scale", "1 1 1")
-        return Shape(link, corners * scale, mesh=Mesh(mesh.vertices * scale, mesh.triangles))
-    size, radius, length = (_numbers(shape, key) for key in ("size", "radius", "length"))
-    return _primitive(link, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
+                if shape.tag == "mesh":
+                    (mesh, corners), scale = load(shape.get("filename", "")), _numbers(shape, "scale", "1 1 1")
+                    found = Shape(name, corners * scale, mesh=Mesh(mesh.vertices * scale, mesh.triangles))
+                else:
+                    size, radius, length = (_numbers(shape, key) for key in ("size", "radius", "length"))
+                    found = _primitive(name, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
+                yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
+            except (RobotError, ValueError) as refusal:
+                yield UnreadShape(name, shape.get("filename", ""), str(refusal), (kind,))
 
 
 def _numbers(element: Element, key: str, default: str = "") -> Array:
     return np.array(element.get(key, default).split(), dtype=float)
 
 
-def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
+def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
-    from shockpc.robot.mjcf import compiled, geom_kinds
-
     try:
         found = compiled(source, meshes=True)
     except RobotError as refusal:
-        yield _Unread("", "", str(refusal))
+        yield UnreadShape("", "", str(refusal), (kind,))
         return
-    yield from (_Unread(lost.link, lost.mesh, lost.reason) for lost in found.unread if kind in lost.kinds)
+    yield from (lost for lost in found.unread if kind in lost.kinds)
     m = found.model
     for number in range(m.ngeom):
         geom, primitive = m.geom(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
@@ -198,7 +188,7 @@ def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | _Unread]:
             shape = _primitive(link, primitive, np.array(geom.size)) if primitive else _mjcf_mesh(link, m, int(geom.dataid[0]))
             yield _checked(shape.placed(pin.Quaternion(w, x, y, z).matrix(), np.array(geom.pos)))
         except ValueError as refusal:
-            yield _Unread(link, "", str(refusal))
+            yield UnreadShape(link, "", str(refusal), (kind,))
 
 
 def _mjcf_mesh(link: str, m: Any, number: int) -> Shape:
@@ -214,27 +204,6 @@ def _checked(shape: Shape) -> Shape:
     if not max(np.abs(shape.points).max(), shape.radius) <= LARGEST:
         raise ValueError(f"it extends beyond {LARGEST:.0e} m, or has coordinates that are not finite")
     return shape
-
-
-def _mesh_loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
-    """Return a function that reads a mesh by the name in the robot file and returns it with the corners of its hull.
-
-    Each file is read once, because four legs often share one. The function raises ValueError (one line) if it cannot be read.
-    """
-
-    @functools.cache
-    def load(uri: str) -> tuple[Mesh, Array]:
-        try:
-            path = resolve_asset(source, uri)
-        except RobotError as refusal:
-            raise ValueError(str(refusal)) from None
-        try:
-            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
-        except (RobotError, ValueError) as refusal:
-            raise ValueError(f'"{uri}": {refusal}') from None
-        return mesh, hull_corners(mesh.vertices)
-
-    return load
 
 
 def _primitive(link: str, kind: str, size: Array) -> Shape:
@@ -260,7 +229,7 @@ def _primitive(link: str, kind: str, size: Array) -> Shape:
             rims = np.concatenate([_circle() * radius + end for end in ends])
             return Shape(link, rims, discs=tuple((end, np.array([0.0, 0.0, 1.0]), radius) for end in ends))
         case "ellipsoid":
-            return Shape(link, _ball() * size[:3])
+            return Shape(link, ball_points() * size[:3])
     return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
 
 
@@ -272,26 +241,22 @@ def _circle() -> Array:
 
 
 @functools.cache
-def _ball() -> Array:
+def ball_points() -> Array:
     """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
     latitude = math.pi * (np.arange(1, 32) / 32 - 0.5)
     rings = [_circle() * math.cos(a) + np.array([0.0, 0.0, math.sin(a)]) for a in latitude]
     return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
 
 
-def _warnings(robot: Robot, kind: Kind, unread: Sequence[_Unread], shapes: Sequence[Sequence[Shape]]) -> tuple[str, ...]:
+def _warnings(robot: Robot, kind: Kind, unread: Sequence[UnreadShape], shapes: Sequence[Sequence[Shape]]) -> tuple[str, ...]:
     """Summarise the shapes that could not be read in one line that ends with the consequence."""
     if not unread:
         return ()
     frames = [robot.frames[lost.link] for lost in unread if lost.link in robot.frames]
     bare = [robot.bodies[i].name for i in sorted({frame.body for frame in frames if frame.body >= 0}) if not shapes[i]]
-    consequence = f"no {kind} geometry is left for {_listed(bare)}" if bare else "each of their bodies has other shapes"
+    consequence = f"no {kind} geometry is left for {listed(bare, 4)}" if bare else "each of their bodies has other shapes"
     others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
-    also = f"; also {_listed(others)}" if others else ""
+    also = f"; also {listed(others, 4)}" if others else ""
     first = f'link "{unread[0].link}": {unread[0].reason}' if unread[0].link else unread[0].reason
     count = f"a {kind} shape" if len(unread) == 1 else f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
     return (f"{count} could not be read ({first}{also}); {consequence}",)
-
-
-def _listed(names: Sequence[str], most: int = 4) -> str:
-    return ", ".join(f'"{name}"' for name in names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.files import parse_xml
 
-__all__ = ["FORMATS", "Mesh", "hull_corners", "read_mesh"]
+__all__ = ["FORMATS", "Mesh", "UnreadShape", "hull_corners", "read_mesh"]
 
 FORMATS = ("stl", "obj", "dae", "ply")
 """Suffixes of the files that are read."""
@@ -41,6 +41,15 @@ class Mesh(NamedTuple):
 
     vertices: Array
     triangles: NDArray[np.int64]
+
+
+class UnreadShape(NamedTuple):
+    """A shape that cannot be read: its link, its mesh, which may be "", why, and whether it is "collision" or "visual" geometry."""
+
+    link: str
+    mesh: str
+    reason: str
+    kinds: tuple[str, ...]
 
 
 def read_mesh(data: bytes, suffix: str) -> Mesh:
@@ -88,12 +97,9 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
 
 
 def hull_corners(vertices: Array) -> Array:
-    """Return the corners of the convex hull; all vertices if they lie in a plane, where there is no hull with a volume.
+    """Return those of the vertices (n, 3) that are corners of their hull; all if they lie in a plane, for then it has no volume.
 
     The hull takes a few milliseconds and leaves a small part of the vertices, over which every analysis evaluates the extremes.
-
-    Args:
-        vertices: (n, 3) finite [m].
     """
     from scipy.spatial import ConvexHull, QhullError
 

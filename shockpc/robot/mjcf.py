@@ -17,19 +17,11 @@ import numpy as np
 
 from shockpc.errors import RobotError
 from shockpc.robot.files import parse_xml, read_bytes
+from shockpc.robot.meshes import UnreadShape
 from shockpc.robot.mjcf_text import without_files
-from shockpc.robot.source import RobotSource, resolve_asset
+from shockpc.robot.source import RobotSource
 
-__all__ = ["Compiled", "UnreadGeom", "compiled", "geom_kinds"]
-
-
-class UnreadGeom(NamedTuple):
-    """A mesh geom that was removed: its link, its mesh, what it is for (as `geom_kinds` says), and why it cannot be read."""
-
-    link: str
-    mesh: str
-    kinds: tuple[str, ...]
-    reason: str
+__all__ = ["Compiled", "compiled", "geom_kinds"]
 
 
 class Compiled(NamedTuple):
@@ -44,16 +36,12 @@ class Compiled(NamedTuple):
 
     model: Any
     keys: tuple[tuple[str, tuple[float, ...]], ...]
-    unread: tuple[UnreadGeom, ...]
+    unread: tuple[UnreadShape, ...]
     warnings: tuple[str, ...]
 
 
 def geom_kinds(geom: Any) -> tuple[str, ...]:
-    """Say what a geom is for: "collision", "visual" or both. MuJoCo shows groups 0 to 2 unless it is asked for others.
-
-    Args:
-        geom: of a specification or of a compiled model.
-    """
+    """Say what a geom of a specification or of a model is for. MuJoCo shows groups 0 to 2 unless it is asked for others."""
     collides = bool(geom.contype or geom.conaffinity)
     shown = not collides or geom.group <= 2
     return ("collision",) * collides + ("visual",) * bool(shown)
@@ -63,15 +51,17 @@ def geom_kinds(geom: Any) -> tuple[str, ...]:
 def compiled(source: RobotSource, meshes: bool = False) -> Compiled:
     """Compile an MJCF; the result is kept, so that asking again costs nothing.
 
-    Args:
-        source: the robot as read.
-        meshes: keep all mesh geoms. Without it only the meshes that give a body its mass are read, and all other mesh geoms
-            are removed.
+    Without `meshes` only the meshes that give a body its mass are read, and all other mesh geoms are removed.
 
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
     """
-    mujoco = _mujoco(source.path.name)
+    try:
+        import mujoco
+    except ImportError:
+        raise RobotError(
+            f'{source.path.name} is an MJCF file, which is read by MuJoCo. Install it: pip install "shockpc[mjcf]"'
+        ) from None
     notes: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
@@ -85,19 +75,10 @@ def compiled(source: RobotSource, meshes: bool = False) -> Compiled:
     return found._replace(warnings=tuple(f"{source.path.name}: MuJoCo: {text}" for text in texts))
 
 
-def _mujoco(file: str) -> Any:
-    """The library, which is an optional dependency."""
-    try:
-        import mujoco
-    except ImportError:
-        raise RobotError(f'{file} is an MJCF file, which is read by MuJoCo. Install it: pip install "shockpc[mjcf]"') from None
-    return mujoco
-
-
 def _compile(mujoco: Any, source: RobotSource, meshes: bool) -> Compiled:
     """Compile with or without the meshes that give no mass."""
     parts: dict[str, bytes] = {}
-    text = without_files(parse_xml(source.xml, source.path.name), source.open_folders, parts)
+    text = without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
     try:
         spec = mujoco.MjSpec.from_string(text, include=parts)
         spec.compiler.fusestatic = False  # it would drop links
@@ -134,7 +115,7 @@ def _name(mujoco: Any, spec: Any) -> None:
             joint.name = joint.name or free(f"{body.name}_{kind}")
 
 
-def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) -> tuple[UnreadGeom, ...]:
+def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) -> tuple[UnreadShape, ...]:
     """Pass the files of the meshes that are needed on as bytes, and remove the other mesh geoms and all height fields.
 
     Returns:
@@ -160,7 +141,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) 
         reason = ""
         if geoms and mesh.file:
             try:
-                path = resolve_asset(source, mesh.file)
+                path = source.folders.asset(mesh.file)
                 mesh.file = f"mesh_{number}{path.suffix}"
                 assets[mesh.file] = read_bytes(path)
                 if everything:
@@ -173,7 +154,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) 
                         f"read: {reason}. Give the mesh, or give the body an <inertial>"
                     ) from None
         if reason:
-            unread += [UnreadGeom(geom.parent.name, mesh.name, geom_kinds(geom), reason) for geom in geoms]
+            unread += [UnreadShape(geom.parent.name, mesh.name, reason, geom_kinds(geom)) for geom in geoms]
             for geom in geoms:
                 spec.delete(geom)
         if reason or not geoms:

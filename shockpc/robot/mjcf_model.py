@@ -1,15 +1,16 @@
 """The Pinocchio model of a compiled MJCF, and what ties its bodies together beside the tree."""
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 from shockpc.robot.couplings import Built, Loop, Mimic, leaders_first
-from shockpc.robot.inertias import LARGEST
+from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.mjcf import compiled
 from shockpc.robot.source import RobotSource
 
@@ -19,6 +20,9 @@ _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT = range(3)  # mjtEq
 _SPHERE = 2  # mjtGeom
 _SITE = 6  # mjtObj
+# Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part; and its velocities.
+_COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,), _HINGE: (0,)}
+_FREEDOM = {_FREE: 6, _BALL: 3, _SLIDE: 1, _HINGE: 1}
 
 
 def build_mjcf(source: RobotSource) -> Built:
@@ -37,16 +41,17 @@ def build_mjcf(source: RobotSource) -> Built:
     m, file = found.model, source.path.name
     _refuse_extremes(m, file)
     left_out, notes = _left_out(m, file)
-    build = _Build(m, file, source.robot_name)
-    for body in np.flatnonzero(~np.isin(m.body_rootid, left_out)):
-        build.add(int(body))
-    model = build.model
-    order = np.array(build.coordinates, dtype=int)
+    tree = _tree(m, file, source.robot_name, np.flatnonzero(~np.isin(m.body_rootid, left_out)).tolist())
+    model = tree.model
+    # Both count bodies, and the joints of a body, in the same order.
+    joints = [joint for joint in range(m.njnt) if m.jnt_bodyid[joint] in tree.joint]
+    order = np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
+    velocities = np.array([m.jnt_dofadr[joint] + k for joint in joints for k in range(_FREEDOM[int(m.jnt_type[joint])])])
     limited = np.flatnonzero(m.jnt_limited & (m.jnt_type >= _SLIDE))
     limits = np.tile([-np.inf, np.inf], (m.nq, 1))
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
     model.lowerPositionLimit, model.upperPositionLimit = limits[order].T
-    model.armature = _armature(m, file)[np.array(build.velocities, dtype=int)]
+    model.armature = _armature(m, file)[velocities]
     if model.joints[1].shortname() == "JointModelFreeFlyer":
         extra = float(model.armature[0])
         model.armature[:6] = 0.0
@@ -60,132 +65,108 @@ def build_mjcf(source: RobotSource) -> Built:
     return Built(
         model=model,
         postures=postures,
-        mimics=_mimics(m, build, file),
-        loops=tuple(_loops(m, build)),
-        start=read_only(m.qpos0[order]),
-        warnings=(*found.warnings, *notes, *more),
+        mimics=_mimics(m, tree, file),
+        loops=tuple(_loops(m, tree)),
+        drawn=read_only(m.qpos0[order]),
+        notes=(*found.warnings, *notes, *more),
     )
 
 
-class _Build:
-    """A Pinocchio model under construction.
+class _Tree(NamedTuple):
+    """A Pinocchio model; the joint that carries each MuJoCo body in it, by number; and the body's frame in that joint's frame."""
 
-    Attributes:
-        model: the model.
-        joint: Pinocchio joint of every MuJoCo body that was added.
-        place: frame of every MuJoCo body in its joint's frame.
-        coordinates: index in MuJoCo's qpos of every entry of q.
-        velocities: index in MuJoCo's qvel of every entry of q̇.
-    """
+    model: pin.Model
+    joint: dict[int, int]
+    place: dict[int, pin.SE3]
 
-    def __init__(self, m: Any, file: str, name: str):
-        self.m, self.file = m, file
-        self.model = pin.Model()
-        self.model.name = name
-        self.joint: dict[int, int] = {0: 0}
-        self.place: dict[int, pin.SE3] = {0: pin.SE3.Identity()}
-        self.coordinates: list[int] = []
-        self.velocities: list[int] = []
-        self._frame = {0: 0}
 
-    def add(self, body: int) -> None:
-        """Add a body after the one that carries it, with its sites, and its spheres under their names (many are feet)."""
-        m, model = self.m, self.model
+def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
+    """The model of some bodies, carriers first, with their sites, and their spheres under their names (many are feet)."""
+    model = pin.Model()
+    model.name = name
+    tree, frame = _Tree(model, {0: 0}, {0: pin.SE3.Identity()}), {0: 0}
+    for body in bodies:
         if body:
-            self._add_body(body)
-        joint, parent = self.joint[body], self._frame[body]
+            parent, first = int(m.body_parentid[body]), int(m.body_jntadr[body])
+            joint, place = tree.joint[parent], tree.place[parent] * _place(m.body_pos[body], m.body_quat[body])
+            if m.body_jntnum[body]:
+                joint, place = _add_joint(m, file, model, joint, place, range(first, first + int(m.body_jntnum[body])))
+            tree.joint[body], tree.place[body] = joint, place
+            frame[body] = model.addFrame(pin.Frame(m.body(body).name, joint, frame[parent], place, pin.FrameType.BODY))
+            if joint:
+                R = _place(np.zeros(3), m.body_iquat[body]).rotation
+                moments = R @ np.diag(m.body_inertia[body]) @ R.T
+                inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
+                model.appendBodyToJoint(joint, inertia, place)
         named = [m.site(number) for number in np.flatnonzero(m.site_bodyid == body)]
         named += [m.geom(number) for number in np.flatnonzero((m.geom_bodyid == body) & (m.geom_type == _SPHERE))]
         for item in named:
             if item.name and not model.existFrame(item.name, pin.FrameType.OP_FRAME):
-                place = self.place[body] * _place(item.pos, item.quat)
-                model.addFrame(pin.Frame(item.name, joint, parent, place, pin.FrameType.OP_FRAME))
-
-    def _add_body(self, body: int) -> None:
-        m, model = self.m, self.model
-        parent = int(m.body_parentid[body])
-        joint, place = self.joint[parent], self.place[parent] * _place(m.body_pos[body], m.body_quat[body])
-        first, count = int(m.body_jntadr[body]), int(m.body_jntnum[body])
-        name = m.body(body).name
-        if count:
-            if m.jnt_type[first] == _FREE:  # it stands where its configuration says; its place in the file is only a start
-                place = pin.SE3.Identity()
-            parts = []
-            for number in range(first, first + count):
-                part, at, after = self._joint(number)
-                parts.append((part, place * at))
-                place = after
-            called = "+".join(m.joint(number).name for number in range(first, first + count))
-            if model.existJointName(called):
-                raise RobotError(f'{self.file}: joint "{called}" has a name that Pinocchio uses itself; rename it')
-            if count == 1:
-                joint = model.addJoint(joint, *parts[0], called)
-            else:
-                composite = pin.JointModelComposite()
-                for number, (part, step) in enumerate(parts):
-                    composite.addJoint(part, step if number else pin.SE3.Identity())
-                joint = model.addJoint(joint, composite, parts[0][1], called)
-            model.addJointFrame(joint)
-        self.joint[body], self.place[body] = joint, place
-        self._frame[body] = model.addFrame(pin.Frame(name, joint, self._frame[parent], place, pin.FrameType.BODY))
-        if joint:
-            R = _rotation(m.body_iquat[body])
-            moments = R @ np.diag(m.body_inertia[body]) @ R.T
-            inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
-            model.appendBodyToJoint(joint, inertia, place)
-
-    def _joint(self, number: int) -> tuple[Any, pin.SE3, pin.SE3]:
-        """One joint: its Pinocchio model, its frame at rest in the body's, and the body's frame in it."""
-        m = self.m
-        q, v, kind = int(m.jnt_qposadr[number]), int(m.jnt_dofadr[number]), int(m.jnt_type[number])
-        anchor, axis = np.array(m.jnt_pos[number]), np.array(m.jnt_axis[number])
-        ref = float(m.qpos0[q])
-        if kind == _FREE:  # position, then quaternion from its scalar part on, which is the last for Pinocchio
-            self.coordinates += [q, q + 1, q + 2, q + 4, q + 5, q + 6, q + 3]
-            self.velocities += range(v, v + 6)
-            return pin.JointModelFreeFlyer(), pin.SE3.Identity(), pin.SE3.Identity()
-        at, after = pin.SE3(np.eye(3), anchor), pin.SE3(np.eye(3), -anchor)
-        if kind == _BALL:
-            self.coordinates += [q + 1, q + 2, q + 3, q]
-            self.velocities += range(v, v + 3)
-            return pin.JointModelSpherical(), at, after
-        self.coordinates.append(q)
-        self.velocities.append(v)
-        aligned = np.flatnonzero(axis)
-        letter = "XYZ"[aligned[0]] if len(aligned) == 1 and axis[aligned[0]] == 1.0 else ""
-        if kind == _SLIDE:
-            part = getattr(pin, f"JointModelP{letter}")() if letter else pin.JointModelPrismaticUnaligned(axis)
-            return part, at * pin.SE3(np.eye(3), -ref * axis), after
-        part = getattr(pin, f"JointModelR{letter}")() if letter else pin.JointModelRevoluteUnaligned(axis)
-        return part, at * pin.SE3(pin.AngleAxis(-ref, axis).matrix(), np.zeros(3)), after
+                place = tree.place[body] * _place(item.pos, item.quat)
+                model.addFrame(pin.Frame(item.name, tree.joint[body], frame[body], place, pin.FrameType.OP_FRAME))
+    return tree
 
 
-def _rotation(quaternion: Array) -> Array:
-    """The rotation (3, 3) of a quaternion whose scalar part comes first."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
+def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3, numbers: range) -> tuple[int, pin.SE3]:
+    """Add the joint of a body placed so in the carrier's frame; return its index, and the body's frame in the joint's."""
+    name = "+".join(m.joint(number).name for number in numbers)
+    if model.existJointName(name):
+        raise RobotError(f'{file}: joint "{name}" has a name that Pinocchio uses itself; rename it')
+    if m.jnt_type[numbers[0]] == _FREE:  # it stands where its configuration says; its place in the file is only a start
+        return _added(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
+    parts, steps = [], []
+    for number in numbers:
+        anchor = pin.SE3(np.eye(3), np.array(m.jnt_pos[number]))
+        part, rest = _part(int(m.jnt_type[number]), np.array(m.jnt_axis[number]), float(m.qpos0[m.jnt_qposadr[number]]))
+        parts.append(part)
+        steps.append(place * anchor * rest)
+        place = anchor.inverse()
+    joint = parts[0]
+    if len(parts) > 1:
+        joint = pin.JointModelComposite()
+        for part, step in zip(parts, [pin.SE3.Identity(), *steps[1:]], strict=True):
+            joint.addJoint(part, step)
+    return _added(model, carrier, joint, steps[0], name), place
+
+
+def _added(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
+    """The index of a joint that is added with its frame."""
+    index: int = model.addJoint(carrier, joint, place, name)
+    model.addJointFrame(index)
+    return index
+
+
+def _part(kind: int, axis: Array, drawn: float) -> tuple[Any, pin.SE3]:
+    """A joint of MuJoCo for Pinocchio, and its frame where its coordinate is 0 in the one where it is `drawn`."""
+    if kind == _BALL:
+        return pin.JointModelSpherical(), pin.SE3.Identity()
+    letter = next((letter for letter, unit in zip("XYZ", np.eye(3), strict=True) if (axis == unit).all()), "")
+    if kind == _SLIDE:
+        part = getattr(pin, f"JointModelP{letter}")() if letter else pin.JointModelPrismaticUnaligned(axis)
+        return part, pin.SE3(np.eye(3), -drawn * axis)
+    part = getattr(pin, f"JointModelR{letter}")() if letter else pin.JointModelRevoluteUnaligned(axis)
+    return part, pin.SE3(pin.AngleAxis(-drawn, axis).matrix(), np.zeros(3))
 
 
 def _place(position: Array, quaternion: Array) -> pin.SE3:
-    """A frame from its origin and its quaternion."""
-    return pin.SE3(_rotation(quaternion), np.array(position))
+    """A frame from its origin and its quaternion, whose scalar part comes first."""
+    w, x, y, z = (float(value) for value in quaternion)
+    return pin.SE3(pin.Quaternion(w, x, y, z).normalized().matrix(), np.array(position))
 
 
 def _refuse_extremes(m: Any, file: str) -> None:
-    """Refuse numbers that overflow on the way, before Pinocchio asserts that inertias are symmetric."""
-    for what in ("mass", "inertia", "pos", "ipos"):
-        values = np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1)
-        for body in np.flatnonzero(~(values <= LARGEST))[:1]:
-            raise RobotError(
-                f'{file}: body "{m.body(body).name}": its {what} reaches {values[body]:.3g}, which cannot be computed with; give '
-                f"numbers up to {LARGEST:g}"
-            )
+    """Refuse trees and numbers that cannot be computed with, before Pinocchio asserts that inertias are symmetric."""
+    names = [m.body(body).name if body else "" for body in range(m.nbody)]
+    refuse_tree(file, {names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
+    for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
+        for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
+            refuse_number(f'{file}: body "{name}"', what, value, unit)
 
 
 def _armature(m: Any, file: str) -> Array:
     """Reflected inertia (nv,) of joints, and of actuators that act on a joint: gear² times the actuator's own."""
     armature = np.array(m.dof_armature)
-    for number in np.flatnonzero(m.actuator_armature) if hasattr(m, "actuator_armature") else ():
+    for number in np.flatnonzero(getattr(m, "actuator_armature", ())):
         joint = int(m.actuator_trnid[number, 0])
         if m.actuator_trntype[number] > 1 or m.jnt_type[joint] < _SLIDE:
             raise RobotError(
@@ -193,7 +174,7 @@ def _armature(m: Any, file: str) -> Array:
                 "not computed; give the joints that armature, times gear² of the actuator"
             )
         armature[m.jnt_dofadr[joint]] += m.actuator_armature[number] * m.actuator_gear[number, 0] ** 2
-    for number in np.flatnonzero(m.tendon_armature) if hasattr(m, "tendon_armature") else ():
+    for number in np.flatnonzero(getattr(m, "tendon_armature", ())):
         raise RobotError(
             f'{file}: tendon "{m.tendon(number).name}" has armature {m.tendon_armature[number]:g}, which couples its joints in a '
             "way that is not computed; give the joints that armature, or set it to 0"
@@ -224,36 +205,36 @@ def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
     mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
         raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
-    kept = {max(mass, key=lambda root: mass[root])}
+    heaviest = max(mass, key=lambda root: mass[root])
+    kept = {heaviest}
     ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
     while any(tie & kept and not tie <= kept for tie in ties):
         kept |= set().union(*(tie for tie in ties if tie & kept))
     if len(kept) > 1 and any(m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE for root in kept):
-        listed = ", ".join(f'"{m.body(root).name}"' for root in sorted(kept))
+        tied = listed(m.body(root).name for root in sorted(kept))
         raise RobotError(
-            f"{file}: equalities tie {listed} together, and a floating base can be computed only as the one top-level body that "
+            f"{file}: equalities tie {tied} together, and a floating base can be computed only as the one top-level body that "
             'moves. Set active="false" on these equalities to compute the heaviest alone'
         )
     left = [root for root in mass if root not in kept]
     if not left:
         return [], ()
-    listed = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
-    heaviest = m.body(max(mass, key=lambda root: mass[root])).name
-    said = f'{file} holds {len(mass)} robots that move on their own: the heaviest, "{heaviest}", is computed, and {listed} left out'
-    return left, (said,)
+    others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
+    said = f'robots that move on their own: the heaviest, "{m.body(heaviest).name}", is computed, and {others} left out'
+    return left, (f"{file} holds {len(mass)} {said}",)
 
 
-def _loops(m: Any, build: _Build) -> Iterator[Loop]:
+def _loops(m: Any, tree: _Tree) -> Iterator[Loop]:
     """The loops that active connect and weld equalities close, where MuJoCo holds them.
 
     MuJoCo keeps both ends in `eq_data`: of a connect the anchor in body 1 and in body 2; of a weld the anchor in body 2, then
     the frame in body 1 that is held to the frame of body 2.
     """
-    carriers = {joint: body for body, joint in reversed(build.joint.items())}
+    carriers = {joint: body for body, joint in reversed(tree.joint.items())}
     for number, ends, bodies in _equalities(m):
-        if m.eq_type[number] > _WELD or not all(body in build.joint for body in bodies):
+        if m.eq_type[number] > _WELD or not all(body in tree.joint for body in bodies):
             continue
-        joints = [build.joint[body] for body in bodies]
+        joints = [tree.joint[body] for body in bodies]
         if joints[0] == joints[1]:  # fixed to one another already
             continue
         weld, data = m.eq_type[number] == _WELD, np.array(m.eq_data[number])
@@ -263,22 +244,22 @@ def _loops(m: Any, build: _Build) -> Iterator[Loop]:
             held = [_place(data[3:6], data[6:10]), pin.SE3(np.eye(3), data[:3])]
         else:
             held = [pin.SE3(np.eye(3), data[:3]), pin.SE3(np.eye(3), data[3:6])]
-        places = []
-        for body, joint, frame in zip(bodies, joints, held, strict=True):
-            # The world's frame is its own; a body's is that of the link that its joint carries.
-            base = build.place[carriers[joint]] if joint else pin.SE3.Identity()
-            places.append(base.inverse() * build.place[body] * frame)
+        # A body's frame is that of the link that its joint carries; the world's is its own.
+        first, second = (
+            tree.place[carriers[joint]].inverse() * tree.place[body] * frame
+            for body, joint, frame in zip(bodies, joints, held, strict=True)
+        )
         yield Loop(
-            name="–".join(m.body(carriers[joint]).name if joint else "world" for joint in joints),
+            name="–".join(m.body(carriers[joint]).name for joint in joints),
             bodies=(joints[0] - 1, joints[1] - 1),
-            points=(read_only(places[0].translation), read_only(places[1].translation)),
-            rotations=(read_only(places[0].rotation), read_only(places[1].rotation)),
+            points=(read_only(first.translation), read_only(second.translation)),
+            rotations=(read_only(first.rotation), read_only(second.rotation)),
             axes=np.eye(3),
             turns=bool(weld and data[10] != 0.0),
         )
 
 
-def _mimics(m: Any, build: _Build, file: str) -> tuple[Mimic, ...]:
+def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
     """The joints that active joint equalities couple: q₁ − q₁₀ = a₀ + a₁ (q₂ − q₂₀), or a constant without a second joint.
 
     Raises:
@@ -288,7 +269,7 @@ def _mimics(m: Any, build: _Build, file: str) -> tuple[Mimic, ...]:
     for number, ends, bodies in _equalities(m):
         kind, called = int(m.eq_type[number]), m.equality(number).name
         called = f' "{called}"' if called else ""
-        if kind < _JOINT or (kind == _JOINT and not all(body in build.joint for body in bodies)):
+        if kind < _JOINT or (kind == _JOINT and not all(body in tree.joint for body in bodies)):
             continue
         if kind > _JOINT:
             raise RobotError(
@@ -316,7 +297,7 @@ def _mimics(m: Any, build: _Build, file: str) -> tuple[Mimic, ...]:
         rest = [float(m.qpos0[m.jnt_qposadr[end]]) if end >= 0 else 0.0 for end in ends]
         slope = polynomial[1] if names[1] else 0.0
         found.append(Mimic(names[0], names[1], slope, rest[0] + polynomial[0] - slope * rest[1]))
-    return leaders_first(found, build.model, file)
+    return leaders_first(found, tree.model, file)
 
 
 def _postures(

@@ -18,14 +18,9 @@ _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
 
 def insert_includes(root: Element, folders: OpenFolders) -> str:
-    """Replace every <include> by the contents of its file, and write the path of every mesh relative to the main file.
+    """Replace every <include> of a <mujoco> element by the contents of its file, and return the text of the whole model.
 
-    Args:
-        root: the <mujoco> element, changed in place.
-        folders: what the file may read.
-
-    Returns:
-        The text of the whole model.
+    The path of every mesh is written relative to the main file. The element is changed in place.
 
     Raises:
         RobotError: an included file is missing, outside the open folders, or included twice.
@@ -69,8 +64,7 @@ def without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) 
         folders: what the file may read.
         parts: receives the texts of the models that it attaches.
 
-    Returns:
-        The text of the model. The meshes are still named as before.
+    Returns: the text of the model, in which meshes are named as before.
 
     Raises:
         RobotError: an attached model cannot be read, or a number is not finite.
@@ -95,7 +89,7 @@ def without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) 
     for model in root.findall("asset/model[@file]"):
         named = model.get("file", "")
         path = folders.resolve(folders.file.parent / named, named)
-        inner = OpenFolders(path, folders.packages, folders.folders)
+        inner = OpenFolders(path, folders.packages, folders.allowed)
         part = read_xml(path).root
         insert_includes(part, inner)
         for mesh in part.findall("asset/mesh[@file]"):

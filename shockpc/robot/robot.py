@@ -10,11 +10,12 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError, UnknownName
-from shockpc.robot.build import FREE_FLYER, build
+from shockpc.errors import UnknownName
 from shockpc.robot.couplings import Loop, Mimic
-from shockpc.robot.inertias import inertia_warning, refuse_extremes
+from shockpc.robot.inertias import inertia_warning
+from shockpc.robot.mjcf_model import build_mjcf
 from shockpc.robot.source import RobotSource, read_source
+from shockpc.robot.urdf_model import build_urdf
 
 __all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
 
@@ -24,6 +25,8 @@ KINDS = {
     "Planar": "planar",
     "Composite": "composite",
     "P": "prismatic",
+    "RevoluteUnbounded": "continuous",
+    "RUB": "continuous",
     "R": "revolute",
 }
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
@@ -110,55 +113,102 @@ class Frame:
     kind: Literal["link", "joint", "site"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot as loaded.
 
     Attributes:
-        name: as the file says.
         source: the file's text and where it came from.
         model: the Pinocchio model; its first joint is the base's if `free_base`.
-        bodies: the moving bodies, base first, then in the order of the tree.
-        frames: every named place, by name; where a link and a joint share a name it is the link's.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
         drawn: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
-        free_base: whether the base can move (every URDF; an MJCF whose root body has a free joint).
-        mass: of all bodies [kg].
-        warnings: of the file's reader, and of inertias that no body has.
+        notes: warnings of the file's reader.
     """
 
-    name: str
-    source: RobotSource = field(repr=False)
-    model: pin.Model = field(repr=False)
-    bodies: tuple[Body, ...] = field(repr=False)
-    frames: Mapping[str, Frame] = field(repr=False)
-    postures: Mapping[str, Array] = field(repr=False)
-    mimics: tuple[Mimic, ...] = field(repr=False)
-    loops: tuple[Loop, ...] = field(repr=False)
-    drawn: Array | None = field(repr=False)
-    free_base: bool
-    mass: float
-    warnings: tuple[str, ...] = field(repr=False)
+    source: RobotSource
+    model: pin.Model
+    postures: Mapping[str, Array]
+    mimics: tuple[Mimic, ...]
+    loops: tuple[Loop, ...]
+    drawn: Array | None
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"
+
+    @property
+    def name(self) -> str:
+        """As the file says."""
+        return self.source.robot_name
+
+    @property
+    def label(self) -> str:
+        """How a command names this robot: its catalogue name, else the path of its file."""
+        return self.source.label
 
     @property
     def links(self) -> tuple[str, ...]:
         """Every link that moves, in the order of the bodies."""
         return tuple(link for body in self.bodies for link in body.links)
 
-    @property
-    def label(self) -> str:
-        """How a command names this robot: its catalogue name, else the path of its file."""
-        return self.source.name or str(self.source.path)
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Of the file's reader, and of inertias that no body has."""
+        weighed = ((body.name, body.mass, body.inertia) for body in self.bodies)
+        return (*self.source.warnings, *self.notes, *inertia_warning(self.source.path.name, self.label, weighed))
+
+    @cached_property
+    def free_base(self) -> bool:
+        """Whether the base can move (every URDF; an MJCF whose root body has a free joint)."""
+        return bool(self.model.joints[1].shortname() == "JointModelFreeFlyer")
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The moving bodies, base first, then in the order of the tree; each is named after the link that its joint carries."""
+        links: list[list[pin.Frame]] = [[] for _ in range(self.model.njoints)]
+        for frame in self.model.frames:
+            if frame.type == pin.FrameType.BODY:
+                links[frame.parentJoint].append(frame)
+        bodies = []
+        for joint, carried in list(enumerate(links))[1:]:
+            placement = carried[0].placement if carried else pin.SE3.Identity()
+            inertia = placement.actInv(self.model.inertias[joint])
+            bodies.append(
+                Body(
+                    name=carried[0].name if carried else self.model.names[joint],
+                    joint=joint,
+                    links=tuple(frame.name for frame in carried),
+                    rotation=read_only(placement.rotation),
+                    offset=read_only(placement.translation),
+                    mass=float(inertia.mass),
+                    com=read_only(inertia.lever),
+                    inertia=read_only(inertia.inertia),
+                )
+            )
+        return tuple(bodies)
+
+    @cached_property
+    def frames(self) -> Mapping[str, Frame]:
+        """Every named place, by name; where a link and a joint or a site share a name it is the link's."""
+        frames: dict[str, Frame] = {}
+        for frame in sorted(self.model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
+            index, place = frame.parentJoint - 1, frame.placement
+            if index >= 0:
+                place = pin.SE3(self.bodies[index].rotation, self.bodies[index].offset).inverse() * place
+            kind: Literal["link", "joint", "site"] = "site" if frame.type in SITES else "joint"
+            if frame.type == pin.FrameType.BODY:
+                kind = "link"
+            if frame.name != "universe" and frame.name not in frames:
+                frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
+        return frames
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
         """The joint that carries each body, in the order of `bodies`; the floating base's is the first."""
-        return tuple(
-            _joint(self.model, self.model.joints[body.joint], body.joint, self.model.jointPlacements[body.joint])
-            for body in self.bodies
-        )
+        model = self.model
+        return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -168,6 +218,11 @@ class Robot:
     def joint(self, name: str) -> Joint:
         """The joint of that exact name."""
         return next(joint for joint in self.joints if joint.name == name)
+
+    @cached_property
+    def mass(self) -> float:
+        """Of all bodies [kg]."""
+        return sum(body.mass for body in self.bodies)
 
     @cached_property
     def masses(self) -> Array:
@@ -195,9 +250,7 @@ class Robot:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
         rotation = read_only([body.rotation for body in self.bodies])
         offset = read_only([body.offset for body in self.bodies])
-        return (
-            (rotation, offset) if offset.any() or not np.array_equal(rotation, np.broadcast_to(np.eye(3), rotation.shape)) else None
-        )
+        return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
@@ -206,7 +259,7 @@ class Robot:
 
     @cached_property
     def moves(self) -> np.ndarray:
-        """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of all that it hangs on."""
+        """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of the joints before it."""
         moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
         for i, joint in enumerate(self.joints):
             if joint.parent >= 0:
@@ -265,51 +318,31 @@ def load_robot(
         UnknownName: no robot has that name.
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
-    source = read_source(robot, xacro=xacro or {}, packages=packages or {}, srdf=srdf)
-    built = build(source)
-    model = built.model
-    if model.njoints < 2:
-        raise RobotError(f"{source.path.name}: nothing in it moves: it has no joint and no free base, so nothing can be struck")
-    free_base = model.joints[1].shortname() == FREE_FLYER
-    bodies = _bodies(model)
-    weighed = [(body.name, body.mass, body.inertia) for body in bodies]
-    refuse_extremes(source.path.name, weighed)
-    frames = _frames(model, bodies)
-    return Robot(
-        name=source.robot_name,
-        source=source,
-        model=model,
-        bodies=bodies,
-        frames=frames,
-        postures=built.postures,
-        mimics=built.mimics,
-        loops=built.loops,
-        drawn=built.start,
-        free_base=free_base,
-        mass=sum(body.mass for body in bodies),
-        warnings=(*source.warnings, *built.warnings, *inertia_warning(source, weighed)),
-    )
+    source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
+    built = build_mjcf(source) if source.kind == "mjcf" else build_urdf(source)
+    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
+    for place in built.model.jointPlacements:
+        R = place.rotation
+        place.rotation = 0.5 * R @ (3.0 * np.eye(3) - R.T @ R)
+    return Robot(source, **built._asdict())
 
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     """One joint of a model, or a part of one."""
     short = joint.shortname().removeprefix("JointModel")
     kind = next((kind for start, kind in KINDS.items() if short.startswith(start)), short)
-    if kind == "revolute" and joint.nq == 2:
-        kind = "continuous"
     parts: tuple[Joint, ...] = ()
-    axis = None
+    axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
         inner = joint.extract()
         parts = tuple(_joint(model, part, number, step) for part, step in zip(inner.joints, inner.jointPlacements, strict=True))
     elif joint.nv == 1:
         data = joint.createData()
-        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + joint.nv))
+        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
         twist = np.asarray(data.S, dtype=float).ravel()
         axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
-    low, high = -np.inf, np.inf
-    if joint.nq == 1:
-        low, high = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+        if joint.nq == 1:
+            limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
     return Joint(
         name=model.names[number],
         kind=kind,
@@ -319,48 +352,6 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         offset=read_only(place.translation),
         q=slice(joint.idx_q, joint.idx_q + joint.nq),
         v=slice(joint.idx_v, joint.idx_v + joint.nv),
-        limits=(low, high),
+        limits=limits,
         parts=parts,
     )
-
-
-def _bodies(model: pin.Model) -> tuple[Body, ...]:
-    """The moving bodies: one for each joint, named after the link that the joint carries."""
-    links: dict[int, list[pin.Frame]] = {joint: [] for joint in range(model.njoints)}
-    for frame in model.frames:
-        if frame.type == pin.FrameType.BODY:
-            links[frame.parentJoint].append(frame)
-    bodies = []
-    for joint in range(1, model.njoints):
-        carried = links[joint]
-        placement = carried[0].placement if carried else pin.SE3.Identity()
-        inertia = placement.actInv(model.inertias[joint])
-        bodies.append(
-            Body(
-                name=carried[0].name if carried else model.names[joint],
-                joint=joint,
-                links=tuple(frame.name for frame in carried),
-                rotation=read_only(placement.rotation),
-                offset=read_only(placement.translation),
-                mass=float(inertia.mass),
-                com=read_only(inertia.lever),
-                inertia=read_only(inertia.inertia),
-            )
-        )
-    return tuple(bodies)
-
-
-def _frames(model: pin.Model, bodies: tuple[Body, ...]) -> dict[str, Frame]:
-    """Every named frame, written in its body's frame. Links win over joints and sites of the same name."""
-    frames: dict[str, Frame] = {}
-    for wanted in (True, False):
-        for frame in model.frames:
-            if (frame.type == pin.FrameType.BODY) != wanted or frame.name in frames or frame.name == "universe":
-                continue
-            index = frame.parentJoint - 1
-            place = frame.placement
-            if index >= 0:
-                place = pin.SE3(bodies[index].rotation, bodies[index].offset).inverse() * place
-            kind: Literal["link", "joint", "site"] = "link" if wanted else "site" if frame.type in SITES else "joint"
-            frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
-    return frames

@@ -4,7 +4,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Literal
 from xml.etree import ElementTree
 
@@ -13,7 +12,7 @@ from shockpc.robot.catalogue import find_robot, find_srdf
 from shockpc.robot.files import Markup, OpenFolders, open_folders, parse_xml, read_xml
 from shockpc.robot.urdf import check_urdf, normalise_urdf
 
-__all__ = ["RobotSource", "read_source", "resolve_asset"]
+__all__ = ["RobotSource", "read_source"]
 
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {
@@ -32,48 +31,43 @@ class RobotSource:
     """What was read of a robot: its text, where it came from, and what may be read along with it.
 
     Attributes:
-        path: the robot file, absolute.
         name: its catalogue name, if it was asked for by name.
         kind: "urdf" (xacro included) or "mjcf".
         xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
             the file.
         robot_name: as the file says, else the file's stem.
         srdf: the file of reference postures, given or found beside the robot.
-        packages: package folders given by name.
-        folders: the only folders that may be read.
+        folders: the robot file, and what may be read along with it.
         warnings: what was met on the way, each with its consequence.
     """
 
-    path: Path
     name: str | None
     kind: Literal["urdf", "mjcf"]
     xml: str
     robot_name: str
     srdf: Path | None
-    packages: Mapping[str, Path]
-    folders: tuple[Path, ...]
+    folders: OpenFolders
     warnings: tuple[str, ...]
 
     @property
-    def open_folders(self) -> OpenFolders:
-        """What may be read along with it."""
-        return OpenFolders(self.path, self.packages, self.folders)
+    def path(self) -> Path:
+        """The robot file, absolute."""
+        return self.folders.file
+
+    @property
+    def label(self) -> str:
+        """How a command names this robot: its catalogue name, else the path of its file."""
+        return self.name or str(self.path)
 
 
 def read_source(
     robot: str,
     *,
-    xacro: Mapping[str, str] = MappingProxyType({}),
-    packages: Mapping[str, str | Path] = MappingProxyType({}),
-    srdf: str | Path | None = None,
+    xacro: Mapping[str, str] | None = None,
+    packages: Mapping[str, str] | None = None,
+    srdf: str | None = None,
 ) -> RobotSource:
-    """Read a robot's file and check that it holds one robot that can be computed.
-
-    Args:
-        robot: a path, or a name that `shockpc robots` lists.
-        xacro: values for the arguments of a xacro file.
-        packages: package folders by name, for `package://` and `$(find …)`; they may be read as well.
-        srdf: a file of reference postures; by default the one that goes with the robot file.
+    """Read a robot's file and check that it holds one robot that can be computed. The arguments are those of `load_robot`.
 
     Raises:
         UnknownName: no robot has that name.
@@ -82,12 +76,12 @@ def read_source(
     found, name = find_robot(robot)
     path = Path(os.path.realpath(found))
     markup = read_xml(path)
-    folders = open_folders(path, packages)
+    folders = open_folders(path, packages or {})
     warnings: tuple[str, ...] = ()
     if markup.root.tag == "robot" and (path.suffix == ".xacro" or _uses_xacro(markup.root)):
         from shockpc.robot.xacro import expand_xacro
 
-        text, warnings = expand_xacro(markup, folders, xacro)
+        text, warnings = expand_xacro(markup, folders, xacro or {})
         markup = Markup(text, parse_xml(text, path.name))
     elif xacro:
         raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
@@ -112,7 +106,7 @@ def read_source(
         check_urdf(root, path.name)
         text = ElementTree.tostring(root, encoding="unicode") if changed else text
         warnings += more
-        postures = _given_srdf(srdf) if srdf is not None else find_srdf(path, robot_name)
+        postures = find_srdf(path, robot_name) if srdf is None else Path(os.path.realpath(os.path.expanduser(srdf)))
         if postures is not None and srdf is None and not folders.contain(postures):
             postures = None  # a link that leads out of the folders
     else:
@@ -120,7 +114,7 @@ def read_source(
         raise RobotError(
             f"{path.name} begins with <{root.tag}>: {what}. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
         )
-    return RobotSource(path, name, kind, text, robot_name, postures, folders.packages, folders.folders, warnings)
+    return RobotSource(name, kind, text, robot_name, postures, folders, warnings)
 
 
 def _uses_xacro(root: ElementTree.Element) -> bool:
@@ -137,22 +131,6 @@ def _uses_xacro(root: ElementTree.Element) -> bool:
     return not whole or any(value.startswith("xacro:") or "${" in value or "$(" in value for value in written)
 
 
-def resolve_asset(source: RobotSource, uri: str) -> Path:
-    """Find a mesh or another file that a robot file names.
-
-    Args:
-        source: the robot.
-        uri: `package://name/rest`, `file:///path`, an absolute path, or one relative to the robot file.
-
-    Returns:
-        An existing file inside `source.folders`, symbolic links resolved.
-
-    Raises:
-        RobotError: it is missing, its package is unknown, or it lies outside those folders. No number needs it.
-    """
-    return source.open_folders.asset(uri)
-
-
 def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
     """An SRDF begins with <robot> too, and holds no links."""
     if root.find("link") is None and any(root.find(tag) is not None for tag in ("group", "group_state", "disable_collisions")):
@@ -160,12 +138,3 @@ def _refuse_srdf(root: ElementTree.Element, path: Path) -> None:
             f"{path.name} is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with "
             f"--srdf {path.name}"
         )
-
-
-def _given_srdf(srdf: str | Path) -> Path:
-    """An SRDF that was asked for: it has to be one."""
-    path = Path(os.path.realpath(os.path.expanduser(srdf)))
-    root = read_xml(path).root
-    if root.tag != "robot" or root.find("link") is not None:
-        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
-    return path

@@ -7,52 +7,52 @@ so the tree and the numbers are checked here, by name.
 import math
 import re
 from collections.abc import Iterable
+from graphlib import CycleError, TopologicalSorter
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
+from shockpc.printed import listed
+from shockpc.robot.limits import refuse_number, refuse_tree
 
-__all__ = ["LINKS", "check_urdf", "normalise_urdf", "vector"]
+__all__ = ["check_urdf", "normalise_urdf", "vector"]
 
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-LINKS = 2000  # the parser recurses over links, and far beyond this it overruns its stack
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # Shapes of a <geometry>: attribute and how many numbers it holds.
-_SHAPES: dict[str, tuple[tuple[str, int], ...]] = {
-    "box": (("size", 3),),
-    "cylinder": (("radius", 1), ("length", 1)),
-    "capsule": (("radius", 1), ("length", 1)),
-    "sphere": (("radius", 1),),
-    "mesh": (("scale", 3),),
+_SHAPES = {
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "mesh": {"scale": 3},
 }
-# Numbers of a link and of a joint: element, attributes, how many each holds, which of them must be there.
-_LINK_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
-    ("inertial/origin", ("xyz", "rpy"), 3, ()),
-    ("inertial/mass", ("value",), 1, ("value",)),
-    ("inertial/inertia", _INERTIA, 1, _INERTIA),
+
+
+# Numbers of a link and of a joint: element, attributes, how many each holds, whether they must be there, and the unit of those
+# whose size is limited.
+_LINK_NUMBERS = (
+    ("inertial/origin", "xyz", 3, False, "m"),
+    ("inertial/origin", "rpy", 3, False, "rad"),
+    ("inertial/mass", "value", 1, True, "kg"),
+    ("inertial/inertia", "ixx ixy ixz iyy iyz izz", 1, True, "kg m²"),
 )
-_JOINT_NUMBERS: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...] = (
-    ("origin", ("xyz", "rpy"), 3, ()),
-    ("axis", ("xyz",), 3, ("xyz",)),
-    ("limit", ("lower", "upper", "effort", "velocity"), 1, ("effort", "velocity")),
-    ("dynamics", ("damping", "friction"), 1, ()),
-    ("mimic", ("multiplier", "offset"), 1, ()),
-    ("calibration", ("rising", "falling"), 1, ()),
-    ("safety_controller", ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), 1, ("k_velocity",)),
+_JOINT_NUMBERS = (
+    ("origin", "xyz", 3, False, "m"),
+    ("origin", "rpy", 3, False, "rad"),
+    ("axis", "xyz", 3, True, ""),
+    ("limit", "lower upper", 1, False, ""),
+    ("limit", "effort velocity", 1, True, ""),
+    ("dynamics", "damping friction", 1, False, ""),
+    ("mimic", "multiplier offset", 1, False, ""),
+    ("calibration", "rising falling", 1, False, ""),
+    ("safety_controller", "soft_lower_limit soft_upper_limit k_position", 1, False, ""),
+    ("safety_controller", "k_velocity", 1, True, ""),
 )
 
 
 def vector(text: str | None, size: int) -> tuple[float, ...] | None:
-    """Read numbers as the parser would: plain decimals, separated by blanks, finite.
-
-    Args:
-        text: an attribute's value.
-        size: how many there have to be.
-
-    Returns:
-        The numbers, or None if the text is anything else.
-    """
+    """Read so many numbers as the parser would: plain decimals, separated by blanks, finite; None if the text is anything else."""
     words = (text or "").split()
     if len(words) != size or not all(_NUMBER.fullmatch(word) for word in words):
         return None
@@ -63,13 +63,8 @@ def vector(text: str | None, size: int) -> tuple[float, ...] | None:
 def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
     """Correct, in place, what carries no meaning but would make the parser fail or print.
 
-    Blanks around attribute values are removed; a robot without a name gets one. With a warning are removed: xacro elements that
-    are left over, a visual or collision without a valid shape, and a <mimic> that follows no joint of the file.
-
-    Args:
-        robot: the root element, changed in place.
-        file: the file's name, for messages.
-        name: the name for a robot that has none.
+    Blanks around attribute values are removed; a robot without a name gets this one. With a warning are removed: xacro elements
+    that are left over, a visual or collision without a valid shape, and a <mimic> that follows no joint of the file.
 
     Returns:
         Whether anything changed, and the warnings.
@@ -78,14 +73,11 @@ def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[st
         RobotError: a joint mimics twice.
     """
     warnings = []
-    changed = not robot.get("name")
-    if changed:
-        robot.set("name", name)
+    before = [dict(element.attrib) for element in robot.iter()]
+    robot.set("name", robot.get("name") or name)
     for element in robot.iter():
-        for key, value in element.attrib.items():
-            if value != value.strip():
-                element.set(key, value.strip())
-                changed = True
+        element.attrib.update({key: value.strip() for key, value in element.attrib.items()})
+    changed = before != [element.attrib for element in robot.iter()]
     left = [element for element in robot if element.tag.startswith("xacro:")]
     if left:
         tags = ", ".join(dict.fromkeys(f"<{element.tag}>" for element in left))
@@ -116,22 +108,16 @@ def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[st
 
 def _has_shape(part: Element) -> bool:
     """Whether a visual or collision holds one shape whose numbers can be read, at a place that can be read."""
-    origin, shapes = part.find("origin"), list(part.iterfind("geometry/*"))
-    if len(shapes) != 1 or shapes[0].tag not in _SHAPES:
+    shapes = part.findall("geometry/*")
+    if len(shapes) != 1 or shapes[0].tag not in _SHAPES or (shapes[0].tag == "mesh" and not shapes[0].get("filename")):
         return False
-    shape = shapes[0]
-    default = {"scale": "1 1 1"}
-    wanted = [(shape.get(key, default.get(key)), size) for key, size in _SHAPES[shape.tag]]
-    wanted += [(origin.get(key, "0 0 0"), 3) for key in ("xyz", "rpy")] if origin is not None else []
-    return (shape.tag != "mesh" or bool(shape.get("filename"))) and all(vector(text, size) is not None for text, size in wanted)
+    wanted = [(shapes[0].get(key, "1 1 1" if key == "scale" else None), size) for key, size in _SHAPES[shapes[0].tag].items()]
+    wanted += [(origin.get(key, "0 0 0"), 3) for origin in part.findall("origin")[:1] for key in ("xyz", "rpy")]
+    return all(vector(text, size) is not None for text, size in wanted)
 
 
 def check_urdf(robot: Element, file: str) -> None:
     """Refuse a URDF that is not one connected tree of bodies with finite numbers and some mass.
-
-    Args:
-        robot: its root element.
-        file: the file's name, for messages.
 
     Raises:
         RobotError: naming the link or joint at fault.
@@ -141,8 +127,6 @@ def check_urdf(robot: Element, file: str) -> None:
         raise RobotError(
             f"{file} has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them"
         )
-    if len(links) > LINKS:
-        raise RobotError(f"{file} has {len(links)} links, and up to {LINKS} are read; leave out those that neither move nor weigh")
     _check_names(links, "link", file)
     _check_names(joints, "joint", file)
     _check_tree([link.get("name", "") for link in links], joints, file)
@@ -171,46 +155,43 @@ def _check_names(elements: list[Element], kind: str, file: str) -> None:
 
 def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
     """Every joint joins two links that exist; every link but one, the root, hangs on exactly one joint; none in a circle."""
-    above: dict[str, tuple[str, str]] = {}
-    known = set(links)
+    carriers = dict.fromkeys(links, "")
+    above: dict[str, str] = {}
     for joint in joints:
         name = joint.get("name", "")
         if joint.get("type") not in _JOINT_TYPES:
             raise RobotError(
-                f'{file}: joint "{name}" is of type "{joint.get("type", "")}", which URDF does not have; '
-                f"it has {_listed(_JOINT_TYPES)}"
+                f'{file}: joint "{name}" is of type "{joint.get("type", "")}", which URDF does not have; it has '
+                f"{listed(_JOINT_TYPES)}"
             )
-        ends = {}
+        ends = []
         for end in ("parent", "child"):
             element = joint.find(end)
-            ends[end] = link = element.get("link", "") if element is not None else ""
-            if link not in known:
+            ends.append(link := element.get("link", "") if element is not None else "")
+            if link not in carriers:
                 said = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
                 raise RobotError(f'{file}: joint "{name}": {said}; every joint has to join two links of the file')
-        if ends["child"] in above:
+        parent, child = ends
+        if child in above:
             raise RobotError(
-                f'{file}: link "{ends["child"]}" is the child of two joints, "{above[ends["child"]][1]}" and "{name}"; '
+                f'{file}: link "{child}" is the child of two joints, "{above[child]}" and "{name}"; '
                 "a URDF is a tree, so cut the loop at one of them"
             )
-        above[ends["child"]] = (ends["parent"], name)
-    reached = set(links) - set(above)
-    roots = [link for link in links if link in reached]
-    waiting = set(above)
-    while ready := {link for link in waiting if above[link][0] in reached}:
-        reached |= ready
-        waiting -= ready
-    if waiting:
-        trail = [next(link for link in links if link in waiting)]
-        while (parent := above[trail[-1]][0]) not in trail:
-            trail.append(parent)
-        circle = sorted(above[link][1] for link in trail[trail.index(parent) :])
-        said = f"joints {_listed(circle)} form" if len(circle) > 1 else f"joint {_listed(circle)} forms"
-        raise RobotError(f"{file}: {said} a circle that no root link carries; a URDF is a tree, so remove one of its joints")
+        carriers[child], above[child] = parent, name
+    try:
+        order = tuple(TopologicalSorter({link: [carrier] for link, carrier in carriers.items()}).static_order())
+    except CycleError as found:
+        circle = sorted({above[link] for link in found.args[1]})
+        said = f"joints {listed(circle)} form" if len(circle) > 1 else f"joint {listed(circle)} forms"
+        raise RobotError(
+            f"{file}: {said} a circle that no root link carries; a URDF is a tree, so remove one of its joints"
+        ) from None
+    roots = [link for link in links if link not in above]
     if len(roots) > 1:
         raise RobotError(
-            f"{file}: {len(roots)} links have no parent: {_listed(roots[:5])}{', …' * (len(roots) > 5)}; "
-            "a robot has one root, so join the others to it"
+            f"{file}: {len(roots)} links have no parent: {listed(roots, 5)}; a robot has one root, so join the others to it"
         )
+    refuse_tree(file, {link: carriers[link] for link in order if link})
 
 
 def _check_link(link: Element, whose: str) -> None:
@@ -247,22 +228,21 @@ def _check_joint(joint: Element, whose: str) -> None:
         raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
 
 
-def _check_numbers(owner: Element, table: tuple[tuple[str, tuple[str, ...], int, tuple[str, ...]], ...], whose: str) -> None:
-    """Refuse what is not a finite number, or not there though it must be, showing what stands in its place."""
-    for path, keys, size, required in table:
+def _check_numbers(owner: Element, table: Iterable[tuple[str, str, int, bool, str]], whose: str) -> None:
+    """Refuse what is not a finite number of a size that can be computed with, or not there though it must be."""
+    for path, keys, size, required, unit in table:
         for element in owner.findall(path):
-            for key in keys:
+            for key in keys.split():
                 text = element.get(key)
-                if (text is None and key not in required) or vector(text, size) is not None:
+                if text is None and not required:
                     continue
                 what = {"mass": "mass", "inertia": key, "axis": "axis"}.get(element.tag, f"<{element.tag}> {key}")
                 if element.tag == "origin":
                     what = f"<{'inertial' if owner.tag == 'link' else 'joint'}> origin {key}"
-                found = "is missing" if text is None else f'is "{text}"'
-                wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
-                raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
-
-
-def _listed(names: Iterable[str]) -> str:
-    """Quoted names, with commas."""
-    return ", ".join(f'"{name}"' for name in names)
+                values = vector(text, size)
+                if values is None:
+                    found = "is missing" if text is None else f'is "{text}"'
+                    wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
+                    raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
+                for value in values if unit else ():
+                    refuse_number(whose, what, value, unit)

@@ -20,8 +20,9 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
+from shockpc.printed import listed
 from shockpc.robot.files import Markup, OpenFolders, parse_xml, read_text
-from shockpc.robot.urdf import LINKS
+from shockpc.robot.limits import LINKS
 
 __all__ = ["expand_xacro"]
 
@@ -33,12 +34,7 @@ _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
 
 
 def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
-    """Expand a xacro file.
-
-    Args:
-        markup: the file as read.
-        folders: what it may read; `folders.file` is the file itself.
-        arguments: values of its arguments.
+    """Expand a xacro file, which may read from these folders, with values for its arguments.
 
     Returns:
         The URDF text, with mesh paths as found, and what xacro warned of.
@@ -70,13 +66,17 @@ def expand_xacro(markup: Markup, folders: OpenFolders, arguments: Mapping[str, s
     if "error" in answer:
         missing = sorted(each for each, has_default in declared.items() if not has_default and each not in arguments)
         if missing and "has no value" in answer["error"]:
-            listed, typed = ", ".join(f'"{each}"' for each in missing), " ".join(f"--xacro {each}:=VALUE" for each in missing)
-            verb = "has" if len(missing) == 1 else "have"
-            raise RobotError(f"{name}: xacro argument{'s' * (len(missing) > 1)} {listed} {verb} no value; give: {typed}")
+            said = "argument {} has" if len(missing) == 1 else "arguments {} have"
+            typed = " ".join(f"--xacro {each}:=VALUE" for each in missing)
+            raise RobotError(f"{name}: xacro {said.format(listed(missing))} no value; give: {typed}")
         raise RobotError(answer["error"])
     for argument in arguments:
+        if not declared:
+            raise RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… has no effect; leave it out")
         if argument not in declared:
-            raise _unknown_argument(argument, declared, name)
+            near = difflib.get_close_matches(argument, declared, n=1)
+            nearest = f"; nearest: {listed(near)}" if near else ""
+            raise RobotError(f'{name} has no xacro argument "{argument}"{nearest}. It has {listed(sorted(declared))}')
     warnings = dict.fromkeys(line for line in answer["printed"].splitlines() if line.strip() and not line.startswith(_PLACES))
     return answer["urdf"], tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
 
@@ -126,7 +126,7 @@ def _converse(
             elif "glob" in question:
                 answer = {"files": sorted(glob.glob(question["glob"]))}
             elif "find" in question:
-                answer = {"folder": _find(question["find"], folders)}
+                answer = {"folder": str(folders.package(question["find"], f"$(find {question['find']})"))}
             else:
                 return dict(question)
     except (BrokenPipeError, ValueError):
@@ -144,29 +144,8 @@ def _read(filename: str, folders: OpenFolders, declared: dict[str, bool]) -> str
     return text
 
 
-def _find(package: str, folders: OpenFolders) -> str:
-    """The folder of a package."""
-    folder = folders.package(package)
-    if folder is None:
-        raise RobotError(
-            f'{folders.file.name}: $(find {package}): no package "{package}" among those given, in ROS_PACKAGE_PATH or '
-            f"above the file. Say where it is: --package {package}=DIR"
-        )
-    return str(folder)
-
-
 def _declare(declared: dict[str, bool], text: str, root: Element) -> None:
     """Add the arguments that a xacro document declares, which have a default, and those that it uses."""
     declared.update((element.get("name", ""), True) for element in root.iter("xacro:arg"))
     for name in re.findall(r"\$\(\s*arg\s+([^\s)]+)\s*\)", text):
         declared.setdefault(name, False)
-
-
-def _unknown_argument(argument: str, declared: Mapping[str, bool], name: str) -> RobotError:
-    """The error for an argument that the file does not have."""
-    if not declared:
-        return RobotError(f"{name} has no xacro arguments, so --xacro {argument}=… has no effect; leave it out")
-    near = difflib.get_close_matches(argument, declared, n=1)
-    nearest = f'; nearest: "{near[0]}"' if near else ""
-    listed = ", ".join(f'"{known}"' for known in sorted(declared))
-    return RobotError(f'{name} has no xacro argument "{argument}"{nearest}. It has {listed}')

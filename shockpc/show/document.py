@@ -17,23 +17,14 @@ from shockpc.model.dynamics import PINOCCHIO
 from shockpc.result import ShockProfile
 from shockpc.scene import scene_table
 
-__all__ = ["SCHEMA", "document", "to_json"]
+__all__ = ["SCHEMA", "document", "plain", "to_json"]
 
 SCHEMA = "shockpc.profile/1"
 
 BODY = (
-    "delta_omega",
-    "delta_v",
-    "copc",
-    "copc_world",
-    "ropc",
-    "translates",
-    "pitch",
-    "off_plane",
-    "shock_com",
-    "shock_min",
-    "shock_max",
-)
+    "delta_omega", "delta_v", "copc", "copc_world", "ropc", "translates", "pitch", "off_plane", "shock_com",
+    "shock_min", "shock_max",
+)  # fmt: skip
 CONTACT = ("frame", "point", "impulse", "friction_needed", "approach", "mass_sticking", "mass_frictionless", "mitigation", "moment")
 HEALTH = ("rank", "rows", "error_bound", "body_error_bounds", "double_error", "data_sensitivity", "bits")
 
@@ -46,15 +37,15 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         "schema": SCHEMA,
         "shockpc": shockpc.__version__,
         "pinocchio": PINOCCHIO,
-        "robot": _plain(size),
+        "robot": plain(size),
         "scene": scene_table(profile.scene),
-        "v_in": _plain(profile.v_in),
+        "v_in": plain(profile.v_in),
         "bodies": [
             {
                 "body": profile.bodies[i],
                 "links": list(robot.bodies[i].links),
-                "placement": {"position": _plain(profile.position[i]), "rotation": _plain(profile.rotation[i])},
-                **{key: _plain(getattr(profile, key)[i]) for key in BODY},
+                "placement": {"position": plain(profile.position[i]), "rotation": plain(profile.rotation[i])},
+                **{key: plain(getattr(profile, key)[i]) for key in BODY},
                 **_directions(ExtremeDirections(*(found[i] for found in profile.directions))),
             }
             for i in range(len(robot.bodies))
@@ -67,13 +58,13 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         "joint_model": profile.joint_model,
         "health": {**_record(profile.health, *HEALTH), "warnings": [str(warning) for warning in profile.health.warnings]},
         "stance": [_record(one, "frame", "point", "impulse", "friction_needed") for one in profile.stance],
-        "total": {"impulse": _plain(profile.total_impulse), "moment": _plain(profile.total_moment)},
-        "energy": {"lost": _plain(profile.energy_lost), "share": _plain(profile.energy_share)},
+        "total": {"impulse": plain(profile.total_impulse), "moment": plain(profile.total_moment)},
+        "energy": {"lost": plain(profile.energy_lost), "share": plain(profile.energy_share)},
         "joints": [_record(one, "joint", "force", "moment", "along") for one in profile.loads],
         "bracket": [_record(one, "place", "free", "as_modelled", "locked") for one in profile.bracket],
         "assembly": None
         if assembly is None
-        else {**_record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": _plain(by)} for name, by, _ in assembly.moved]},
+        else {**_record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": plain(by)} for name, by, _ in assembly.moved]},
         "loads_unique": profile.health.rank == profile.health.rows,
     }
 
@@ -86,28 +77,28 @@ def to_json(profiles: list[ShockProfile]) -> str:
 
 def _record(record: object, *keys: str) -> dict[str, Any]:
     """Some attributes of a record."""
-    return {key: _plain(getattr(record, key)) for key in keys}
+    return {key: plain(getattr(record, key)) for key in keys}
 
 
 def _directions(found: ExtremeDirections) -> dict[str, Any]:
     """The most and the least severe impact direction of one place."""
     return {
-        "most_severe": {"direction": _plain(found.most_severe), "shock": _plain(found.most_severe_shock)},
-        "least_severe": {"direction": _plain(found.least_severe), "shock": _plain(found.least_severe_shock)},
+        "most_severe": {"direction": plain(found.most_severe), "shock": plain(found.most_severe_shock)},
+        "least_severe": {"direction": plain(found.least_severe), "shock": plain(found.least_severe_shock)},
     }
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """A value as JSON holds it: arrays as lists, null for a number or a vector that is not finite, no -0.0."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items()}
+        return {key: plain(part) for key, part in value.items()}
     if isinstance(value, list):
-        plain = [_plain(part) for part in value]
-        return None if plain and all(part is None for part in plain) else plain
+        parts = [plain(part) for part in value]
+        return None if parts and all(part is None for part in parts) else parts
     if isinstance(value, tuple):
-        return [_plain(part) for part in value]
+        return [plain(part) for part in value]
     if isinstance(value, float):
         return value + 0.0 if math.isfinite(value) else None
     return value

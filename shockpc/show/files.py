@@ -16,11 +16,7 @@ MANIFEST = ".shockpc-files"
 
 
 def check_folder(folder: Path, option: str) -> None:
-    """Check that a folder can be written, or made, before anything is computed; nothing is left behind.
-
-    Args:
-        folder: for results.
-        option: the option that names it.
+    """Check that the folder of an option can be written, or made, before anything is computed; nothing is left behind.
 
     Raises:
         OutputError: it is a file, it cannot be made, or nothing may be written in it.
@@ -58,9 +54,7 @@ def make_folder(folder: Path) -> None:
 def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Write the files of a run into a folder, and remove those that an earlier run wrote there and this one does not.
 
-    Args:
-        folder: made if it does not exist.
-        files: contents by path relative to the folder, with slashes.
+    The folder is made if it does not exist; the contents are given by path relative to it, with slashes.
 
     Raises:
         OutputError: the folder cannot be written; if a folder has the name of a file, nothing is.
@@ -76,11 +70,10 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
         make_folder((folder / name).parent)
         write_text(folder / name, content)
     for path in (folder / name for name in earlier - files.keys()):
-        with contextlib.suppress(OSError):
-            path.unlink()
         # A folder with other files in it is not removed.
-        with contextlib.suppress(OSError):
-            path.parent.rmdir()
+        for remove in (path.unlink, path.parent.rmdir):
+            with contextlib.suppress(OSError):
+                remove()
     write_text(folder / MANIFEST, "".join(f"{name}\n" for name in files))
 
 

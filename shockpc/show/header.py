@@ -5,20 +5,11 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from shockpc.printed import printable
+from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 
-__all__ = [
-    "angle_text",
-    "bodies_text",
-    "contact_name",
-    "count",
-    "header_lines",
-    "joint_model_text",
-    "posture_text",
-    "strike_text",
-]
+__all__ = ["angle_text", "bodies_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text", "strike_text"]
 
 JOINT_MODELS = {
     "free": "free (zero reflected inertia; a stiff gearbox changes the results considerably)",
@@ -26,13 +17,11 @@ JOINT_MODELS = {
     "locked": "locked (no joint moves, so the robot is one rigid body)",
     "mixed": "mixed (some joints have reflected inertia or are locked, the others are free)",
 }
-
 BASES = {
     "free": "free; --base planar or --base fixed restrains it",
     "planar": "moves in the plane only; --base free releases it",
     "fixed": "fixed to the world; --base free releases it",
 }
-
 PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
 
 
@@ -40,17 +29,17 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     """What was computed, one line for each part of the scene; (name, text)."""
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
-    plane = PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({_vector(profile.plane.normal)})"
-    lines = [
-        ("robot", f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {bodies_text(robot)}{xacro})"),
-        ("posture", posture_text(profile)),
-        ("base", BASES[scene.base or "free"]),
-        ("contact", "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts)))),
-        ("strike", f"{strike_text(profile)}: velocity ({_vector(profile.strike)}) m/s{_normalised(profile)}"),
-        ("joint model", "; ".join([joint_model_text(profile), *_drive_settings(profile)])),
-        ("plane", plane),
-    ]
-    return [(name, printable(text)) for name, text in lines]
+    normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
+    lines = {
+        "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {bodies_text(robot)}{xacro})",
+        "posture": posture_text(profile),
+        "base": BASES[scene.base or "free"],
+        "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
+        "strike": f"{strike_text(profile)}: velocity ({_vector(profile.strike)}) m/s{normalised}",
+        "joint model": "; ".join([joint_model_text(profile), *_drive_settings(profile)]),
+        "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({_vector(profile.plane.normal)})",
+    }
+    return [(name, printable(text)) for name, text in lines.items()]
 
 
 def joint_model_text(profile: ShockProfile) -> str:
@@ -67,7 +56,7 @@ def posture_text(profile: ShockProfile) -> str:
         words.append("base at roll {:g}, pitch {:g}, yaw {:g} deg".format(*posture.base_rpy_deg))
     if posture.base_quaternion:
         words.append("base at quaternion ({:g}, {:g}, {:g}, {:g})".format(*posture.base_quaternion))
-    return ", ".join(words if len(words) <= 8 else [*words[:7], f"{len(words) - 7} more settings"])
+    return few(words, 8, what=" settings")
 
 
 def strike_text(profile: ShockProfile) -> str:
@@ -82,7 +71,7 @@ def strike_text(profile: ShockProfile) -> str:
     moving += _settings(profile.robot, {k: v for k, v in strike.joint_velocities.items() if v}, ("rad/s", "m/s"))
     if moving and len(profile.contacts) > 1:
         parts.append("the fastest contact")
-    return ", ".join([*parts, *(moving if len(moving) <= 4 else [*moving[:3], f"{len(moving) - 3} more joint rates"])])
+    return ", ".join([*parts, few(moving, 4, what=" joint rates")] if moving else parts)
 
 
 def angle_text(profile: ShockProfile) -> str:
@@ -106,11 +95,6 @@ def contact_name(profile: ShockProfile) -> str:
 def count(number: int, one: str, several: str = "") -> str:
     """A number with its noun, such as "1 joint" or "2 joints"."""
     return f"{number} {one if number == 1 else several or one + 's'}"
-
-
-def _normalised(profile: ShockProfile) -> str:
-    """The speed that normalises shock, if it is not that of the contact."""
-    return f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if profile.scene.v_in == "com" else ""
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:

@@ -43,7 +43,7 @@ def bent(robot: Robot, scale: float = 1.0) -> Posture:
 
 @functools.cache
 def _ratio_chain(ratio: float, rooted_light: bool) -> Robot:
-    masses = np.geomspace(1.0, ratio, 6)
+    masses = np.geomspace(ratio**-0.5, ratio**0.5, 6)
     return chain(masses if rooted_light else masses[::-1], np.full(6, 0.4))
 
 

@@ -3,17 +3,8 @@
 import importlib
 import os
 
-__all__: list[str] = []
-
-
-def _import_matplotlib() -> None:
-    """Import matplotlib without the backend that the environment may name: figures need none, and an unknown name is an error."""
-    backend = os.environ.pop("MPLBACKEND", None)
-    try:
-        importlib.import_module("matplotlib")
-    finally:
-        if backend is not None:
-            os.environ["MPLBACKEND"] = backend
-
-
-_import_matplotlib()
+# Figures need no backend, and matplotlib refuses to be imported if the environment names an unknown one.
+_BACKEND = os.environ.pop("MPLBACKEND", None)
+importlib.import_module("matplotlib")
+if _BACKEND is not None:
+    os.environ["MPLBACKEND"] = _BACKEND

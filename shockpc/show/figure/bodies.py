@@ -13,20 +13,16 @@ from shockpc.show.figure.palette import BANDS, EDGES, INK, faded
 from shockpc.show.figure.silhouette import Region
 from shockpc.show.figure.view import View
 
-__all__ = ["BOXED", "draw_bodies", "layers"]
+__all__ = ["BOXED", "draw_bodies", "layers", "paint"]
 
 BOXED = (0, (4, 1.5, 1, 1.5))
 """Line style of a body that is drawn as the box of its inertia."""
 
 
 def layers(region: Region, field: Field) -> list[tuple[int, Region]]:
-    """The regions to paint one over the other, so that what stays visible of layer k has a shock in band k.
+    """Bands, highest first, each with the part of a silhouette [m] where shock is at most the band's upper limit.
 
-    Args:
-        region: silhouette in plane coordinates [m].
-        field: shock over the plane.
-
-    Returns: bands, highest first, each with the part of the silhouette where shock is at most the band's upper limit.
+    Painted one over the other, what stays visible of each part has a shock in its band.
     """
     if region.is_empty:
         return []
@@ -43,24 +39,23 @@ def layers(region: Region, field: Field) -> list[tuple[int, Region]]:
     return found[::-1]
 
 
-def draw_bodies(axes: Axes, view: View) -> None:
-    """Paint every body, farthest first.
-
-    Args:
-        axes: in plane coordinates [m].
-        view: the bodies.
-    """
+def draw_bodies(axes: Axes, view: View) -> set[str]:
+    """Paint every body, farthest first, on axes in plane coordinates [m]; return which signs of the key occur."""
+    signs = set()
     for order, drawn in enumerate(view.drawn):
         fade = 0.35 if drawn.far or drawn.outlined else 0.0
         style: dict[str, Any] = {"zorder": 1.0 + 0.01 * order}
         if not drawn.outlined:
             for k, part in layers(drawn.region, drawn.field):
-                _patch(axes, part, view.size, facecolor=faded(BANDS[k], 0.6 * fade), edgecolor="none", **style)
+                paint(axes, part, view.size, facecolor=faded(BANDS[k], 0.6 * fade), edgecolor="none", **style)
         style |= {"linewidth": 0.5 if fade else 0.7, "linestyle": BOXED if drawn.box else "solid"}
-        _patch(axes, drawn.region, view.size, facecolor="none", edgecolor=faded(INK, fade), **style)
+        paint(axes, drawn.region, view.size, facecolor="none", edgecolor=faded(INK, fade), **style)
+        signs |= {"outlined"} if drawn.outlined else set()
+        signs |= {"box"} if drawn.box and not drawn.region.is_empty else set()
+    return signs
 
 
-def _patch(axes: Axes, region: Region, size: float, **style: Any) -> None:
+def paint(axes: Axes, region: Region, size: float, **style: Any) -> None:
     """Draw a region as one path, with no more corners than can be seen in a figure of that size [m]."""
     vertices, codes = [], []
     for part in shapely.get_parts(shapely.simplify(region, size / 4000.0)):

@@ -19,13 +19,9 @@ FLOOR = 1e-17
 
 
 def save_error_time(path: Path, title: str, series: dict[str, list[tuple[float, float]]], accurate: float) -> None:
-    """Draw run time and error of several methods as SVG.
+    """Draw run time [s] and error [1] of the results of several methods, by the method's name, as SVG.
 
-    Args:
-        path: of the file.
-        title: over the figure.
-        series: (run time [s], error [1]) of every result, by the method's name.
-        accurate: largest error of an accurate result, drawn as a line.
+    A line shows the largest error of an accurate result.
 
     Raises:
         OutputError: the file cannot be written.

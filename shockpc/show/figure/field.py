@@ -5,15 +5,14 @@ also moves out of the plane the shock depends on depth as well; the field is the
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import contourpy
 import numpy as np
 import shapely
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.result import ShockProfile
-from shockpc.show.figure.silhouette import Region, to_plane
+from shockpc.show.figure.silhouette import Region, contoured, to_plane
 
 __all__ = ["Field", "below", "field_of"]
 
@@ -22,12 +21,9 @@ CELLS = 96
 
 
 class Field(NamedTuple):
-    """Shock over plane coordinates: |c + A (u − origin)|.
+    """Shock over plane coordinates u: |c + A (u − origin)|.
 
-    Attributes:
-        origin: (2,) of the body's frame in plane coordinates [m].
-        c: (3,) Δv of that origin over v_in [1].
-        A: (3, 2) its derivative along e1 and e2 [1/m].
+    The origin (2,) [m] is that of the body's frame, c (3,) its Δv over v_in [1], A (3, 2) the derivative along e1 and e2 [1/m].
     """
 
     origin: Array
@@ -42,11 +38,8 @@ class Field(NamedTuple):
 def field_of(profile: ShockProfile, body: int, points: Array | None = None) -> Field:
     """The field of a body on its middle surface.
 
-    Args:
-        profile: the shock of a landing.
-        body: index.
-        points: (n, 3) of the body's surface, world axes [m], which determine its middle surface; without them it is the plane
-            through the origin of the body's frame.
+    Points (n, 3) of the body's surface, world axes [m], determine that surface; without them it is the plane through the origin of
+    the body's frame.
     """
     plane = profile.plane
     omega, v = profile.rotation[body] @ profile.delta_omega[body], profile.rotation[body] @ profile.delta_v[body]
@@ -73,15 +66,9 @@ def _middle(points: Array, plane: Plane) -> tuple[float, Array]:
 def below(field: Field, value: float, box: tuple[float, float, float, float]) -> Region:
     """The part of a box where shock is at most a value, from a contour of the squared shock.
 
-    Args:
-        field: of a body.
-        value: [1]; infinity gives the box.
-        box: x and y of its lower left and of its upper right corner [m].
+    The box is x and y of its lower left and of its upper right corner [m]; an infinite value gives all of it.
     """
     if math.isinf(value):
         return shapely.box(*box)
     x, y = np.linspace(box[0], box[2], CELLS + 1), np.linspace(box[1], box[3], CELLS + 1)
-    squared = field.at(np.stack(np.meshgrid(x, y), axis=-1)) ** 2
-    contours: Any = contourpy.contour_generator(x, y, squared, fill_type=contourpy.FillType.OuterOffset)
-    outlines, _ = contours.filled(-1.0, value**2)
-    return shapely.union_all([shapely.Polygon(outline) for outline in outlines])
+    return contoured(x, y, field.at(np.stack(np.meshgrid(x, y), axis=-1)) ** 2, -1.0, value**2)

@@ -19,13 +19,7 @@ TAG = 0.09
 
 
 class Labels:
-    """The labels of one picture, placed one after the other.
-
-    Args:
-        axes: in plane coordinates.
-        window: the part of the plane that they show.
-        bodies: all silhouettes together.
-    """
+    """The labels of one picture, placed one after the other on axes in plane coordinates; `bodies` are all silhouettes together."""
 
     def __init__(self, axes: Axes, window: Window, bodies: Region):
         self._axes, self._inch, self._edges = axes, window.inch, bodies.boundary
@@ -50,13 +44,7 @@ class Labels:
         self.keep_free(np.array([x, y]), TAG)
 
     def place(self, mark: Array, text: str, gap: float) -> None:
-        """Write a short text beside a mark, on the side where it covers least.
-
-        Args:
-            mark: (2,) position of the mark [m].
-            text: short.
-            gap: from the mark to the text [inches].
-        """
+        """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""
         width, height = np.array([0.62 * len(text) + 0.3, 1.25]) * SIZE / 72.0 * self._inch
         best, least = None, np.inf
         for right, up in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from shockpc.printed import printable
+from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
 from shockpc.show.figure.canvas import add_axes, new_page, render
@@ -17,7 +17,7 @@ from shockpc.show.figure.view import View, view_of
 from shockpc.show.figure.window import windows_of
 from shockpc.show.header import joint_model_text, posture_text, strike_text
 
-__all__ = ["draw", "landing_figure"]
+__all__ = ["draw", "landing_figure", "numbered"]
 
 MOST, LEAST = (5.4, 6.4), (3.4, 2.2)
 """Largest and smallest sides of the picture [inches]."""
@@ -48,42 +48,35 @@ def draw(profile: ShockProfile) -> Figure:
 
     Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in the plane it does not depend on
     depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
-
-    Args:
-        profile: the shock of a landing.
     """
     view = view_of(profile)
-    numbers = {i: n for n, i in enumerate(_numbered(profile, view), start=1)}
+    numbers = {i: n for n, i in enumerate(numbered(profile, view), start=1)}
     rows, points, notes = _body_rows(profile, numbers), _point_rows(profile), _notes(profile, view, numbers)
     tall = LINE * (len(rows) + len(points) + len(notes) + 12.0)
     (window,) = windows_of([profile], [view], [view.struck], NEAR, MOST, (LEAST[0], max(LEAST[1], tall - FOOT)))
     width, height = window.sides
-    page_width = LEFT + width + 2.0 * MARGIN + COLUMN + MARGIN
-    page_height = HEAD + height + FOOT
-    figure, page = new_page(page_width, page_height)
+    x, y = LEFT + width + 2.0 * MARGIN, height + FOOT
+    figure, page = new_page(x + COLUMN + MARGIN, y + HEAD)
     picture = add_axes(figure, LEFT, FOOT, width, height)
     coordinates(picture, window, profile)
-    draw_bodies(picture, view)
-    signs = draw_marks(picture, profile, view, window, numbers)
+    signs = draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers)
     if all(drawn.region.is_empty for drawn in view.drawn):
         picture.text(0.5, 0.9, "no body of this robot has a shape or an inertia to draw", ha="center", transform=picture.transAxes)
-    _title(page, profile, page_height - 0.14, page_width - 2.0 * MARGIN)
+    _title(page, profile, y + HEAD - 0.14, x + COLUMN - MARGIN)
     colour_bar(figure, LEFT, 0.48, width)
-    x, y = LEFT + width + 2.0 * MARGIN, page_height - HEAD
     y = table(page, x, y, (0.0, 0.2, 1.65, 2.08, 2.68, COLUMN), rows)
     for note in notes:
         page.text(x, y, note, fontsize=7, fontstyle="italic", va="top")
         y -= 0.85 * LINE
     if points:
         y = table(page, x, y - LINE, (0.0, 0.2, 2.68, COLUMN), points)
-    key(page, [view], signs, (x, y - LINE))
+    key(page, signs, (x, y - LINE))
     return figure
 
 
 def _title(page: Axes, profile: ShockProfile, y: float, width: float) -> None:
     """Robot, posture, velocity and joint model, downwards."""
-    names = [printable(contact.frame, 30) for contact in profile.contacts]
-    contacts = " + ".join(names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} more"])
+    contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
     robot = printable(profile.robot.source.name or profile.robot.name, 40)
     line(page, MARGIN, y, f"{robot}: shock of landing on {contacts}", 11.0, width, "bold")
     scene = profile.scene
@@ -94,7 +87,7 @@ def _title(page: Axes, profile: ShockProfile, y: float, width: float) -> None:
     line(page, MARGIN, y - 0.43, f"joint model: {joint_model_text(profile)}", 8.0, width)
 
 
-def _numbered(profile: ShockProfile, view: View) -> list[int]:
+def numbered(profile: ShockProfile, view: View) -> list[int]:
     """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
     bodies = profile.robot.bodies
     if len(bodies) <= FEW:
@@ -120,12 +113,10 @@ def _point_rows(profile: ShockProfile) -> list[tuple[str, ...]]:
     """Sensors and points: name, peak acceleration for a given pulse, and shock."""
     if not profile.points:
         return []
-    peak = "" if profile.scene.pulse is None else "peak [g]"
-    rows: list[tuple[str, ...]] = [("", "sensor or point", peak, "shock [-]")]
+    rows: list[tuple[str, ...]] = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
     for k, point in enumerate(profile.points[:ROWS]):
-        rows.append(
-            (letter(k), printable(point.frame, 24), "" if point.peak_g is None else f"{point.peak_g:.3g}", f"{point.shock:.2f}")
-        )
+        peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
+        rows.append((letter(k), printable(point.frame, 24), peak, f"{point.shock:.2f}"))
     if len(profile.points) > ROWS:
         rows.append(("", f"and {len(profile.points) - ROWS} more", "", ""))
     return rows
@@ -142,8 +133,7 @@ def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[s
         )
     unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
     if unseen:
-        names = ", ".join(unseen[:3]) + (f" and {len(unseen) - 3} more" if len(unseen) > 3 else "")
-        notes.append(f"not drawn, without shape and inertia: {names}")
+        notes.append(f"not drawn, without shape and inertia: {few(unseen, 3)}")
     if profile.scene.pulse is not None and profile.points:
         notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
     return [part for note in notes for part in textwrap.wrap(note, 58)]
@@ -151,5 +141,4 @@ def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[s
 
 def _metres(value: float) -> str:
     """A length to about three digits."""
-    decimals = 0 if abs(value) >= 99.95 else 1 if abs(value) >= 9.995 else 2
-    return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−") if abs(value) < 1e5 else f"{value:.0e}"
+    return (f"{round(value, 2) + 0.0:.2f}" if abs(value) < 9.995 else f"{value:.3g}").replace("-", "−")

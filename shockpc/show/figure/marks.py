@@ -7,7 +7,6 @@ import shapely
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path
-from numpy.typing import ArrayLike
 
 from shockpc.core.spatial import Array
 from shockpc.model.closure import loop_of
@@ -20,18 +19,20 @@ from shockpc.show.figure.window import ARROW, Window, velocities_in_plane
 
 __all__ = ["SIGNS", "arrow", "draw_marks", "letter"]
 
+ARROW_SIGN = Path([(-1, 0), (0.3, 0), (0.3, 0.25), (1, 0), (0.3, -0.25), (0.3, 0)])
 CROSSED = Path.make_compound_path(Path.unit_circle(), Path([[-1, 0], [1, 0], [0, -1], [0, 1]], [1, 2, 1, 2]))
 
 _MARK: dict[str, Any] = {"linestyle": "none", "color": INK, "markeredgecolor": INK}
 
 SIGNS: dict[str, dict[str, Any]] = {
-    "centre": _MARK | {"marker": CROSSED, "markersize": 8.0, "markerfacecolor": PAPER, "markeredgewidth": 1.0, "zorder": 7},
+    "arrow": _MARK | {"marker": ARROW_SIGN, "markersize": 14.0, "markeredgewidth": 1.5},
     "ring": _MARK | {"marker": "o", "markersize": 12.0, "fillstyle": "none", "markeredgewidth": 1.2, "zorder": 7},
+    "centre": _MARK | {"marker": CROSSED, "markersize": 8.0, "markerfacecolor": PAPER, "markeredgewidth": 1.0, "zorder": 7},
     "circle": {"color": INK, "linestyle": (0, (5, 3)), "linewidth": 0.55, "zorder": 0.5},
     "joint": _MARK | {"marker": "o", "markersize": 2.6, "markerfacecolor": PAPER, "markeredgewidth": 0.5, "zorder": 4},
     "sensor": _MARK | {"marker": "D", "markersize": 4.2, "markerfacecolor": "#ffd24d", "markeredgewidth": 0.7, "zorder": 7},
 }
-"""Look of every sign."""
+"""Look of every sign; that of the arrow is for the key."""
 
 OWN = 0.07
 """Room that a centre of percussion takes around itself [inches]."""
@@ -41,7 +42,7 @@ WHOLE = 0.75
 
 
 def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, numbers: dict[int, int]) -> set[str]:
-    """Draw all marks.
+    """Draw all marks and return which of `SIGNS` occur.
 
     Args:
         axes: in plane coordinates [m].
@@ -49,8 +50,6 @@ def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, nu
         view: the bodies in the plane.
         window: the part of the plane that the axes show.
         numbers: by index of the body, the number of the body and of its centre of percussion.
-
-    Returns: the signs that occur, of `SIGNS`, and "arrow".
     """
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     centres = to_plane(profile.copc_world, profile.plane)
@@ -68,17 +67,18 @@ def draw_marks(axes: Axes, profile: ShockProfile, view: View, window: Window, nu
     for sign, places in found.items():
         for place in places:
             axes.plot(*place, **SIGNS[sign])
+            signs.add(sign)
     _tags(view, numbers, labels)
     groups: list[list[int]] = []
     for i in visible:
         near = [group for group in groups if np.linalg.norm(centres[group[0]] - centres[i]) < OWN * window.inch]
         (near[0].append(i) if near else groups.append([i]))
+        signs |= _circle(axes, centres[i], float(profile.ropc[i]), window)
     for group in groups:
         labels.place(centres[group[0]], ", ".join(str(numbers[i]) for i in group), gap=OWN)
     for k, place in enumerate(sensors):
         labels.place(place, letter(k), gap=0.06)
-    signs |= {"circle" for i in visible if _circle(axes, centres[i], float(profile.ropc[i]), window)}
-    return signs | {sign for sign, places in found.items() if places}
+    return signs
 
 
 def letter(index: int) -> str:
@@ -86,22 +86,20 @@ def letter(index: int) -> str:
     return (letter(index // 26 - 1) if index >= 26 else "") + chr(ord("a") + index % 26)
 
 
-def arrow(
-    tail: ArrayLike, tip: ArrayLike, width: float = 1.9, head: float = 13.0, colour: str = INK, zorder: float = 7.0
-) -> FancyArrowPatch:
+def arrow(tail: Array, tip: Array, width: float, head: float, colour: str = INK, zorder: float = 7.0) -> FancyArrowPatch:
     """An arrow between two points (2,)."""
     style: dict[str, Any] = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "joinstyle": "miter", "posA": tail, "posB": tip}
     return FancyArrowPatch(mutation_scale=head, linewidth=width, color=colour, zorder=zorder, **style)
 
 
-def _circle(axes: Axes, centre: Array, radius: float, window: Window) -> bool:
-    """Draw the circle on which shock is 1, if enough of it is inside the picture."""
+def _circle(axes: Axes, centre: Array, radius: float, window: Window) -> set[str]:
+    """Draw the circle on which shock is 1, if enough of it is inside the picture; return the sign."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     circle = centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     if np.mean([window.holds(point) for point in circle]) < WHOLE:
-        return False
+        return set()
     axes.plot(*circle.T, **SIGNS["circle"])
-    return True
+    return {"circle"}
 
 
 def _tags(view: View, numbers: dict[int, int], labels: Labels) -> None:
@@ -126,7 +124,7 @@ def _joints(profile: ShockProfile) -> Array:
 
 
 def _velocity(axes: Axes, place: Array, velocity: Array, labels: Labels, window: Window) -> str:
-    """Draw the velocity of a contact: an arrow, or a ring if it is almost perpendicular to the plane; returns which."""
+    """Draw the velocity of a contact: an arrow, or a ring if it is almost perpendicular to the plane; return which."""
     axes.plot(*place, "o", markersize=5.0, markerfacecolor=INK, markeredgecolor=PAPER, markeredgewidth=0.6, zorder=7)
     labels.keep_free(place, 0.09)
     speed = float(np.linalg.norm(velocity))

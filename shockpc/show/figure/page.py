@@ -8,23 +8,33 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.legend_handler import HandlerPatch
 from matplotlib.lines import Line2D
-from matplotlib.patches import FancyArrowPatch, Patch
+from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import BOXED
 from shockpc.show.figure.canvas import add_axes
-from shockpc.show.figure.marks import SIGNS, arrow
+from shockpc.show.figure.marks import SIGNS
 from shockpc.show.figure.palette import BANDS, EDGES, INK, faded
-from shockpc.show.figure.view import View
 from shockpc.show.figure.window import Window
 
 __all__ = ["LINE", "colour_bar", "coordinates", "key", "line", "table"]
 
 LINE = 0.165
 """Height of a line of text [inches]."""
+
+WORDS = {
+    "arrow": "velocity of the contact before the impact",
+    "ring": "contact that moves perpendicular to the plane",
+    "centre": "CoPc of the body with this number",
+    "circle": "RoPc: shock is 1 on this circle",
+    "joint": "joint",
+    "sensor": "sensor or point",
+    "outlined": "body in front of the struck limb",
+    "box": "box of the inertia: the file has no shape",
+}
+"""What the signs mean."""
 
 
 def coordinates(axes: Axes, window: Window, profile: ShockProfile, first: bool = True) -> None:
@@ -47,12 +57,11 @@ def coordinates(axes: Axes, window: Window, profile: ShockProfile, first: bool =
 
 def colour_bar(figure: Figure, x: float, y: float, width: float) -> None:
     """The bands of shock with their limits, from (x, y) to the right and down [inches]."""
-    norm = BoundaryNorm([*EDGES[:-1], 2.5], len(BANDS))
+    limits = [*EDGES[:-1], 2.5]
+    mappable = ScalarMappable(BoundaryNorm(limits, len(BANDS)), ListedColormap(BANDS))
     axes = add_axes(figure, x, y - 0.14, width, 0.14)
-    bar = figure.colorbar(
-        ScalarMappable(norm, ListedColormap(BANDS)), cax=axes, orientation="horizontal", spacing="uniform", drawedges=True
-    )
-    bar.set_ticks([*EDGES[:-1], 2.5], labels=[*(f"{edge:g}" for edge in EDGES[:-1]), "∞"])
+    bar = figure.colorbar(mappable, cax=axes, orientation="horizontal", spacing="uniform", drawedges=True)
+    bar.set_ticks(limits, labels=[*(f"{edge:g}" for edge in EDGES[:-1]), "∞"])
     bar.ax.tick_params(labelsize=7.0, length=0.0)
     bar.set_label("normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded", fontsize=7.5)
     bar.outline.set_linewidth(0.6)
@@ -69,15 +78,10 @@ def line(page: Axes, x: float, y: float, text: str, size: float, width: float, w
 def table(page: Axes, x: float, y: float, stops: Sequence[float], rows: Sequence[Sequence[str]]) -> float:
     """Write rows down from (x, y), the first one as header; return where they end [inches].
 
-    Args:
-        page: in inches.
-        x: left edge.
-        y: upper edge.
-        stops: left edge of the first two columns and right edges of the others, from x.
-        rows: of cells.
+    The stops are the left edges of the first two columns and the right edges of the others, from x.
     """
     for k, row in enumerate(rows):
-        for stop, cell, column in zip(stops, row, range(len(row)), strict=True):
+        for column, (stop, cell) in enumerate(zip(stops, row, strict=True)):
             weight = "bold" if k == 0 or column == 0 else "normal"
             page.text(x + stop, y, cell, fontweight=weight, ha="left" if column < 2 else "right", va="top")
         y -= LINE
@@ -87,47 +91,14 @@ def table(page: Axes, x: float, y: float, stops: Sequence[float], rows: Sequence
     return y
 
 
-WORDS = {
-    "ring": "contact that moves perpendicular to the plane",
-    "centre": "CoPc of the body with this number",
-    "circle": "RoPc: shock is 1 on this circle",
-    "joint": "joint",
-    "sensor": "sensor or point",
-}
-
-
-def key(page: Axes, view: Sequence[View], signs: set[str], place: tuple[float, float]) -> None:
-    """What the signs mean; only those that occur.
-
-    Args:
-        page: in inches.
-        view: the bodies of every picture.
-        signs: those that the pictures hold.
-        place: upper left corner [inches].
-    """
-    handles: list[Line2D | Patch] = []
-    words = []
-    if "arrow" in signs:
-        handles.append(arrow((0.0, 0.0), (1.0, 0.0), 1.5, 9.0))
-        words.append("velocity of the contact before the impact")
-    for sign, meaning in WORDS.items():
-        if sign in signs:
-            handles.append(Line2D([], [], **SIGNS[sign]))
-            words.append(meaning)
-    drawn = [one for each in view for one in each.drawn]
-    if any(one.outlined for one in drawn):
+def key(page: Axes, signs: set[str], place: tuple[float, float]) -> None:
+    """What the signs mean that occur, down from a place [inches]."""
+    handles: list[Line2D | Patch] = [Line2D([], [], **SIGNS[sign]) for sign in WORDS if sign in signs & SIGNS.keys()]
+    if "outlined" in signs:
         handles.append(Patch(fill=False, edgecolor=faded(INK, 0.35), linewidth=0.5))
-        words.append("body in front of the struck limb")
-    if any(one.box and not one.region.is_empty for one in drawn):
+    if "box" in signs:
         handles.append(Patch(fill=False, edgecolor=INK, linewidth=0.7, linestyle=BOXED))
-        words.append("box of the inertia: the file has no shape")
     page.legend(
-        handles, words, loc="upper left", bbox_to_anchor=place, bbox_transform=page.transData, borderpad=0.0,
-        handlelength=1.9, handletextpad=0.6, labelspacing=0.45, borderaxespad=0.0,
-        handler_map={FancyArrowPatch: HandlerPatch(patch_func=_arrow_in_key)},
+        handles, [words for sign, words in WORDS.items() if sign in signs], loc="upper left", bbox_to_anchor=place,
+        bbox_transform=page.transData, borderpad=0.0, handlelength=1.9, handletextpad=0.6, labelspacing=0.45, borderaxespad=0.0,
     )  # fmt: skip
-
-
-def _arrow_in_key(orig_handle: FancyArrowPatch, width: float, height: float, **_: object) -> FancyArrowPatch:
-    """The arrow of the key, at the size that the key has room for."""
-    return arrow((0.0, height / 2.0), (width, height / 2.0), 1.5, 9.0)

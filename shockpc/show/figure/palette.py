@@ -12,7 +12,7 @@ __all__ = ["BANDS", "EDGES", "INK", "PAPER", "band", "faded"]
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
 
-BANDS = ("#e9f0f7", "#cbdef0", "#a8c9e6", "#82b2da", "#5f9fd0", "#878583", "#b8401f", "#902a22", "#63151d", "#300810")
+BANDS = ("#eff5fc", "#d3e6f9", "#b7d7f6", "#98c8f2", "#74b8ee", "#9e9e9e", "#c44c28", "#9a2c24", "#66161d", "#300810")
 """One colour for each band, lightest first."""
 
 INK = "#1a1a1a"
@@ -23,16 +23,11 @@ PAPER = "#ffffff"
 
 
 def band(shock: float) -> int:
-    """Index of the band of a shock; a value on a limit belongs to the band below it. Args: shock |Δv| / v_in, not negative [1]."""
+    """Index of the band of a shock |Δv| / v_in, not negative [1]; a value on a limit belongs to the band below it."""
     return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
 
 
 def faded(colour: str, share: float) -> str:
-    """A colour mixed with the background.
-
-    Args:
-        colour: as #rrggbb.
-        share: of the background, 0 to 1.
-    """
+    """A colour #rrggbb mixed with a share, 0 to 1, of the background."""
     channels = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
     return "#" + "".join(f"{round(c + (255 - c) * share):02x}" for c in channels)

@@ -4,7 +4,6 @@ Convex shapes are projected exactly. A mesh may have a hundred thousand triangle
 fine grid, triangle by triangle, and contoured; that works for any set of triangles and costs a few milliseconds.
 """
 
-import itertools
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
 
-__all__ = ["Region", "silhouette", "to_plane"]
+__all__ = ["Region", "contoured", "silhouette", "to_plane"]
 
 Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
@@ -31,7 +30,7 @@ def to_plane(points: Array, plane: Plane) -> Array:
 
 
 def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane: Plane, resolution: float) -> Region:
-    """The projection of a body on the plane.
+    """The union of the projections of a body's shapes on the plane; empty if there are none.
 
     Args:
         shapes: of the body.
@@ -39,8 +38,6 @@ def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane:
         position: (3,) of its origin, world [m].
         plane: the plane.
         resolution: largest distance of the outline from the true one [m].
-
-    Returns: the union of all projections in plane coordinates; empty if there are no shapes.
     """
     parts = []
     for shape in shapes:
@@ -53,20 +50,14 @@ def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane:
             parts.append(_projection(vertices, shape.mesh.triangles, resolution / 2.0))
     # A plate seen from its edge has no area, so it gets a width.
     parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
-    outline = shapely.union_all(parts).simplify(resolution / 2.0)
-    return _without_pinholes(outline, 9.0 * resolution**2)
+    return shapely.union_all(parts).simplify(resolution / 2.0)
 
 
 def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Region:
-    """The union of triangles, contoured around the cells of a grid whose centres they cover.
+    """The union of triangles (m, 3) between vertices (n, 2) [m], contoured around the cells [m] whose centres they cover.
 
     Along the centre line of every row each triangle covers one interval: its edges add one at the start and subtract one at the
     end, so the cumulative sum is the number of triangles over each cell.
-
-    Args:
-        vertices: (n, 2) [m].
-        triangles: (m, 3) indices.
-        pixel: size of a cell [m].
     """
     low = vertices.min(axis=0)
     extent = np.ptp(vertices, axis=0)
@@ -93,22 +84,17 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> 
     steps = np.bincount(cell, weights=np.repeat(change, count), minlength=width * height)
     covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
 
-    contours: Any = contourpy.contour_generator(z=covered.astype(float), fill_type=contourpy.FillType.OuterOffset)
-    outlines, offsets = contours.filled(0.5, 2.0)
-    rings = [
-        [(outline[a:b] - 2.0) * pixel + low for a, b in itertools.pairwise(offset)]
-        for outline, offset in zip(outlines, offsets, strict=True)
-    ]
-    if not rings:
-        return shapely.MultiPoint(vertices).convex_hull
-    return shapely.union_all([shapely.Polygon(ring[0], ring[1:]) for ring in rings])
+    columns, rows = low[0] + (np.arange(width) - 2.0) * pixel, low[1] + (np.arange(height) - 2.0) * pixel
+    region = contoured(columns, rows, covered.astype(float), 0.5, 2.0)
+    return shapely.MultiPoint(vertices).convex_hull if region.is_empty else region
 
 
-def _without_pinholes(region: Region, area: float) -> Region:
-    """The region without holes below that area and parts below a ninth of it [m²]."""
-    polygons = [
-        shapely.Polygon(part.exterior, [hole for hole in part.interiors if shapely.Polygon(hole).area > area])
-        for part in shapely.get_parts(region)
-        if part.geom_type == "Polygon" and part.area > area / 9.0
-    ]
-    return shapely.MultiPolygon(polygons)
+def contoured(x: Array, y: Array, z: Array, low: float, high: float) -> Region:
+    """Where values z (n, m) at the points of a grid x (m,), y (n,) [m] are between two limits."""
+    contours: Any = contourpy.contour_generator(x, y, z, fill_type=contourpy.FillType.ChunkCombinedOffsetOffset)
+    (points,), (rings,), (polygons,) = contours.filled(low, high)
+    if points is None:
+        return shapely.MultiPolygon()
+    return shapely.union_all(
+        shapely.buffer(shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons)), 0.0)
+    )

@@ -1,13 +1,16 @@
 """The bodies of a robot in the plane of the figure: silhouettes, the order in which they are painted, and which ones are struck."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, plane_from
+from shockpc.model.dynamics import dynamics
 from shockpc.result import ShockProfile
 from shockpc.robot.geometry import Shape, inertia_box, outline
+from shockpc.robot.robot import Robot
 from shockpc.show.figure.field import Field, field_of
 from shockpc.show.figure.silhouette import Region, silhouette, to_plane
 
@@ -45,8 +48,7 @@ class View(NamedTuple):
     Attributes:
         drawn: bodies, farthest first.
         struck: indices of the bodies between contacts and base, base first.
-        low: (2,) lower left corner of all silhouettes [m].
-        high: (2,) upper right corner of all silhouettes [m].
+        low, high: (2,) lower left and upper right corner of all silhouettes [m].
     """
 
     drawn: tuple[Drawn, ...]
@@ -63,14 +65,7 @@ class View(NamedTuple):
 def view_of(profile: ShockProfile) -> View:
     """Project the bodies of a profile; the viewer looks against the plane's normal, with e1 to the right and e2 up."""
     robot, plane = profile.robot, profile.plane
-    shapes = _shapes(profile)
-    world = [_points(profile, i, pieces) for i, (pieces, _) in enumerate(shapes)]
-    every = to_plane(np.concatenate(world), plane)
-    size = max(float(np.ptp(every, axis=0).max()), 1e-6)
-    regions = [
-        silhouette(pieces, profile.rotation[i], profile.position[i], plane, RESOLUTION * size)
-        for i, (pieces, _) in enumerate(shapes)
-    ]
+    regions, world, boxed, size = _silhouettes(robot, tuple(profile.q.tolist()), tuple(plane.normal.tolist()))
     struck = {0}
     for contact in profile.scene.contact:
         i = robot.frame(contact.frame).body
@@ -80,30 +75,49 @@ def view_of(profile: ShockProfile) -> View:
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
-        hidden = [regions[k] for k in sorted(struck - {0}) if depth[k] < depth[i] - RESOLUTION * size]
-        covered = shapely.union_all(hidden).intersection(regions[i]).area if hidden else 0.0
-        outlined = i not in struck and covered > 0.1 * regions[i].area
+        hidden = shapely.union_all([regions[k] for k in struck - {0} if depth[k] < depth[i] - RESOLUTION * size])
+        outlined = i not in struck and shapely.intersection(hidden, regions[i]).area > 0.1 * regions[i].area
         far = i not in struck and bool(depth[i] < depth[0] - 0.02 * size)
-        drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, box=shapes[i][1]))
+        drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, boxed[i]))
     bounds = shapely.total_bounds(regions)
     if np.isnan(bounds).any():
+        every = to_plane(np.concatenate(world), plane)
         bounds = np.concatenate([every.min(axis=0), every.max(axis=0)])
     return View(tuple(drawn), tuple(sorted(struck)), bounds[:2], bounds[2:])
 
 
-def _shapes(profile: ShockProfile) -> list[tuple[tuple[Shape, ...], bool]]:
+@functools.lru_cache(maxsize=4)
+def _silhouettes(
+    robot: Robot, q: tuple[float, ...], normal: tuple[float, ...]
+) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...], float]:
+    """The silhouettes of a robot in a configuration; landings in one posture share them.
+
+    Returns: silhouettes, points (n, 3) on the surface [m], whether it is the box of the inertia, all by body; the robot's size [m].
+    """
+    plane, state = plane_from(normal), dynamics(robot, np.array([q]))
+    rotation, position = state.rotation[0], state.position[0] + state.origin[0]
+    shapes = _shapes(robot)
+    world = tuple(_points(robot, i, pieces) @ rotation[i].T + position[i] for i, (pieces, _) in enumerate(shapes))
+    size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
+    regions = [silhouette(pieces, rotation[i], position[i], plane, RESOLUTION * size) for i, (pieces, _) in enumerate(shapes)]
+    # Holes and gaps that are too fine to be seen are closed.
+    fine = 2.0 * RESOLUTION * size
+    closed = [region.buffer(fine, join_style="mitre").buffer(-fine, join_style="mitre").simplify(fine / 4.0) for region in regions]
+    return tuple(closed), world, tuple(boxed for _, boxed in shapes), size
+
+
+def _shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
     """The shapes of each body, visual rather than collision, and whether they are only the box of its inertia."""
-    visual = outline(profile.robot, "visual").shapes
-    collision = outline(profile.robot, "collision").shapes if not all(visual) else visual
+    visual = outline(robot, "visual").shapes
+    collision = outline(robot, "collision").shapes if not all(visual) else visual
     found: list[tuple[tuple[Shape, ...], bool]] = []
-    for body, seen, solid in zip(profile.robot.bodies, visual, collision, strict=True):
+    for body, seen, solid in zip(robot.bodies, visual, collision, strict=True):
         box = None if seen or solid else inertia_box(body)
         found.append(((box,), True) if box is not None else (seen or solid, False))
     return found
 
 
-def _points(profile: ShockProfile, body: int, shapes: tuple[Shape, ...]) -> Array:
-    """Points (n, 3) on the surface of a body, world axes [m]; its centre of mass if it has no shape."""
+def _points(robot: Robot, body: int, shapes: tuple[Shape, ...]) -> Array:
+    """Points (n, 3) on the surface of a body, in its frame [m]; its centre of mass if it has no shape."""
     rounded = [shape.points + shape.radius * side for shape in shapes for side in (_SIDES if shape.radius > 0.0 else _SIDES[:1])]
-    points = np.concatenate(rounded) if rounded else profile.robot.bodies[body].com[None]
-    return np.asarray(points @ profile.rotation[body].T + profile.position[body])
+    return np.concatenate(rounded) if rounded else robot.bodies[body].com[None]

@@ -20,13 +20,7 @@ PAD = 0.25
 
 
 class Window(NamedTuple):
-    """The part of the plane that a picture shows.
-
-    Attributes:
-        low: (2,) lower left corner [m].
-        high: (2,) upper right corner [m].
-        inch: length of an inch of paper [m].
-    """
+    """The part of the plane that a picture shows: its corners (2,) [m], and the length of an inch of paper [m]."""
 
     low: Array
     high: Array
@@ -72,30 +66,23 @@ def windows_of(
     """
     held = [_contents(*one, near) for one in zip(profiles, views, numbered, strict=True)]
     feet = [to_plane(np.stack([contact.point for contact in p.contacts]), p.plane) for p in profiles]
-    inch, full = 0.0, held
+    arrows = [ARROW * velocities_in_plane(profile) for profile in profiles]
+    inch = 0.0
     # The arrows have a fixed length on paper, so the room that they need depends on the scale, and the scale on that room.
     for _ in range(4):
-        full = [
-            np.concatenate([h, f + ARROW * inch * velocities_in_plane(p)]) for h, f, p in zip(held, feet, profiles, strict=True)
-        ]
-        bottom, top = min(one[:, 1].min() for one in full), max(one[:, 1].max() for one in full)
-        wide = sum(float(np.ptp(one[:, 0])) for one in full) / (most[0] - 2.0 * PAD * len(full))
-        inch = max(wide, float(top - bottom) / (most[1] - 2.0 * PAD), 1e-9)
-    windows = []
-    for one in full:
-        low, high = np.array([one[:, 0].min(), bottom]), np.array([one[:, 0].max(), top])
-        half = np.maximum((high - low) / 2.0 + PAD * inch, np.array(least) * inch / 2.0)
-        windows.append(Window((low + high) / 2.0 - half, (low + high) / 2.0 + half, inch))
-    return windows
+        full = [np.concatenate([h, foot + inch * arrow]) for h, foot, arrow in zip(held, feet, arrows, strict=True)]
+        low, high = np.array([one.min(axis=0) for one in full]), np.array([one.max(axis=0) for one in full])
+        low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
+        wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]
+        inch = max(float(wide / (most[0] - 2.0 * PAD * len(views))), float(tall / (most[1] - 2.0 * PAD)), 1e-9)
+    half = np.maximum((high - low) / 2.0 + PAD * inch, np.array(least) * inch / 2.0)
+    return [Window(middle - side, middle + side, inch) for middle, side in zip((low + high) / 2.0, half, strict=True)]
 
 
 def _contents(profile: ShockProfile, view: View, numbered: Iterable[int], near: tuple[float, float]) -> Array:
     """Points (n, 2) that a picture should hold [m]."""
-    places = [view.low, view.high, *(to_plane(place.position, profile.plane) for place in profile.points)]
-    places += [to_plane(contact.point, profile.plane) for contact in profile.contacts]
+    world = [*(point.position for point in profile.points), *(contact.point for contact in profile.contacts)]
+    centres = to_plane(profile.copc_world[list(numbered)], profile.plane)
     slack = np.array(near) * view.size
-    for i in numbered:
-        centre = to_plane(profile.copc_world[i], profile.plane)
-        if np.all(centre > view.low - slack) and np.all(centre < view.high + slack):
-            places.append(centre)
-    return np.array(places)
+    is_near = np.all((centres > view.low - slack) & (centres < view.high + slack), axis=1)
+    return np.concatenate([[view.low, view.high], to_plane(np.array(world), profile.plane), centres[is_near]])

@@ -1,49 +1,22 @@
 """The paper's figures and claims as tables, as text for a terminal, and as a folder of files."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from shockpc.paper.claim import Claim
-from shockpc.paper.results import FigureResult
-from shockpc.paper.scenes import find_scene
-from shockpc.scene import read_scene, scene_text
+from shockpc.paper.figures import PaperFigure
+from shockpc.paper.landings import scene
+from shockpc.scene import scene_text
 from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown, as_text
 
-__all__ = ["claims_sheet", "paper_bodies_sheet", "paper_text", "write_paper"]
+__all__ = ["paper_text", "write_paper"]
 
 
-def paper_bodies_sheet(results: Sequence[FigureResult]) -> Sheet:
-    """One row for every body of every panel."""
-    rows: list[tuple[Cell, ...]] = []
-    for result in results:
-        for panel, profile in zip(result.figure.panels, result.profiles, strict=True):
-            for i, body in enumerate(profile.bodies):
-                copc = ("translates", None) if profile.translates[i] else (float(profile.copc[i, 0]), float(profile.copc[i, 2]))
-                shock = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i])
-                numbers = (None if math.isnan(x) else float(x) for x in shock)
-                rows.append((f"{result.figure.number} {panel.label}", body, *copc, float(profile.ropc[i]), *numbers))
-    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]")
-    notes = ("Figure 3: all masses and most lengths are assumed",) if any(r.figure.number == 3 for r in results) else ()
-    return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
-
-
-def claims_sheet(results: Sequence[FigureResult]) -> Sheet:
-    """One row for every claim, and one for each alternative interpretation that changes the outcome."""
-    rows: list[tuple[Cell, ...]] = [
-        (claim.section, claim.statement, interpretation, claim.quantity, claim.criterion, value, outcome)
-        for claim in _claims(results)
-        for interpretation, value, outcome in _outcomes(claim)
-    ]
-    header = ("section", "claim", "interpretation", "quantity", "holds if", "value", "outcome")
-    return Sheet("claims of the paper, with the alternatives that change the outcome", header, rows)
-
-
-def paper_text(results: Sequence[FigureResult]) -> str:
+def paper_text(figures: Sequence[PaperFigure]) -> str:
     """The bodies as a table, then every claim with its outcomes, a short line each."""
-    claims = _claims(results)
+    claims = [claim for figure in figures for claim in figure.claims]
     kinds = {
         "hold": sum(claim.holds and not claim.alternatives for claim in claims),
         "hold as interpreted, but not under an alternative": sum(claim.holds and bool(claim.alternatives) for claim in claims),
@@ -53,10 +26,10 @@ def paper_text(results: Sequence[FigureResult]) -> str:
     for claim in claims:
         lines += [f"{claim.section}: {claim.statement}", f"    {claim.quantity}, {claim.criterion}"]
         lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
-    return f"{as_text(paper_bodies_sheet(results))}\n" + "\n".join(lines) + "\n"
+    return f"{as_text(_bodies_sheet(figures))}\n" + "\n".join(lines) + "\n"
 
 
-def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
+def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
     """Write figureN.svg and .png, bodies.csv, claims.csv, paper.md, and the scene of every panel.
 
     Raises:
@@ -65,20 +38,41 @@ def write_paper(results: Sequence[FigureResult], folder: Path) -> None:
     from shockpc.show.figure.paper import paper_figure_files
 
     files: dict[str, str | bytes] = {}
-    for result in results:
-        files |= paper_figure_files(result.figure, result.profiles)
-        files |= {f"{p.scene}.toml": scene_text(read_scene(find_scene(p.scene)), folder) for p in result.figure.panels}
-    sheets = {"bodies": paper_bodies_sheet(results), "claims": claims_sheet(results)}
-    files |= {f"{name}.csv": as_csv(sheet) for name, sheet in sheets.items()}
-    pictures = [
-        f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n" for figure, _, _ in results
+    parts = ["## Figures and claims of the paper\n"]
+    for figure in figures:
+        files |= paper_figure_files(figure)
+        files |= {f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for panel in figure.panels}
+        parts.append(f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n")
+    for name, sheet in (("bodies", _bodies_sheet(figures)), ("claims", _claims_sheet(figures))):
+        files[f"{name}.csv"] = as_csv(sheet)
+        parts.append(as_markdown(sheet))
+    write_folder(folder, files | {"paper.md": "\n".join(parts)})
+
+
+def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
+    """One row for every body of every panel."""
+    rows: list[tuple[Cell, ...]] = []
+    for figure in figures:
+        for panel, found in zip(figure.panels, figure.profiles, strict=True):
+            for i, body in enumerate(found.bodies):
+                copc = ("translates", None) if found.translates[i] else (found.copc[i, 0], found.copc[i, 2])
+                shock = (found.shock_com[i], found.shock_min[i], found.shock_max[i])
+                rows.append((f"{figure.number} {panel.label}", body, *copc, found.ropc[i], *shock))
+    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]")
+    notes = ("Figure 3: all masses and most lengths are assumed",) if any(figure.number == 3 for figure in figures) else ()
+    return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
+
+
+def _claims_sheet(figures: Sequence[PaperFigure]) -> Sheet:
+    """One row for every claim, and one for each alternative interpretation that changes the outcome."""
+    rows = [
+        (claim.section, claim.statement, interpretation, claim.quantity, claim.criterion, value, outcome)
+        for figure in figures
+        for claim in figure.claims
+        for interpretation, value, outcome in _outcomes(claim)
     ]
-    files["paper.md"] = "\n".join(["## Figures and claims of the paper\n", *pictures, *map(as_markdown, sheets.values())])
-    write_folder(folder, files)
-
-
-def _claims(results: Sequence[FigureResult]) -> list[Claim]:
-    return [claim for result in results for claim in result.claims]
+    header = ("section", "claim", "interpretation", "quantity", "holds if", "value", "outcome")
+    return Sheet("claims of the paper, with the alternatives that change the outcome", header, rows)
 
 
 def _outcomes(claim: Claim) -> list[tuple[str, float, str]]:

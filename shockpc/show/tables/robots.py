@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.model.posture import reference_name
-from shockpc.printed import printable
+from shockpc.printed import few, printable
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.header import bodies_text, count
@@ -24,13 +24,7 @@ def catalogue_row(name: str, robot: Robot) -> tuple[Cell, ...]:
 
 
 def catalogue_sheet(rows: list[tuple[Cell, ...]], own: int, unloaded: list[str]) -> Sheet:
-    """Every robot that is known by name, and why some cannot be loaded.
-
-    Args:
-        rows: one for each robot, those of shockpc first.
-        own: how many those are.
-        unloaded: what is wrong with those that cannot be loaded.
-    """
+    """Every robot that is known by name: a row each, the project's own first, and what is wrong with those that do not load."""
     notes = (
         *unloaded,
         f"the first {own} come with shockpc, the others with example-robot-data",
@@ -47,16 +41,16 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
     postures = f"{', '.join(robot.postures)}{srdf}, neutral" if robot.postures else "neutral"
     followers = ", ".join(f"{m.joint} = {m.multiplier:g} {m.leader} + {m.offset:g}" for m in robot.mimics)
     size = f"{robot.mass:.4g} kg, {bodies_text(robot)}, {count(robot.model.nv, 'velocity', 'velocities')}"
-    lines = [
-        ("robot", f"{robot.name}, {size}"),
-        ("file", str(robot.source.path)),
-        ("base", "free by default; --base planar or --base fixed restrains it" if robot.free_base else "fixed in the file"),
-        ("feet", _few(feet(robot), 12)),
-        ("sensors", _few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera"),
-        ("postures", f"{postures}; {reference_name(robot, None)} by default"),
-        *([("mimic", followers)] if followers else []),
-    ]
-    return [(name, printable(text)) for name, text in lines]
+    lines = {
+        "robot": f"{robot.name}, {size}",
+        "file": str(robot.source.path),
+        "base": "free by default; --base planar or --base fixed restrains it" if robot.free_base else "fixed in the file",
+        "feet": few(feet(robot), 12),
+        "sensors": few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera",
+        "postures": f"{postures}; {reference_name(robot, None)} by default",
+        "mimic": followers,
+    }
+    return [(name, printable(text)) for name, text in lines.items() if text or name != "mimic"]
 
 
 def links_sheet(robot: Robot) -> Sheet:
@@ -89,13 +83,10 @@ def joints_sheet(robot: Robot) -> Sheet:
 
 def _that_fit(names: Sequence[str], width: int) -> str:
     """As many of the names as fit into a number of characters, and how many more there are."""
-    for most in range(len(names), 1, -1):
-        if len(text := _few(names, most)) <= width:
+    for most in range(len(names), 0, -1):
+        if len(text := few(names, most)) <= width:
             return text
-    text = _few(names, 1)
-    return text if len(text) <= width else f"{names[0][: width - 1 - len(text) + len(names[0])]}…{text[len(names[0]) :]}"
-
-
-def _few(names: Sequence[str], most: int = 4) -> str:
-    """The first names, and how many more there are."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+    if not names:
+        return ""
+    rest = few(names, 1).removeprefix(names[0])
+    return printable(names[0], width - len(rest)) + rest

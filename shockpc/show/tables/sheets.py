@@ -2,26 +2,28 @@
 
 import fnmatch
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
+from shockpc.printed import few
 from shockpc.result import ShockProfile
 from shockpc.show.header import contact_name, count
 
 __all__ = ["Cell", "Sheet", "accuracy_line", "bodies_sheet", "contacts_sheet", "fits", "points_sheet", "summary_sheet"]
 
 Cell = str | float | None
-"""Content of a table: a text, a number, or nothing."""
+"""Content of a table: a text, a number, or nothing, for which NaN stands as well."""
 
 OUT_OF_PLANE = 25.0
 """Share of a body's motion out of the plane above which a note says what its CoPc and RoPc describe [%]."""
 
 
 class Sheet(NamedTuple):
-    """A table: a title, a header with units, rows of text, numbers or nothing, and notes under it."""
+    """A table: a title, a header with units, rows, and notes under it."""
 
     title: str
     header: tuple[str, ...]
-    rows: list[tuple[Cell, ...]]
+    rows: Sequence[Sequence[Cell]]
     notes: tuple[str, ...] = ()
 
 
@@ -33,32 +35,27 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
         pattern: a glob, or a part of a name; only these bodies are shown.
         fold: for people: bodies that the impact does not move become a note, and a word says why a CoPc is missing.
     """
+    matching = [i for i, name in enumerate(profile.bodies) if pattern is None or fits(name, pattern)]
+    shown = [i for i in matching if profile.moved[i] or not fold]
     rows: list[tuple[Cell, ...]] = []
-    still, hidden, moved = [], 0, profile.moved
-    for i, name in enumerate(profile.bodies):
-        if pattern is not None and not fits(name, pattern):
-            hidden += 1
-            continue
-        if fold and not moved[i]:
-            still.append(name)
-            continue
-        copc: tuple[Cell, ...] = tuple(map(float, profile.copc[i]))
+    for i in shown:
+        copc: tuple[Cell, ...] = tuple(profile.copc[i])
         if profile.translates[i]:
             word = "translates" if math.isnan(profile.pitch[i]) else "out of plane"
             copc = (word if fold else None, None, None)
-        numbers = (profile.ropc[i], profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
-        row: tuple[Cell, ...] = (name, math.hypot(*profile.delta_omega[i]), *copc, *map(_number, numbers))
+        shocks = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
+        row = (profile.bodies[i], math.hypot(*profile.delta_omega[i]), *copc, profile.ropc[i], *shocks)
         rows.append(row if fold else (*row, "yes" if profile.translates[i] else "no"))
     notes = []
-    if rows and max(float(row[9] or 0.0) for row in rows) > OUT_OF_PLANE:
+    if any(100.0 * profile.off_plane[i] > OUT_OF_PLANE for i in shown):
         notes.append(
             f"out of plane above {OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the part of that body's motion that lies in the "
             "plane; the shock is that of the whole motion"
         )
-    if still:
-        notes.append(f"{_not_shown(len(still))}, not moved by the impact: {_first(still, 6)}")
-    if hidden:
-        notes.append(f"{_not_shown(hidden)}, no match for {pattern}")
+    if still := [profile.bodies[i] for i in matching if i not in shown]:
+        notes.append(f"{count(len(still), 'body', 'bodies')} not shown, not moved by the impact: {few(still, 6)}")
+    if hidden := len(profile.bodies) - len(matching):
+        notes.append(f"{count(hidden, 'body', 'bodies')} not shown, no match for {pattern}")
     header: tuple[str, ...] = (
         "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]",
         "shock at CoM [-]", "least [-]", "greatest [-]", "out of plane [%]",
@@ -69,16 +66,15 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
 
 def points_sheet(profile: ShockProfile) -> Sheet:
     """One row for each sensor and each requested point; peak accelerations where the scene gives a pulse."""
-    rows: list[tuple[Cell, ...]] = [(p.frame, p.body, *map(float, p.delta_v), p.shock) for p in profile.points]
-    header: tuple[str, ...] = ("point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]")
-    title = "sensors and points (Δv in the frame's own axes)"
     pulse, range_g = profile.scene.pulse, profile.scene.range_g
-    if pulse is not None:
-        header, title = (*header, "peak [g]"), f"{title[:-1]}; peak acceleration for a pulse {pulse})"
-        rows = [(*row, point.peak_g) for row, point in zip(rows, profile.points, strict=True)]
-        if range_g is not None:
-            header = (*header, f"of {range_g:g} g [%]")
-            rows = [(*row, 100.0 * (point.peak_g or 0.0) / range_g) for row, point in zip(rows, profile.points, strict=True)]
+    header: tuple[str, ...] = ("point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]")
+    header += () if pulse is None else ("peak [g]",) if range_g is None else ("peak [g]", f"of {range_g:g} g [%]")
+    rows: list[tuple[Cell, ...]] = []
+    for point in profile.points:
+        share = None if range_g is None else 100.0 * (point.peak_g or 0.0) / range_g
+        row = (point.frame, point.body, *point.delta_v, point.shock, point.peak_g, share)
+        rows.append(row[: len(header)])
+    title = "sensors and points (Δv in the frame's own axes" + (f"; peak acceleration for a pulse {pulse})" if pulse else ")")
     return Sheet(title, header, rows)
 
 
@@ -86,18 +82,15 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
     """One row for each contact and each stance foot, and their sum where there are several."""
     rows: list[tuple[Cell, ...]] = []
     notes: tuple[str, ...] = ()
-    named = [(contact.frame, contact) for contact in profile.contacts] + [
-        (f"{foot.frame} (stance)", foot) for foot in profile.stance
-    ]
-    for name, contact in named:
+    named = [(contact.frame, contact) for contact in profile.contacts]
+    for name, contact in named + [(f"{foot.frame} (stance)", foot) for foot in profile.stance]:
         if contact.impulse is None:
             rows.append((name, "not unique", None, None, None))
             notes = ("the contact rows are redundant, so only the sum of the impulses is unique",)
         else:
-            needed: Cell = "tensile" if contact.friction_needed is None else contact.friction_needed
-            rows.append((name, *map(float, contact.impulse), needed))
+            rows.append((name, *contact.impulse, "tensile" if contact.friction_needed is None else contact.friction_needed))
     if len(rows) > 1:
-        rows.append(("total", *map(float, profile.total_impulse), None))
+        rows.append(("total", *profile.total_impulse, None))
         moment = ", ".join(f"{m:.4g}" for m in profile.total_moment.round(12) + 0.0)
         notes += (f"total moment ({moment}) N m s about the centre of mass of the robot",)
     header = ("contact", "impulse x [N s]", "impulse y [N s]", "impulse z [N s]", "friction to stick [-]")
@@ -116,31 +109,19 @@ def accuracy_line(profile: ShockProfile) -> str:
 
 def summary_sheet(profiles: list[ShockProfile], pattern: str | None = None) -> Sheet:
     """Several landings side by side: shock at every body's centre of mass and at every point, a column for each landing."""
-    names = [contact_name(profile) for profile in profiles]
-    rows: list[tuple[Cell, ...]] = []
-    for i, body in enumerate(profiles[0].bodies):
-        if (pattern is None or fits(body, pattern)) and any(profile.moved[i] for profile in profiles):
-            rows.append((body, *(float(profile.shock_com[i]) for profile in profiles)))
-    for k, point in enumerate(profiles[0].points):
-        rows.append((f"at {point.frame}", *(profile.points[k].shock for profile in profiles)))
-    return Sheet("summary: shock at each body's CoM and at each point [-], by contact", ("shock at", *names), rows)
+    rows: list[tuple[Cell, ...]] = [
+        (body, *(profile.shock_com[i] for profile in profiles))
+        for i, body in enumerate(profiles[0].bodies)
+        if (pattern is None or fits(body, pattern)) and any(profile.moved[i] for profile in profiles)
+    ]
+    rows += [
+        (f"at {point.frame}", *(profile.points[k].shock for profile in profiles)) for k, point in enumerate(profiles[0].points)
+    ]
+    header = ("shock at", *map(contact_name, profiles))
+    return Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows)
 
 
 def fits(name: str, pattern: str) -> bool:
     """Whether a name matches a glob, or contains a text; upper and lower case are the same."""
     name, pattern = name.casefold(), pattern.casefold()
     return fnmatch.fnmatchcase(name, pattern) if any(sign in pattern for sign in "*?[") else pattern in name
-
-
-def _number(value: float) -> float | None:
-    """A number, or None for NaN."""
-    return None if math.isnan(value) else float(value)
-
-
-def _not_shown(number: int) -> str:
-    return f"{count(number, 'body', 'bodies')} not shown"
-
-
-def _first(names: list[str], most: int) -> str:
-    """The first names, and how many more there are."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

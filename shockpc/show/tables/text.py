@@ -5,7 +5,7 @@ import html
 import io
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable
 
 from shockpc.printed import printable
 from shockpc.result import ShockProfile
@@ -13,7 +13,7 @@ from shockpc.show.header import contact_name, header_lines
 from shockpc.show.tables.design import balance_lines, bracket_sheet, directions_sheet, loads_sheet
 from shockpc.show.tables.sheets import Cell, Sheet, accuracy_line, bodies_sheet, contacts_sheet, points_sheet, summary_sheet
 
-__all__ = ["as_csv", "as_markdown", "as_text", "csv_report", "markdown_report", "text_report"]
+__all__ = ["as_csv", "as_markdown", "as_text", "csv_report", "markdown_list", "markdown_report", "text_report"]
 
 SHORT = 6
 """Rows of the longer tables that a terminal shows; a report has them all."""
@@ -21,19 +21,19 @@ SHORT = 6
 
 def as_text(sheet: Sheet) -> str:
     """A table for a terminal: names to the left, numbers to the right, each column as wide as it must be."""
+    heads = [printable(head).partition(" [") for head in sheet.header]
+    names, units = [name for name, _, _ in heads], [bracket.strip() + unit for _, bracket, unit in heads]
     cells = [[printable(_shown(cell)) for cell in row] for row in sheet.rows]
-    heads = [_name_and_unit(printable(head)) for head in sheet.header]
-    widths = [max([len(part) for part in head] + [len(row[k]) for row in cells]) for k, head in enumerate(heads)]
+    widths = [max(map(len, column)) for column in zip(names, units, *cells, strict=True)]
     numeric = _numeric(sheet)
 
     def line(parts: list[str]) -> str:
         placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numeric, strict=True)]
         return "  ".join(placed).rstrip()
 
-    lines = [printable(sheet.title), *(line([head[k] for head in heads]) for k in (0, 1) if any(head[k] for head in heads))]
+    lines = [printable(sheet.title), *(line(parts) for parts in (names, units) if any(parts))]
     lines.append("  ".join("─" * width for width in widths))
-    lines += [line(row) for row in cells]
-    return "\n".join([*lines, *(f"({printable(note)})" for note in sheet.notes)]) + "\n"
+    return "\n".join([*lines, *map(line, cells), *(f"({printable(note)})" for note in sheet.notes)]) + "\n"
 
 
 def as_markdown(sheet: Sheet) -> str:
@@ -46,20 +46,23 @@ def as_markdown(sheet: Sheet) -> str:
     return "\n".join([f"### {title[0].upper()}{title[1:]}", "", *lines, *notes]) + "\n"
 
 
+def markdown_list(lines: Iterable[str]) -> str:
+    """Texts as a list of a report."""
+    return "".join(f"- {_escaped(line)}\n" for line in lines)
+
+
 def as_csv(sheet: Sheet) -> str:
     """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where there is nothing.
 
     An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
     """
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(map(_exact, sheet.header))
-    writer.writerows(map(_exact, row) for row in sheet.rows)
+    csv.writer(out, lineterminator="\n").writerows([_exact(cell) for cell in row] for row in (sheet.header, *sheet.rows))
     return out.getvalue()
 
 
 def text_report(profiles: list[ShockProfile], pattern: str | None = None) -> str:
-    """All results of some landings, for a terminal."""
+    """All results of some landings, for a terminal; of the bodies only those that match a pattern."""
     blocks = []
     for profile in profiles:
         blocks.append("\n".join(f"{name:<12} {text}" for name, text in header_lines(profile)) + "\n")
@@ -86,7 +89,7 @@ def markdown_report(profiles: list[ShockProfile], pattern: str | None = None, fi
         if figure:
             blocks.append(f"![shock profile of {robot}]({figure})\n")
         blocks += [as_markdown(sheet) for sheet in _sheets(profile, pattern, None)]
-        blocks.append("\n".join(f"- {_escaped(line)}" for line in _closing_lines(profile)) + "\n")
+        blocks.append(markdown_list(_closing_lines(profile)))
     if len(profiles) > 1:
         blocks.append(as_markdown(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
@@ -112,20 +115,19 @@ def _sheets(profile: ShockProfile, pattern: str | None, most: int | None) -> lis
     ]
 
 
-def _closing_lines(profile: ShockProfile) -> Iterator[str]:
+def _closing_lines(profile: ShockProfile) -> list[str]:
     """Energy and effective masses, the rank of the contact rows, warnings, and the accuracy in the last line."""
-    yield from balance_lines(profile)
-    yield f"contact rows: {profile.health.rank} of {profile.health.rows} independent"
-    yield from (f"warning: {warning}" for warning in profile.health.warnings)
-    yield accuracy_line(profile)
+    rows = f"contact rows: {profile.health.rank} of {profile.health.rows} independent"
+    warnings = [f"warning: {warning}" for warning in profile.health.warnings]
+    return [*balance_lines(profile), rows, *warnings, accuracy_line(profile)]
 
 
 def _shown(cell: Cell) -> str:
     """A cell as people read it: four decimals, so that a column is aligned; powers of ten where those would hide a number."""
-    if cell is None:
-        return "–"
     if isinstance(cell, str):
         return cell
+    if cell is None or math.isnan(cell):
+        return "–"
     if math.isinf(cell):
         return "inf"
     if abs(cell) < 1e-12:
@@ -137,18 +139,12 @@ def _exact(cell: Cell) -> str:
     """A cell of a CSV file."""
     if isinstance(cell, str):
         return f"'{cell}" if cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell
-    return "" if cell is None else repr(cell + 0.0)
+    return "" if cell is None or math.isnan(cell) else repr(float(cell) + 0.0)
 
 
 def _numeric(sheet: Sheet) -> list[bool]:
     """Which columns hold numbers."""
     return [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]
-
-
-def _name_and_unit(head: str) -> tuple[str, str]:
-    """A header in two lines."""
-    name, bracket, unit = head.partition(" [")
-    return name, bracket.strip() + unit
 
 
 def _escaped(text: str) -> str:

@@ -1,6 +1,6 @@
-"""Postures and rotors that an SRDF gives to the robot of a URDF.
+"""The Pinocchio model of a checked URDF on a free base, with its mimic joints, and the postures and rotors of its SRDF.
 
-It is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one
+The SRDF is read here and not by Pinocchio, which drops a continuous joint that is given by its angle and keeps two states of one
 name apart.
 """
 
@@ -13,29 +13,46 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
-from shockpc.robot.files import read_xml
+from shockpc.robot.couplings import Built, Mimic, leaders_first
+from shockpc.robot.files import parse_xml, read_xml
+from shockpc.robot.source import RobotSource
 from shockpc.robot.urdf import vector
 
-__all__ = ["read_srdf"]
+__all__ = ["build_urdf"]
 
 
-def read_srdf(path: Path, model: pin.Model) -> tuple[dict[str, Array], Array]:
-    """Read an SRDF; joints that the model does not have are passed over.
-
-    Args:
-        path: the file.
-        model: the robot's.
-
-    Returns:
-        Configurations (nq,) by name, in which what a state does not set is neutral, and states of one name (an arm's and a leg's)
-        make one posture; and the reflected inertia (nv,) that its <rotor_params> give, over the model's own.
+def build_urdf(source: RobotSource) -> Built:
+    """Build the Pinocchio model of a URDF.
 
     Raises:
-        RobotError: the file cannot be read, or a number is missing or cannot be what it is to be.
+        RobotError: Pinocchio refuses the text, joints follow one another in a circle, or the SRDF cannot be read.
+    """
+    try:
+        model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
+    except (ValueError, RuntimeError, IndexError) as refusal:
+        raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {' '.join(str(refusal).split())}") from None
+    postures = _read_srdf(source.srdf, model) if source.srdf is not None else {}
+    # A fixed joint follows nothing; one that follows a fixed joint keeps its offset.
+    mimics = [
+        Mimic(joint.get("name", ""), rule.get("joint", ""), float(rule.get("multiplier", "1")), float(rule.get("offset", "0")))
+        for joint in (parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ())
+        for rule in joint.findall("mimic")
+        if model.existJointName(joint.get("name", ""))
+    ]
+    return Built(model, postures, leaders_first(mimics, model, source.path.name))
+
+
+def _read_srdf(path: Path, model: pin.Model) -> dict[str, Array]:
+    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped.
+
+    What a state does not set is neutral. States of one name (an arm's and a leg's) make one posture.
+
+    Raises:
+        RobotError: the file is no SRDF, or a number is missing or cannot be what it is to be.
     """
     root = read_xml(path).root
-    if root.tag != "robot":
-        raise RobotError(f"{path.name} begins with <{root.tag}>, so it is no SRDF; give a file with <robot> and <group_state>")
+    if root.tag != "robot" or root.find("link") is not None:
+        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
     postures: dict[str, Array] = {}
     for state in root.iter("group_state"):
         name = state.get("name", "")
@@ -49,7 +66,8 @@ def read_srdf(path: Path, model: pin.Model) -> tuple[dict[str, Array], Array]:
         if model.existJointName(entry.get("name", "")):
             joint = model.joints[model.getJointId(entry.get("name", ""))]
             armature[joint.idx_v : joint.idx_v + joint.nv] = _reflected_inertia(entry, path.name)
-    return {name: read_only(q) for name, q in postures.items()}, armature
+    model.armature = armature
+    return {name: read_only(q) for name, q in postures.items()}
 
 
 def _values(entry: Element, size: int, whose: str) -> tuple[float, ...]:

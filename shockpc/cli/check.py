@@ -1,0 +1,163 @@
+"""`shockpc check`: compare landings with budgets, for continuous integration."""
+
+import sys
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import typer
+
+from shockpc.cli.declare import option, takes_options
+from shockpc.cli.parse import path
+
+__all__ = ["BUDGETS_HELP", "CheckOptions", "Report", "check", "report"]
+
+FORMATS = ("text", "json", "junit", "github", "markdown")
+DOCUMENTS = ("json", "junit", "markdown")
+"""Formats that stand alone on standard output."""
+
+OUTPUT, BASELINE = "Output", "Baseline"
+
+BUDGETS_HELP = """\b
+A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]] and [[tool.shockpc.budget]]:
+  [[case]]
+  name = "land-front"
+  scene = "landing.toml"           # or the keys of a scene: robot, posture, strike, [[case.contact]], ...
+  strike_angle_deg = [0, 15, 30]   # a landing for each
+
+\b
+  [[budget]]
+  case = "*"                       # name or glob
+  at = "imu_link"                  # name or glob of points, bodies, joints or contacts; FRAME:x,y,z is a point
+  metric = "shock"
+  max = 0.25                       # or min
+  baseline_tolerance = "5%"        # how much worse than in --baseline; with or without max and min
+  severity = "error"               # or "warning", with which the check passes
+
+\b
+Metrics:
+  shock            of a point, or of a body's centre of mass, relative to the strike
+  shock_max        greatest over the geometry of a body
+  peak_g           peak acceleration of a point, or of a body's centre of mass, for the scene's pulse [g]
+  ropc             radius of percussion of a body; infinite if it does not rotate in the plane [m]
+  joint_impulse    magnitude of the impulse through a joint [N s]
+  friction_needed  least coefficient of friction with which a contact sticks
+  effective_mass   that the ground meets at a contact, along its normal [kg]
+
+\b
+Exit codes: 0 all budgets are met, 1 one of severity error is exceeded, 2 bad arguments or files, 3 a number has no solution.
+"""
+"""What stands under the help of the command."""
+
+
+class Report(NamedTuple):
+    """FORMAT or FORMAT=FILE; standard output without a file."""
+
+    format: str
+    file: Path | None
+
+
+def report(text: str) -> Report:
+    """A report that is asked for.
+
+    Raises:
+        typer.BadParameter: there is no such format, or no file after the equals sign.
+    """
+    format_, equals, file = text.partition("=")
+    if format_ not in FORMATS:
+        known = f"valid are {', '.join(FORMATS)}, each also with a file, such as junit=report.xml"
+        raise typer.BadParameter(f'"{text}" is not a format; {known}')
+    return Report(format_, path(file) if equals else None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckOptions:
+    """With what numbers are compared, and what is reported."""
+
+    baseline: Annotated[
+        Path | None, option("Numbers of an earlier design, to compare with.", group=BASELINE, metavar="FILE", parser=path)
+    ] = None
+    update_baseline: Annotated[
+        bool,
+        option("Write the numbers into the --baseline file instead of comparing with it.", "--update-baseline", group=BASELINE),
+    ] = False
+    format: Annotated[
+        list[Report],
+        option(
+            "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
+            "on standard output, or in a file.",
+            group=OUTPUT,
+            metavar="FORMAT[=FILE]",
+            parser=report,
+        ),
+    ] = field(default_factory=list)
+    out: Annotated[
+        Path | None, option("Write JSON, CSV, JUnit and Markdown into this folder.", group=OUTPUT, metavar="DIR", parser=path)
+    ] = None
+
+
+@takes_options
+def check(
+    options: CheckOptions,
+    budgets: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="BUDGETS",
+            help="A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.",
+            parser=path,
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Compare landings with budgets, as a gate in CI."""
+    from shockpc.cli.progress import progress
+    from shockpc.show.check import append_summary, check_files, report_text
+    from shockpc.show.files import write_folder, write_text
+    from shockpc.studies.check.baseline import baseline_text, read_baseline
+    from shockpc.studies.check.budgets import budgets_file, read_budgets
+    from shockpc.studies.check.gate import check_budgets
+
+    asked = options.format or [Report("text", None)]
+    _check_places(options, asked)
+    given = read_budgets(budgets or budgets_file(Path.cwd()))
+    baseline = None if options.baseline is None or options.update_baseline else read_baseline(options.baseline)
+    found = check_budgets(given, baseline, options.update_baseline, partial(progress, "landings computed"))
+    for one in asked:
+        if one.format == "github":
+            append_summary(found)
+        if one.file is None:
+            sys.stdout.write(report_text(found, one.format))
+        else:
+            write_text(one.file, report_text(found, one.format))
+    if options.out is not None:
+        write_folder(options.out, check_files(found))
+    if options.baseline is not None and options.update_baseline:
+        if found.count("not computed"):
+            sys.stderr.write(f'shockpc: "{options.baseline}" is left as it was, because a number could not be computed\n')
+        else:
+            write_text(options.baseline, baseline_text(found.cases, found.values))
+    raise typer.Exit(found.exit_code)
+
+
+def _check_places(options: CheckOptions, asked: list[Report]) -> None:
+    """See that all can be written before anything is computed."""
+    from shockpc.errors import OutputError, StudyError
+    from shockpc.show.files import check_folder
+
+    printed = [one.format for one in asked if one.file is None]
+    if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
+        listed = " and ".join(printed)
+        raise OutputError(f"standard output holds one document, not {listed}; write files, such as --format {printed[0]}=FILE")
+    if options.update_baseline and options.baseline is None:
+        raise StudyError("--update-baseline needs the file to write; name it with --baseline, such as --baseline base.json")
+    files = [(one.file, "--format") for one in asked if one.file is not None]
+    files += [(options.baseline, "--baseline")] if options.baseline is not None and options.update_baseline else []
+    for file, name in files:
+        if file.is_dir():
+            raise OutputError(f'"{file}" is a folder; name a file with {name}')
+        if not file.parent.exists():
+            raise OutputError(f'there is no folder "{file.parent}" for {name}; make it, or name another file')
+        check_folder(file.parent, name)
+    if options.out is not None:
+        check_folder(options.out, "--out")

@@ -1,0 +1,84 @@
+"""Derivatives of an impact in ball arithmetic: central differences whose step is so small that only the derivative is left.
+
+With a step h the error of a central difference is h²/6 of the third derivative. With h = 2^-100 that is 1e-61, and the digits that
+the difference loses are there to be lost: the precision is raised until the quotient is known to the last digit of a double.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shockpc.core.spatial import Array
+from shockpc.exact.balls import Balls, balls, entries, nearest, rotation_matrix
+from shockpc.exact.kinematics import elementary, loaded_tree
+from shockpc.exact.proof import Enclosure
+from shockpc.exact.solution import ExactImpact, Inputs
+from shockpc.robot.robot import Robot
+
+__all__ = ["derivatives", "displaced"]
+
+STEP = 2.0**-100
+BITS = 256
+
+
+def derivatives(inputs: Inputs, paths: Sequence[Callable[[float], Inputs]], outputs: Callable[[ExactImpact], Balls]) -> Array:
+    """The derivatives (p, n) of n results of an impact along p paths of its inputs, the doubles nearest to the exact ones.
+
+    Args:
+        inputs: where every path is at t = 0.
+        paths: from t to inputs.
+        outputs: the results (n,).
+
+    Raises:
+        SingularError: an impact beside the given one has no solution.
+    """
+
+    def differences(impact: ExactImpact) -> Array:
+        tree = loaded_tree(inputs.robot, impact.bits)
+        size: ArrayLike = [abs(float(value)) for value in outputs(impact)]
+        found = np.zeros((len(paths), len(outputs(impact))))
+        for k, path in enumerate(paths):
+            after, before = (outputs(ExactImpact(path(t), tree)) for t in (STEP, -STEP))
+            found[k] = nearest((after - before) / (2.0 * STEP), size)
+        return found
+
+    return Enclosure(inputs).read(differences, BITS)
+
+
+def displaced(robot: Robot, q: Array, rates: Array, t: float) -> Balls:
+    """The configuration (nq,) reached from q with joint velocities during a time, to first order in it.
+
+    Args:
+        robot: the robot.
+        q: (nq,) configuration.
+        rates: (nv,) joint velocities, Pinocchio's layout; none of a floating base.
+        t: the time [s]; the second order is the same for t and −t, so that it cancels in a central difference.
+    """
+    out = balls(q)
+    for part in (part for joint in robot.joints for part in elementary(joint)):
+        if not rates[part.v].any():
+            continue
+        at, step = out[part.q], balls(t * rates[part.v])
+        if part.kind in ("revolute", "prismatic"):
+            out[part.q] = at + step
+        elif part.kind == "continuous":
+            out[part.q] = _turned(at[0], at[1], step[0])
+        elif part.kind == "planar":
+            x, y, c, s = at
+            a, b, turn = step
+            out[part.q] = [x + c * a - s * b, y + s * a + c * b, *_turned(c, s, turn)]
+        else:
+            vector, scalar, half = at[-4:-1], at[-1], step[-3:] / 2
+            if part.kind == "free":
+                rotation = entries(rotation_matrix(at[-4:]))
+                out[part.q.start : part.q.start + 3] = at[:3] + rotation @ step[:3]
+            turned = [*(vector + scalar * half + np.cross(vector, half)), scalar - np.sum(vector * half)]
+            out[part.q.stop - 4 : part.q.stop] = turned
+    return out
+
+
+def _turned(cosine: Any, sine: Any, angle: Any) -> list[Any]:
+    """Cosine and sine of an angle, of any common length, after a small turn."""
+    return [cosine - sine * angle, sine + cosine * angle]

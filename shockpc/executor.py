@@ -1,0 +1,123 @@
+"""Where the parts of a study are computed: in this process, in several on this machine, or on a cluster.
+
+Studies know the interface of `concurrent.futures.Executor` alone.
+"""
+
+import multiprocessing
+import signal
+import sys
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from shockpc.errors import StudyError
+
+__all__ = ["InProcess", "executor", "in_order"]
+
+T = TypeVar("T")
+
+PATIENCE = "10s"
+"""How long to wait for the scheduler of a cluster."""
+
+
+class InProcess(Executor):
+    """Computes in this process: with `submit` at once, with `map` one by one as the results are taken."""
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        """Compute now. An error is raised here, not kept."""
+        future: Future[T] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+    def map(self, fn: Callable[..., T], *iterables: Any, timeout: float | None = None, chunksize: int = 1) -> Iterator[T]:
+        """Compute each when it is taken."""
+        del timeout, chunksize
+        return map(fn, *iterables)
+
+
+@contextmanager
+def executor(jobs: int, cluster: str | None = None, processes: bool = False) -> Iterator[Executor]:
+    """An executor of so many processes; of this one alone for 1. When it is left by an error, what still runs is ended.
+
+    Args:
+        jobs: number of processes.
+        cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
+        processes: whether one job has a process of its own, too.
+
+    Raises:
+        StudyError: a process died; the cluster cannot be reached, or `distributed` is not installed.
+    """
+    if cluster is not None:
+        with _dask(cluster) as remote:
+            yield remote
+        return
+    if jobs == 1 and not processes:
+        yield InProcess()
+        return
+    # Forked processes have the libraries loaded already, which saves each of them half a second.
+    context = multiprocessing.get_context("fork") if sys.platform == "linux" else None
+    with ProcessPoolExecutor(jobs, context, _prepare_worker) as pool:
+        try:
+            yield pool
+        except BrokenProcessPool:
+            raise StudyError(
+                "a worker process died, perhaps because the memory was used up; try again with fewer processes: --jobs 1"
+            ) from None
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.terminate()
+            raise
+
+
+def _prepare_worker() -> None:
+    """Leave Ctrl-C to the first process, which ends this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[Executor]:
+    """The executor of a running Dask cluster."""
+    try:
+        from distributed import Client, KilledWorker
+    except ImportError:
+        raise StudyError('a cluster needs the package "distributed"; install it with: pip install "shockpc[cluster]"') from None
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as refusal:
+        text = f'no cluster answers at "{address}" ({" ".join(str(refusal).split())}); start one with: dask scheduler'
+        raise StudyError(text) from None
+    try:
+        yield client.get_executor(pure=False)
+    except KilledWorker as death:
+        raise StudyError(f"several workers of the cluster died over one part: {death}; give them more memory") from None
+    except CancelledError:
+        raise StudyError(f'the cluster at "{address}" went away; start it again') from None
+    finally:
+        client.close(timeout=1)
+
+
+def in_order(workers: Executor, function: Callable[[int], T], parts: Iterable[int], ahead: int) -> Iterator[T]:
+    """Yield the results of parts in their order, while later ones are computed.
+
+    Args:
+        workers: do the work.
+        function: of the part's number; it can be pickled.
+        parts: numbers.
+        ahead: number of parts that are submitted before the first one has been read; it limits the memory for results.
+    """
+    waiting: deque[Future[T]] = deque()
+    try:
+        for part in parts:
+            waiting.append(workers.submit(function, part))
+            if len(waiting) > ahead:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        for future in waiting:
+            future.cancel()

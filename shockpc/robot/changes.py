@@ -1,0 +1,140 @@
+"""Changes of a robot as they are typed: of the mass, centre of mass and inertia of links, and of reflected inertias of joints."""
+
+import fnmatch
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+
+from shockpc.errors import StudyError, UnknownName
+from shockpc.robot.limits import refuse_number
+from shockpc.robot.robot import Robot
+from shockpc.robot.variant import changed_link, link_mass
+
+__all__ = ["Change", "Property", "changed", "read_changes"]
+
+Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
+"""What can be changed."""
+
+EXAMPLE = "mass:*_shank=0.9x; com-z:trunk=-0.02; armature:*=0.01"
+
+
+@dataclass(frozen=True)
+class Change:
+    """One change of a robot.
+
+    Attributes:
+        what: mass of a link, with its inertia in proportion and its centre of mass where it was [kg]; inertia of a link about its
+            centre of mass; position of the centre of mass along x, y or z of the link's frame [m]; armature of a joint, its
+            reflected inertia [kg m²; kg for a prismatic joint].
+        pattern: name or glob of links, for armature of joints.
+        value: the new value, or what the present one is multiplied by; for the centre of mass, how far it moves.
+        factor: whether the present value is multiplied.
+    """
+
+    what: Property
+    pattern: str
+    value: float
+    factor: bool
+
+    def __post_init__(self) -> None:
+        """Refuse values that no link and no joint has.
+
+        Raises:
+            StudyError: the value is not finite, not above zero, or not of the kind that the property takes.
+        """
+        text, com = f"change {self}", self.what.startswith("com")
+        if not math.isfinite(self.value):
+            raise StudyError(f"{text}: the value has to be a finite number")
+        if com and self.factor:
+            raise StudyError(
+                f"{text}: a centre of mass is moved by metres, not by a factor; give for example {self.what}:trunk=0.02"
+            )
+        if self.what == "inertia" and not self.factor:
+            raise StudyError(
+                f"{text}: an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x"
+            )
+        if (self.value < 0.0 and not com) or (self.value == 0.0 and self.what == "inertia"):
+            raise StudyError(f"{text}: the value may not be below zero, and a factor of an inertia has to be above zero")
+
+    def __str__(self) -> str:
+        return f"{self.what}:{self.pattern}={self.value:g}{'x' * self.factor}"
+
+
+def read_changes(text: str) -> tuple[Change, ...]:
+    """Changes as they are typed, such as "mass:thigh=0.9x; armature:*=0.01"; x after a number makes it a factor.
+
+    Raises:
+        StudyError: it is not of that form.
+    """
+    found = []
+    for part in filter(None, map(str.strip, text.split(";"))):
+        what, colon, rest = part.partition(":")
+        pattern, equals, number = (piece.strip() for piece in rest.rpartition("="))
+        factor = number.endswith("x")
+        try:
+            value = float(number.removesuffix("x"))
+        except ValueError:
+            value = math.nan
+        kind = next((kind for kind in get_args(Property) if kind == what.strip()), None)
+        if kind is None or not (colon and equals and pattern) or math.isnan(value):
+            kinds = ", ".join(get_args(Property))
+            raise StudyError(
+                f'"{part}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as {EXAMPLE}; properties are {kinds}'
+            )
+        found.append(Change(kind, pattern, value, factor))
+    if not found:
+        raise StudyError(f'"{text}" holds no change; give for example {EXAMPLE}')
+    return tuple(found)
+
+
+def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
+    """The robot with changes applied one after the other; the original stays as it is, and geometry that is read is shared.
+
+    Raises:
+        UnknownName: a pattern matches no link, or no joint.
+        StudyError: a reflected inertia of zero is multiplied.
+        RobotError: a link does not move or has no mass, or a body becomes too heavy or too light to compute with.
+    """
+    for change in changes:
+        robot = _with_armature(robot, change) if change.what == "armature" else _with_links(robot, change)
+    for body in robot.bodies:
+        for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
+            refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
+    return robot
+
+
+def _with_armature(robot: Robot, change: Change) -> Robot:
+    """The robot with the reflected inertia of some joints changed."""
+    model = robot.model.copy()
+    armature = np.array(model.armature)
+    chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
+    if change.factor and not armature[chosen].any():
+        raise StudyError(
+            f'change {change} has no effect, because the file of robot "{robot.name}" gives these joints no reflected inertia; '
+            f"give a number, such as armature:{change.pattern}=0.01"
+        )
+    armature[chosen] = armature[chosen] * change.value if change.factor else change.value
+    model.armature = armature
+    return replace(robot, model=model)
+
+
+def _with_links(robot: Robot, change: Change) -> Robot:
+    """The robot with some links changed. A glob means the links that have mass."""
+    known = robot.links
+    names = [change.pattern] if change.pattern in known else fnmatch.filter(known, change.pattern)
+    if len(names) > 1 or names != [change.pattern]:
+        names = [name for name in names if link_mass(robot, name) > 0.0]
+    if not names:
+        raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+    for name in names:
+        if change.what == "mass":
+            factor = change.value if change.factor else change.value / (link_mass(robot, name) or math.nan)
+            robot = changed_link(robot, name, mass=factor)
+        elif change.what == "inertia":
+            robot = changed_link(robot, name, inertia=change.value)
+        else:
+            robot = changed_link(robot, name, shift=change.value * np.eye(3)["xyz".index(change.what[-1])])
+    return robot

@@ -1,0 +1,287 @@
+"""The figure of a placement: the greatest shock over a body in three views, with sensors of today, places found and CoPcs."""
+
+import textwrap
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap, to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+
+from shockpc.core.spatial import Array, Plane
+from shockpc.printed import printable
+from shockpc.robot.geometry import Shape, inertia_box, outline
+from shockpc.show.figure.bodies import paint
+from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.labels import Labels
+from shockpc.show.figure.marks import SIGNS, letter
+from shockpc.show.figure.page import LINE, line, table
+from shockpc.show.figure.palette import BANDS, INK, PAPER
+from shockpc.show.figure.silhouette import Region, contoured, silhouette, to_plane
+from shockpc.show.figure.window import Window
+from shockpc.show.header import count, joint_model_text, posture_text
+from shockpc.studies.place.cone import Cell
+from shockpc.studies.place.study import PlaceStudy, SensorPlace
+
+__all__ = ["draw_place", "place_figure"]
+
+ROOM = 6.6
+"""Largest width and height of the views together [inches]."""
+
+MARGIN, LEFT, HEAD, FOOT, GAP, COLUMN, PAD = 0.2, 0.62, 0.95, 1.05, 0.28, 3.5, 0.2
+"""Room around everything, for the vertical coordinate, the title, the colour bar, between views, for the column beside them, and
+around the body in each view [inches]."""
+
+NEAR = 0.3
+"""Distance of a CoPc from the body, as a share of its size, up to which it is in the views."""
+
+CELLS = 160
+"""Cells along the longer side of the grid on which shock is contoured."""
+
+_MARK: dict[str, Any] = {"linestyle": "none", "markeredgecolor": INK, "markeredgewidth": 0.7}
+STAR = _MARK | {"marker": "*", "markersize": 9.0, "markerfacecolor": "#ffd24d", "zorder": 7.5}
+DOT = _MARK | {"marker": "o", "markersize": 3.2, "markerfacecolor": PAPER, "zorder": 6}
+
+DASHED = (0, (4, 2))
+"""Line style of the region in which a sensor may be."""
+
+
+class _View(NamedTuple):
+    """One view of the body along an axis of its frame."""
+
+    name: str
+    axes: tuple[int, int]
+    depth: int
+
+    @property
+    def plane(self) -> Plane:
+        """The plane of the view in the body's frame."""
+        e1, e2 = np.eye(3)[list(self.axes)]
+        return Plane(np.cross(e1, e2), e1, e2)
+
+
+SIDE, TOP, FRONT = _View("side", (0, 2), 1), _View("top", (0, 1), 2), _View("front", (1, 2), 0)
+
+
+def place_figure(study: PlaceStudy) -> dict[str, bytes]:
+    """The figure of a placement as SVG and PNG, by file name."""
+    return {f"place.{format_}": data for format_, data in render(lambda: draw_place(study)).items()}
+
+
+def draw_place(study: PlaceStudy) -> Figure:
+    """Draw the body in its own frame, from the side, from above and from the front.
+
+    The colours are what places are compared by, in the plane through the best place.
+
+    Args:
+        study: where a sensor sees least shock.
+    """
+    shapes = _shapes(study)
+    marks = np.array([one.position for one in (*study.today, *study.places)])
+    if study.region.solid:
+        marks = np.concatenate([marks, *(cell.points + s * cell.radius for cell in study.region.cells for s in (-1.0, 1.0))])
+    solid = np.concatenate([shape.points + s * shape.radius for shape in shapes for s in (-1.0, 1.0)]) if shapes else marks
+    low, high = np.minimum(solid.min(axis=0), marks.min(axis=0)), np.maximum(solid.max(axis=0), marks.max(axis=0))
+    size = float((high - low).max())
+    copc = np.array([profile.copc[study.body] for profile in study.profiles])
+    near = np.all((copc > low - NEAR * size) & (copc < high + NEAR * size), axis=1)
+    low, high = np.minimum(low, copc[near].min(axis=0, initial=np.inf)), np.maximum(high, copc[near].max(axis=0, initial=-np.inf))
+    extent = np.maximum(high - low, 0.05 * size)
+    inch = max(extent[0] + extent[1], extent[2] + extent[1]) / (ROOM - GAP - 4.0 * PAD)
+    sides = extent / inch + 2.0 * PAD
+    rows, notes = _rows(study), _notes(study, int(np.count_nonzero(near)))
+    tall = max(sides[2] + GAP + sides[1], LINE * (len(rows) + len(notes) + 6.0) - FOOT + 0.3)
+    width, height = LEFT + sides[0] + GAP + sides[1] + 2.0 * MARGIN + COLUMN + MARGIN, HEAD + tall + FOOT
+    figure, page = new_page(width, height)
+    levels, colours = _scale(study, low, high, solid)
+    middle = (low + high) / 2.0
+    up = FOOT + tall - sides[2] - GAP - sides[1]
+    for view, x, y in ((SIDE, LEFT, up), (TOP, LEFT, up + sides[2] + GAP), (FRONT, LEFT + sides[0] + GAP, up)):
+        a, b = view.axes
+        axes = add_axes(figure, x, y, sides[a], sides[b])
+        half = np.array([sides[a], sides[b]]) * inch / 2.0
+        window = Window(middle[[a, b]] - half, middle[[a, b]] + half, inch)
+        _draw_view(axes, study, view, window, shapes, levels, colours, copc[near])
+    _title(page, study, height - 0.14, width - 2.0 * MARGIN)
+    _bar(figure, study, levels, colours, LEFT, up - 0.57, sides[0] + GAP + sides[1])
+    x, y = LEFT + sides[0] + GAP + sides[1] + 2.0 * MARGIN, height - HEAD
+    y = table(page, x, y, (0.0, 0.25, 1.75, 2.2, 2.65, COLUMN), rows)
+    for note in notes:
+        page.text(x, y, note, fontsize=7, fontstyle="italic", va="top")
+        y -= 0.85 * LINE
+    key = [(True, STAR, "place found"), (bool(study.today), SIGNS["sensor"], "sensor or point of today")]
+    key.append((bool(near.any()), DOT, "CoPc of a landing"))
+    key.append((study.region.solid, {"color": INK, "linewidth": 0.6, "linestyle": DASHED}, "where a sensor may be"))
+    handles, words = [Line2D([], [], **style) for shown, style, _ in key if shown], [text for shown, _, text in key if shown]
+    page.legend(
+        handles,
+        words,
+        loc="upper left",
+        bbox_to_anchor=(x, y - LINE),
+        bbox_transform=page.transData,
+        borderpad=0.0,
+        borderaxespad=0.0,
+    )
+    return figure
+
+
+def _draw_view(
+    axes: Axes,
+    study: PlaceStudy,
+    view: _View,
+    window: Window,
+    shapes: tuple[Shape, ...],
+    levels: Array,
+    colours: list[str],
+    copc: Array,
+) -> None:
+    """Draw one view: the silhouette with its shock, CoPcs, sensors and places."""
+    axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]))
+    axes.set_facecolor("none")
+    axes.spines[["top", "right"]].set_visible(False)
+    step = next(k * 10.0**p for p in range(-4, 4) for k in (1.0, 2.0, 5.0) if k * 10.0**p >= 0.4 * window.inch)
+    first, lowest = view is not FRONT, view is not TOP
+    for axis, name, shown in ((axes.xaxis, "xyz"[view.axes[0]], lowest), (axes.yaxis, "xyz"[view.axes[1]], first)):
+        axis.set_major_locator(MultipleLocator(step))
+        axis.set_label_text(f"{name} [m]" if shown else "", fontsize=7.5)
+    axes.tick_params(labelsize=7.0, length=2.5, width=0.6, color=INK, labelcolor=INK, labelleft=first, labelbottom=lowest)
+    plane, size = view.plane, float((window.high - window.low).max())
+    region = silhouette(shapes, np.eye(3), np.zeros(3), plane, 1e-3 * size) if shapes else shapely.Polygon()
+    for colour, part in _bands(study, view, window, region, levels, colours):
+        paint(axes, part, size, facecolor=colour, edgecolor="none", zorder=1.0)
+    paint(axes, region, size, facecolor="none", edgecolor=INK, linewidth=0.7, zorder=2.0)
+    if study.region.solid:
+        allowed = shapely.union_all([_projected(cell, plane) for cell in study.region.cells])
+        paint(axes, allowed, size, facecolor="none", edgecolor=INK, linewidth=0.6, linestyle=DASHED, zorder=3.0)
+    labels = Labels(axes, window, region)
+    for place in copc:
+        labels.keep_free(to_plane(place, plane), 0.03)
+    groups = ((study.today, SIGNS["sensor"], letter), (study.places, STAR, lambda k: str(k + 1)))
+    for places, _, _ in groups:
+        for one in places:
+            labels.keep_free(to_plane(one.position, plane), 0.07)
+    if len(copc):
+        axes.plot(*to_plane(copc, plane).T, **DOT)
+    for places, sign, text in groups:
+        for k, one in enumerate(places):
+            axes.plot(*to_plane(one.position, plane), **sign)
+            labels.place(to_plane(one.position, plane), text(k), gap=0.08)
+    axes.text(0.02, 0.98, view.name, fontsize=7.5, fontstyle="italic", va="top", transform=axes.transAxes)
+
+
+def _projected(cell: Cell, plane: Plane) -> Region:
+    """The projection of a convex set."""
+    hull = shapely.MultiPoint(to_plane(cell.points, plane)).convex_hull
+    return hull.buffer(cell.radius) if cell.radius > 0.0 else hull
+
+
+def _bands(
+    study: PlaceStudy, view: _View, window: Window, region: Region, levels: Array, colours: list[str]
+) -> list[tuple[str, Region]]:
+    """The parts of a silhouette between two levels, with their colours; in the plane through the best place."""
+    if region.is_empty:
+        return []
+    n = np.maximum(np.ceil(CELLS * (window.high - window.low) / (window.high - window.low).max()).astype(int), 2)
+    x, y = (np.linspace(window.low[k], window.high[k], n[k] + 1) for k in (0, 1))
+    points = np.empty((len(y), len(x), 3))
+    points[..., view.axes[0]], points[..., view.axes[1]] = np.meshgrid(x, y)
+    points[..., view.depth] = study.places[0].position[view.depth]
+    values = study.fields.at(points.reshape(-1, 3)).reshape(len(y), len(x))
+    found = []
+    for k, colour in enumerate(colours):
+        low, high = (-1.0 if k == 0 else levels[k]), (np.inf if k == len(colours) - 1 else levels[k + 1])
+        found.append((colour, shapely.intersection(contoured(x, y, values, low, min(high, 1e30)), region)))
+    return found
+
+
+def _scale(study: PlaceStudy, low: Array, high: Array, corners: Array) -> tuple[Array, list[str]]:
+    """Round levels from the least to the greatest shock over the body, and a colour for each step, darker for more.
+
+    Args:
+        study: where a sensor sees least shock.
+        low: (3,) lower corner of what is drawn [m].
+        high: (3,) upper corner [m].
+        corners: (n, 3) of the body, where shock is greatest [m].
+    """
+    grid = np.stack(np.meshgrid(*(np.linspace(low[k], high[k], 16) for k in range(3))), axis=-1).reshape(-1, 3)
+    least = min(float(study.fields.at(grid).min()), *(one.combined for one in study.places))
+    most = float(study.fields.at(corners).max())
+    levels = np.asarray(MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(least, max(most, least + 1e-9)))
+    levels = np.unique(np.maximum(levels, 0.0))
+    ramp = LinearSegmentedColormap.from_list("shock", [*BANDS[:5], "#3a6ea8", "#23406e"])
+    return levels, [to_hex(ramp(t)) for t in np.linspace(0.0, 1.0, len(levels) - 1)]
+
+
+def _bar(figure: Figure, study: PlaceStudy, levels: Array, colours: list[str], x: float, y: float, width: float) -> None:
+    """The colours with their levels, from (x, y) to the right and down [inches]."""
+    axes = add_axes(figure, x, y - 0.14, width, 0.14)
+    bar = figure.colorbar(
+        ScalarMappable(BoundaryNorm(levels, len(colours)), ListedColormap(colours)),
+        cax=axes,
+        orientation="horizontal",
+        spacing="uniform",
+    )
+    bar.set_ticks(list(levels), labels=[f"{round(float(level), 12):g}" for level in levels])
+    bar.ax.tick_params(labelsize=7.0, length=0.0)
+    what = "greatest normalised shock over the landings" if study.weights is None else "weighted mean of the normalised shock"
+    bar.set_label(f"{what} |Δv| / v_in [-], in the plane through place 1", fontsize=7.5)
+    bar.outline.set_linewidth(0.6)
+
+
+def _title(page: Axes, study: PlaceStudy, y: float, width: float) -> None:
+    """Robot and body, landings, joint model, downwards."""
+    robot = printable(study.robot.source.name or study.robot.name, 40)
+    body = printable(study.robot.bodies[study.body].name, 30)
+    what = "place" if study.count == 1 else f"places of {study.count} sensors"
+    line(page, MARGIN, y, f"{robot}: {what} of least shock on {body}", 11.0, width, "bold")
+    postures = {posture_text(profile) for profile in study.profiles}
+    models = {joint_model_text(profile) for profile in study.profiles}
+    words = [
+        count(len(study.landings), "landing"),
+        f"posture {postures.pop() if len(postures) == 1 else 'differs'}",
+        study.region.text,
+    ]
+    line(page, MARGIN, y - 0.25, printable("; ".join(words)), 8.0, width)
+    line(page, MARGIN, y - 0.43, f"joint model: {models.pop() if len(models) == 1 else 'differs'}", 8.0, width)
+
+
+def _rows(study: PlaceStudy) -> list[tuple[str, ...]]:
+    """Sensors and places: position in the body's frame and shock."""
+    head = "greatest [-]" if study.weights is None else "mean [-]"
+    rows: list[tuple[str, ...]] = [("", "place", "x", "y", "z [m]", head)]
+
+    def row(mark: str, one: SensorPlace) -> tuple[str, ...]:
+        x, y, z = (f"{round(float(value), 3) + 0.0:.3f}".replace("-", "−") for value in one.position)
+        return mark, printable(one.name, 14), x, y, z, f"{one.combined:.3g}"
+
+    rows += [row(letter(k), one) for k, one in enumerate(study.today)]
+    rows += [row(str(k + 1), one) for k, one in enumerate(study.places)]
+    if study.count > 1:
+        rows.append(("", "the better one" if study.count == 2 else "the best one", "", "", "", f"{study.combined:.3g}"))
+    return rows
+
+
+def _notes(study: PlaceStudy, near: int) -> list[str]:
+    """What the views cannot show; lines of text."""
+    notes = []
+    translating = sum(bool(profile.translates[study.body]) for profile in study.profiles)
+    far = len(study.profiles) - near - translating
+    if far:
+        notes.append(f"CoPc of {far} of {count(len(study.profiles), 'landing')} outside the views")
+    if translating:
+        notes.append(f"no CoPc in {count(translating, 'landing')}, in which the body does not rotate in the plane")
+    if study.failures:
+        notes.append(f"{count(len(study.failures), 'landing')} could not be computed")
+    return [part for note in notes for part in textwrap.wrap(note, 58)]
+
+
+def _shapes(study: PlaceStudy) -> tuple[Shape, ...]:
+    """What the body looks like."""
+    body = study.robot.bodies[study.body]
+    seen = outline(study.robot, "visual").shapes[study.body] or outline(study.robot, "collision").shapes[study.body]
+    box = None if seen else inertia_box(body)
+    return seen or ((box,) if box is not None else ())

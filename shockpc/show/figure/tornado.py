@@ -1,0 +1,60 @@
+"""The largest effects on the shock at a point as a tornado chart: one bar for each quantity, changed up and down by one step."""
+
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from shockpc.printed import printable
+from shockpc.show.figure.canvas import render
+from shockpc.show.figure.palette import BANDS, INK, PAPER
+from shockpc.show.header import contact_name
+from shockpc.show.sensitivity import effect_words, step_words
+from shockpc.studies.sensitivity import ShockSensitivity
+
+__all__ = ["draw_tornado", "tornado_figure"]
+
+MOST = 16
+"""Bars."""
+
+UP, DOWN = BANDS[6], BANDS[4]
+"""Colours of a change upward and downward."""
+
+HEIGHT = 0.24
+"""Of one bar with the space around it [inches]."""
+
+
+def tornado_figure(found: ShockSensitivity) -> dict[str, bytes]:
+    """The chart as SVG and PNG, by file name."""
+    return {f"sensitivity.{format_}": data for format_, data in render(lambda: draw_tornado(found)).items()}
+
+
+def draw_tornado(found: ShockSensitivity) -> Figure:
+    """Draw the chart."""
+    effects = found.ranked[:MOST]
+    figure = Figure(figsize=(7.2, 1.45 + HEIGHT * len(effects)), facecolor=PAPER, layout="constrained")
+    axes = figure.add_subplot()
+    largest = max(abs(effect.shock * effect.step) for effect in effects) or found.shock
+    for k, effect in enumerate(effects):
+        change = effect.shock * effect.step
+        # Nothing can have less than none of a mass or of an inertia.
+        lower = effect.kind not in ("mass", "armature") or effect.value >= effect.step
+        for sign, colour in ((1.0, UP), (-1.0, DOWN)) if lower else ((1.0, UP),):
+            axes.barh(k, sign * change, left=found.shock, height=0.72, color=colour, linewidth=0.0)
+        share = f"{100.0 * change / found.shock:+.3g} %".replace("-", "−")
+        side = 1.0 if change > 0.0 else -1.0
+        place = found.shock + change + 0.02 * side * largest
+        axes.text(place, k, share, va="center", ha="left" if side > 0.0 else "right", fontsize=6.5)
+    names = [f"{effect_words(effect)}{f' of {effect.name}' if effect.name else ''}   {step_words(effect)}" for effect in effects]
+    axes.set_yticks(range(len(effects)), [printable(name, 70) for name in names])
+    axes.invert_yaxis()
+    axes.axvline(found.shock, color=INK, linewidth=0.8)
+    axes.set_xlim(found.shock - 1.22 * largest, found.shock + 1.22 * largest)
+    axes.set_xlabel(f"shock |Δv| / v_in at {printable(found.point, 60)} [-]; now {found.shock:.4g}; effects to first order")
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.tick_params(axis="y", length=0.0)
+    axes.tick_params(axis="x", width=0.6, length=2.5)
+    robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
+    title = f"What changes the shock at {printable(found.point, 60)} of {robot} landing on {foot}"
+    figure.suptitle(title, fontsize=10, fontweight="bold", x=0.01, ha="left")
+    handles = [Patch(color=UP, label="change as given (the number)"), Patch(color=DOWN, label="the opposite change")]
+    figure.legend(handles=handles, loc="outside lower right", ncols=2, fontsize=7.0)
+    return figure

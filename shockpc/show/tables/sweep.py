@@ -1,0 +1,83 @@
+"""A sweep as tables: the range of every shock, and the landings with the most severe one as options of `shockpc analyze`."""
+
+import shlex
+from collections.abc import Iterator
+
+from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.show.tables.text import as_markdown, as_text
+from shockpc.studies.sweep.study import Sweep
+from shockpc.studies.sweep.summary import SweepSummary
+
+__all__ = ["extents_sheet", "sweep_markdown", "sweep_text"]
+
+MESSAGES = 5
+"""Messages of rows that could not be computed that are shown."""
+
+
+def extents_sheet(summary: SweepSummary) -> Sheet:
+    """One row for each point and body: least, median and greatest shock, and where the greatest one is."""
+    rows: list[tuple[Cell, ...]] = []
+    for one in summary.extents:
+        label = one.heading.removesuffix(" [-]").replace(" shock at CoM", " (CoM)").removesuffix(" shock")
+        if one.greatest_row < 0:
+            rows.append((label, None, None, None, None, None))
+            continue
+        rows.append((label, one.least, one.median, one.greatest, str(one.least_row), str(one.greatest_row)))
+    header = ("shock at", "least [-]", "median [-]", "greatest [-]", "row of least", "row of greatest")
+    return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
+
+
+def sweep_text(summary: SweepSummary) -> str:
+    """The summary for a terminal."""
+    return "\n".join([as_text(extents_sheet(summary)), "\n".join(_lines(summary)) + "\n"])
+
+
+def sweep_markdown(summary: SweepSummary, figure: str) -> str:
+    """The summary as a document. Args: figure, path of the picture."""
+    lines = "\n".join(f"    {line}" for line in _lines(summary))
+    return "\n".join([as_markdown(extents_sheet(summary)), f"![shock over the sweep]({figure})\n", lines]) + "\n"
+
+
+def _lines(summary: SweepSummary) -> Iterator[str]:
+    """The most severe landings, what was not computed, and the accuracy."""
+    for one in summary.extents:
+        if one.greatest_row >= 0:
+            options, others = _options(summary.sweep, one.greatest_row)
+            rest = f"   (and {others})" if others else ""
+            yield f"most severe for {one.heading.removesuffix(' [-]')}: {options}{rest}"
+    if summary.failed:
+        yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
+        yield from (f"  {count} x {text}" for text, count in summary.messages[:MESSAGES])
+        if len(summary.messages) > MESSAGES:
+            yield f"  and {len(summary.messages) - MESSAGES} other messages, in the column message"
+    if summary.proven:
+        yield f"proven because they are ill-conditioned or redundant: {summary.proven} landings"
+    if summary.compared:
+        yield (
+            f"double precision, compared with a proof in {summary.compared} other landings: off by at most "
+            f"{summary.largest_error:.0e} of the point's most severe shock"
+        )
+
+
+def _options(made: Sweep, row: int) -> tuple[str, str]:
+    """What was varied in a row as options of `shockpc analyze`, and what has no option."""
+    scene, _ = made.case(row)
+    words: list[str] = []
+    others: list[str] = []
+    kinds = {one.kind for one in made.variations}
+    for one, value in made.values_of(row).items():
+        if one.kind == "joint":
+            words += ["--set", f"{one.target}={float(value)!r}"]
+        elif one.kind == "armature" and value > 0.0:
+            words += ["--armature", f"{one.target}={float(value)!r}"]
+        elif one.kind in ("strike-angle", "speed"):
+            words += [f"--{one.kind}", repr(float(value))]
+        elif one.kind == "contact":
+            words += ["--contact", str(value)]
+        elif not one.kind.startswith(("base-", "offset-")):
+            others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
+    if any(kind.startswith("base-") for kind in kinds):
+        words += ["--base-rpy", ",".join(map(repr, scene.posture.base_rpy_deg or ()))]
+    if any(kind.startswith("offset-") for kind in kinds):
+        words += ["--offset", ",".join(map(repr, scene.contact[0].offset))]
+    return shlex.join(words), ", ".join(others)

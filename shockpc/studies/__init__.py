@@ -1,0 +1,1 @@
+"""Studies: many landings in, one record out. Each knows `profile.py`, and no other study."""

@@ -1,0 +1,158 @@
+"""A baseline: the numbers of an earlier design, with which a later one is compared. A JSON file, schema `shockpc.baseline/1`.
+
+Values have six significant digits, and their order is that of their names, so that two baselines differ where designs do. The
+file says which scenes it belongs to; the robot's file may change, since that is the design, but not the landing.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import shockpc
+from shockpc.errors import StudyError
+from shockpc.landing import Landing
+from shockpc.model.dynamics import PINOCCHIO
+from shockpc.printed import printable
+from shockpc.scene import scene_table
+
+__all__ = ["SCHEMA", "Baseline", "Key", "baseline_text", "case_record", "read_baseline", "refuse_other_scene", "rounded"]
+
+SCHEMA = "shockpc.baseline/1"
+
+NOTHING = 1e-12
+"""A value below this is rounding of zero."""
+
+FILES = ("robot", "srdf", "packages")
+"""Keys of a scene that say where files are, which differs from computer to computer."""
+
+READ_OUT = ("point", "range_g")
+"""Keys of a scene that change no value of another place."""
+
+
+class Key(NamedTuple):
+    """What a value belongs to: case, strike angle [deg] (None: the scene's own strike), place and metric."""
+
+    case: str
+    strike_angle_deg: float | None
+    at: str
+    metric: str
+
+
+class Baseline(NamedTuple):
+    """A baseline as read.
+
+    Attributes:
+        path: of its file.
+        version: of shockpc that wrote it.
+        cases: what identifies the scene of each case, as `case_record` gives it.
+        values: the numbers.
+    """
+
+    path: Path
+    version: str
+    cases: Mapping[str, Any]
+    values: Mapping[Key, float]
+
+
+def rounded(value: float) -> float:
+    """A value to six significant digits, as a baseline holds it; rounding of zero is zero."""
+    return 0.0 if abs(value) < NOTHING else float(f"{value:.6g}")
+
+
+def case_record(landing: Landing, own_angle: bool) -> dict[str, Any]:
+    """What identifies the scene of a case: the robot's name, the joint model and the scene without the paths of files.
+
+    Args:
+        landing: one landing of the case.
+        own_angle: whether the strike angle is the scene's own, rather than one of a list.
+    """
+    table = {key: part for key, part in scene_table(landing.scene).items() if key not in (*FILES, *READ_OUT)}
+    if not own_angle:
+        table["strike"] = {key: part for key, part in table["strike"].items() if key != "strike_angle_deg"}
+    record = {"robot": landing.robot.name, "joint_model": landing.joint_model.name, "scene": table}
+    plain: dict[str, Any] = json.loads(json.dumps(record))
+    return plain
+
+
+def baseline_text(cases: Mapping[str, Any], values: Mapping[Key, float]) -> str:
+    """The file of a baseline.
+
+    Args:
+        cases: what identifies the scene of each case.
+        values: the numbers.
+    """
+    order = sorted(
+        values, key=lambda key: (key.case, -math.inf if key.strike_angle_deg is None else key.strike_angle_deg, key.at, key.metric)
+    )
+    listed = [{**key._asdict(), "value": "inf" if math.isinf(values[key]) else rounded(values[key])} for key in order]
+    document = {
+        "schema": SCHEMA,
+        "shockpc": shockpc.__version__,
+        "pinocchio": PINOCCHIO,
+        "cases": {name: cases[name] for name in sorted(cases)},
+        "values": listed,
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def read_baseline(path: Path) -> Baseline:
+    """Read a baseline.
+
+    Raises:
+        StudyError: it cannot be read, or is none.
+    """
+    renew = "write it anew with --update-baseline"
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        if document["schema"] != SCHEMA:
+            raise StudyError(f'"{path}" has schema {printable(str(document["schema"]), 60)}, not {SCHEMA}; {renew}')
+        values = {
+            Key(one["case"], one["strike_angle_deg"], one["at"], one["metric"]): float(one["value"]) for one in document["values"]
+        }
+        return Baseline(path, str(document["shockpc"]), dict(document["cases"]), values)
+    except FileNotFoundError:
+        raise StudyError(f'no baseline "{path}" (looked in {Path.cwd()}); write it with --update-baseline') from None
+    except IsADirectoryError:
+        raise StudyError(f'"{path}" is a folder; name the baseline file in it') from None
+    except OSError as refusal:
+        raise StudyError(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise StudyError(f'"{path}" is not a baseline that shockpc check wrote; {renew}') from None
+
+
+def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any]) -> None:
+    """Refuse a baseline that does not hold a case, or holds another scene under its name.
+
+    Raises:
+        StudyError: the text names what differs.
+    """
+    if case not in baseline.cases:
+        raise StudyError(f'baseline "{baseline.path}" has no case "{printable(case)}"; write it anew with --update-baseline')
+    here, there = dict(_leaves(record, "")), dict(_leaves(baseline.cases[case], ""))
+    differing = [key for key in (*here, *(key for key in there if key not in here)) if here.get(key) != there.get(key)]
+    if differing:
+        listed = "; ".join(f"{key} is {_shown(here.get(key))} here and {_shown(there.get(key))} there" for key in differing[:3])
+        more = f"; and {len(differing) - 3} more" if len(differing) > 3 else ""
+        raise StudyError(
+            f'baseline "{baseline.path}" is of another scene for case "{printable(case)}": {listed}{more}; '
+            "restore the scene, or write the baseline anew with --update-baseline"
+        )
+
+
+def _leaves(table: Any, key: str) -> Iterator[tuple[str, Any]]:
+    """The values of nested tables, by dotted keys."""
+    if isinstance(table, Mapping):
+        for name, part in table.items():
+            yield from _leaves(part, f"{key}.{name}" if key else str(name))
+    elif isinstance(table, list) and any(isinstance(part, Mapping) for part in table):
+        for k, part in enumerate(table):
+            yield from _leaves(part, f"{key}[{k}]")
+    else:
+        yield key, table
+
+
+def _shown(value: Any) -> str:
+    """A value in a message."""
+    return "not set" if value is None else printable(json.dumps(value, ensure_ascii=False), 60)

@@ -1,0 +1,230 @@
+"""Budgets: which numbers of which landings have limits. Read from a TOML file of their own or from a pyproject.toml."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from shockpc.errors import SceneError, StudyError
+from shockpc.paths import usable_path
+from shockpc.printed import printable
+from shockpc.scene import Scene, read_scene, scene_from, scene_table
+from shockpc.studies.check.metrics import METRICS, MetricName
+from shockpc.toml import checked, reading, unknown_key
+
+__all__ = ["Budget", "Budgets", "Case", "Tolerance", "budgets_file", "read_budgets"]
+
+STANDARD = ("budgets.toml", "pyproject.toml")
+"""Files that are looked for in the current folder."""
+
+
+class Tolerance(NamedTuple):
+    """How far a number may become worse than in the baseline.
+
+    Attributes:
+        amount: a share of the baseline, or a number in the unit of the metric.
+        relative: whether it is a share.
+    """
+
+    amount: float
+    relative: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """Landings that are checked: a scene, with some strike angles.
+
+    Attributes:
+        name: by which budgets and the baseline refer to it.
+        scene: the landing.
+        strike_angle_deg: a landing for each of these angles, in place of the scene's own [deg].
+    """
+
+    name: str
+    scene: Scene
+    strike_angle_deg: tuple[float, ...] = ()
+
+    @property
+    def landings(self) -> tuple[tuple[float | None, Scene], ...]:
+        """Each strike angle with its scene; the angle is None where the scene gives the strike alone."""
+        strikes = {angle: replace(self.scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg}
+        return tuple((angle, replace(self.scene, strike=strike)) for angle, strike in strikes.items()) or ((None, self.scene),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Budget:
+    """A limit of one number of some landings.
+
+    Attributes:
+        case: name or glob of the cases.
+        at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to.
+        metric: the number.
+        max: greatest value allowed, in the unit of the metric.
+        min: least value allowed.
+        baseline_tolerance: how much worse than the baseline it may be: a share such as "5%", or a number such as "0.01" in the
+            unit of the metric.
+        severity: whether the check fails when the budget is exceeded.
+
+    Raises:
+        StudyError: it has no limit, its limits exclude every value, or the tolerance is not valid.
+    """
+
+    case: str = "*"
+    at: str
+    metric: MetricName
+    max: float | None = None
+    min: float | None = None
+    baseline_tolerance: str | None = None
+    severity: Literal["error", "warning"] = "error"
+
+    def __post_init__(self) -> None:
+        """Refuse what no landing can meet, or every landing meets."""
+        if self.max is None and self.min is None and self.baseline_tolerance is None:
+            raise StudyError(f"{self.metric} at {printable(self.at)} has no limit; give max, min or baseline_tolerance")
+        if self.max is not None and self.min is not None and self.min > self.max:
+            raise StudyError(f"{self.metric} at {printable(self.at)}: min {self.min:g} is above max {self.max:g}")
+        _ = self.tolerance
+
+    @property
+    def worse(self) -> Literal["greater", "less"]:
+        """Which change against the baseline is for the worse: that towards the only limit, else that of the metric."""
+        if (self.max is None) != (self.min is None):
+            return "greater" if self.min is None else "less"
+        return METRICS[self.metric].worse
+
+    @property
+    def tolerance(self) -> Tolerance | None:
+        """The tolerance as a number."""
+        if self.baseline_tolerance is None:
+            return None
+        text = self.baseline_tolerance.strip()
+        found = re.fullmatch(r"(\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(%?)", text)
+        if not found:
+            raise StudyError(
+                f'baseline_tolerance "{printable(text)}" is not valid; give a share such as "5%", or a number such as "0.01"'
+            )
+        relative = found[2] == "%"
+        return Tolerance(float(found[1]) / (100.0 if relative else 1.0), relative)
+
+
+class Budgets(NamedTuple):
+    """What a file of budgets holds.
+
+    Attributes:
+        path: of the file; None if they are from Python.
+        cases: the landings.
+        budgets: their limits.
+        lines: the line at which each budget begins; empty if that is not known.
+    """
+
+    path: Path | None
+    cases: tuple[Case, ...]
+    budgets: tuple[Budget, ...]
+    lines: tuple[int, ...]
+
+
+def budgets_file(folder: Path) -> Path:
+    """The file of budgets in a folder: budgets.toml, or a pyproject.toml with a table [tool.shockpc].
+
+    Raises:
+        StudyError: there is none.
+    """
+    own, project = (folder / name for name in STANDARD)
+    if own.exists():
+        return own
+    if project.exists():
+        with reading(project, "budgets", StudyError) as table:
+            if "shockpc" in _table(table.get("tool", {}), "tool"):
+                return project
+    found = "the pyproject.toml there has no table [tool.shockpc]" if project.exists() else "nor a pyproject.toml"
+    raise StudyError(f'there is no budgets.toml in "{folder}", and {found}; name the file: shockpc check FILE')
+
+
+def read_budgets(path: Path) -> Budgets:
+    """Read a file of budgets; in a pyproject.toml they are the table [tool.shockpc]. Paths in it are relative to its folder.
+
+    Raises:
+        StudyError: the file or a scene named in it cannot be read, a key or a value is not valid, or two cases have one name.
+    """
+    nested = path.name == STANDARD[1]
+    with reading(path, "budgets", StudyError) as document:
+        prefix, table = "", _table(document, "the file")
+        if nested:
+            table = _table(_table(table.get("tool", {}), "tool").get("shockpc"), "[tool.shockpc]")
+            prefix = "tool.shockpc."
+        faults = [unknown_key(f"{prefix}{key}", key, ("case", "budget")) for key in table if key not in ("case", "budget")]
+        entries = {key: _entries(table.get(key, []), f"{prefix}{key}", faults) for key in ("case", "budget")}
+        cases = [_case(entry, path.resolve().parent, f"{prefix}case[{k}]", faults) for k, entry in enumerate(entries["case"])]
+        budgets = [_budget(entry, f"{prefix}budget[{k}]", faults) for k, entry in enumerate(entries["budget"])]
+        if faults:
+            raise StudyError("; ".join(faults))
+        names = [case.name for case in cases if case is not None]
+        for missing, kind in ((names, "case"), (budgets, "budget")):
+            if not missing:
+                raise StudyError(f"there is no {kind}; begin each with [[{prefix}{kind}]]")
+        for k, name in enumerate(names):
+            if name in names[:k]:
+                raise StudyError(f'two cases have the name "{printable(name)}"; rename one of them')
+        lines = _lines(path.read_text(encoding="utf-8-sig"), f"{prefix}budget")
+        known = tuple(budget for budget in budgets if budget is not None)
+        return Budgets(path, tuple(case for case in cases if case is not None), known, lines if len(lines) == len(known) else ())
+
+
+def _case(entry: Mapping[str, Any], folder: Path, key: str, faults: list[str]) -> Case | None:
+    """A case: its own keys and those of a scene; what it says of the scene replaces what the scene's file says."""
+    own = {"name": str, "scene": str | None, "strike_angle_deg": tuple[float, ...]}
+    parts = [item.name for item in fields(Scene)]
+    before = len(faults)
+    faults += [unknown_key(f"{key}.{name}", name, [*own, *parts]) for name in entry if name not in own and name not in parts]
+    found = {name: checked(entry[name], kind, f"{key}.{name}", faults) for name, kind in own.items() if name in entry}
+    if "name" not in entry:
+        faults.append(f"{key}.name is missing; every case needs it")
+    if "scene" not in entry and "robot" not in entry:
+        faults.append(f"{key} has neither a scene nor a robot; give the path of a scene file, or a robot and its contact")
+    if len(faults) > before:
+        return None
+    inline = {name: value for name, value in entry.items() if name in parts}
+    try:
+        if "scene" in found:
+            inline = scene_table(read_scene(folder / usable_path(found["scene"]))) | inline
+        scene = scene_from(inline, folder, key)
+    except (SceneError, ValueError) as refusal:
+        faults.append(f"{key}: {refusal}" if isinstance(refusal, ValueError) else str(refusal))
+        return None
+    return Case(name=found["name"], scene=scene, strike_angle_deg=found.get("strike_angle_deg", ()))
+
+
+def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:
+    """A budget."""
+    own: list[str] = []
+    try:
+        budget: Budget | None = checked(entry, Budget, key, own)
+    except StudyError as refusal:
+        own.append(f"{key}: {refusal}")
+        budget = None
+    faults += own
+    return budget
+
+
+def _entries(value: Any, key: str, faults: list[str]) -> list[Mapping[str, Any]]:
+    """A list of tables."""
+    if isinstance(value, list) and all(isinstance(entry, Mapping) for entry in value):
+        return value
+    faults.append(f"{key} has to be a list of tables, each begun with [[{key}]]")
+    return []
+
+
+def _table(value: Any, name: str) -> Mapping[str, Any]:
+    """A table of a pyproject.toml."""
+    if not isinstance(value, Mapping):
+        raise StudyError(
+            f"{name} is {'missing' if value is None else 'not a table'}; it has to hold [[tool.shockpc.case]] and so on"
+        )
+    return value
+
+
+def _lines(text: str, key: str) -> tuple[int, ...]:
+    """The numbers of the lines at which the tables of an array begin."""
+    header = re.compile(r"\s*\[\[\s*" + r"\s*\.\s*".join(map(re.escape, key.split("."))) + r"\s*\]\]")
+    return tuple(k for k, line in enumerate(text.splitlines(), 1) if header.match(line))

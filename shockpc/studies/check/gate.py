@@ -1,0 +1,281 @@
+"""Compare the numbers of landings with their budgets, and with a baseline.
+
+A change of the strike angle alone changes the landing by a product with the map from strike to jump; every landing is nevertheless
+computed by `shock_profile`, so that each compared number is the midpoint of a proven enclosure. That takes milliseconds.
+"""
+
+import fnmatch
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from shockpc.errors import ShockError, StudyError
+from shockpc.landing import resolve
+from shockpc.printed import printable
+from shockpc.profile import shock_profile
+from shockpc.robot.robot import Robot, load_robot
+from shockpc.scene import Scene
+from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene, rounded
+from shockpc.studies.check.budgets import Budget, Budgets, Case
+from shockpc.studies.check.metrics import METRICS, Place, measure, places, with_points
+
+__all__ = ["Check", "Outcome", "check_budgets"]
+
+EXCEEDED, NO_VERDICT = 1, 3
+"""Exit codes of a command."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """One budget at one place of one landing.
+
+    Attributes:
+        case: its name.
+        strike_angle_deg: one of the case's angles; None if the scene gives the strike [deg].
+        at: the place.
+        budget: the limit.
+        line: at which the budget begins in its file; None if that is not known.
+        value: the number, in the unit of the metric; None if it could not be computed.
+        baseline: the number in the baseline; None without one.
+        status: how they compare.
+        reason: which limit is exceeded and by how much, or why there is no number; empty if the budget is met.
+    """
+
+    case: str
+    strike_angle_deg: float | None
+    at: str
+    budget: Budget
+    line: int | None
+    value: float | None
+    baseline: float | None
+    status: Literal["passed", "exceeded", "not computed"]
+    reason: str
+
+    @property
+    def key(self) -> Key:
+        """What the value belongs to."""
+        return Key(self.case, self.strike_angle_deg, self.at, self.budget.metric)
+
+    @property
+    def change(self) -> float | None:
+        """Change relative to the baseline [1]; None where that is not defined."""
+        if self.value is None or self.baseline is None or not (math.isfinite(self.value) and math.isfinite(self.baseline)):
+            return None
+        difference = rounded(self.value) - self.baseline
+        return 0.0 if difference == 0.0 else difference / abs(self.baseline) if self.baseline else None
+
+    @property
+    def fails(self) -> bool:
+        """Whether the check does not pass because of it."""
+        return self.status == "not computed" or (self.status == "exceeded" and self.budget.severity == "error")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """All budgets of some landings.
+
+    Attributes:
+        path: file of the budgets; None if they are from Python.
+        outcomes: by case, strike angle and budget.
+        cases: what identifies the scene of each case, for a baseline.
+        landings: number of landings computed.
+        error_bound: proven error of the jumps of velocity, relative to each body's motion, the largest of all [1].
+        notes: warnings of the landings, and what was not compared.
+    """
+
+    path: Path | None
+    outcomes: tuple[Outcome, ...]
+    cases: dict[str, Any]
+    landings: int
+    error_bound: float
+    notes: tuple[str, ...]
+
+    def count(self, status: str) -> int:
+        """Number of outcomes of a status."""
+        return sum(outcome.status == status for outcome in self.outcomes)
+
+    @property
+    def exit_code(self) -> int:
+        """0 passed; 1 a budget of severity error is exceeded; 3 none is, but a number could not be computed."""
+        if any(outcome.fails and outcome.status == "exceeded" for outcome in self.outcomes):
+            return EXCEEDED
+        return NO_VERDICT if self.count("not computed") else 0
+
+    @property
+    def values(self) -> dict[Key, float]:
+        """The numbers that were computed."""
+        return {outcome.key: outcome.value for outcome in self.outcomes if outcome.value is not None}
+
+
+class _Asked(NamedTuple):
+    """A budget at a place: the budget's number in the file, and the baseline's value."""
+
+    number: int
+    place: Place
+    baseline: float | None
+
+
+class _Planned(NamedTuple):
+    """A landing that has budgets, checked and ready to be computed."""
+
+    case: Case
+    angle: float | None
+    scene: Scene
+    robot: Robot
+    asked: list[_Asked]
+
+
+def check_budgets(
+    given: Budgets,
+    baseline: Baseline | None = None,
+    renewing: bool = False,
+    progress: Callable[[int], Callable[[str], None]] | None = None,
+) -> Check:
+    """Compute the landings of a file of budgets, and compare them with their limits.
+
+    Args:
+        given: the landings and their limits.
+        baseline: numbers to compare with.
+        renewing: whether the numbers become the new baseline, so that none is needed to compare with.
+        progress: called with the number of landings; what it gives is called with the name of a case after each landing.
+
+    Raises:
+        StudyError: a scene, a robot or a name in a budget is not valid, or the baseline is of another scene. A landing that has
+            no solution is no error: its outcomes say why.
+    """
+    cases: dict[str, Any] = {}
+    planned = list(_plan(given, baseline, renewing, cases))
+    notes = [f'case "{printable(case.name)}" has no budget' for case in given.cases if case.name not in cases]
+    if baseline is None and not renewing and any(budget.tolerance for budget in given.budgets):
+        notes.append("without a baseline no baseline_tolerance was checked")
+    done: Callable[[str], object] = progress(len(planned)) if progress is not None else str
+    outcomes: list[Outcome] = []
+    bound = 0.0
+    for one in planned:
+        found, own_bound, warnings = _computed(given, one)
+        outcomes += found
+        bound = max(bound, own_bound)
+        notes += [f"warning of {printable(one.case.name)}: {warning}" for warning in warnings]
+        done(one.case.name)
+    return Check(
+        path=given.path,
+        outcomes=tuple(outcomes),
+        cases=cases,
+        landings=len(planned),
+        error_bound=bound,
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict[str, Any]) -> Iterator[_Planned]:
+    """All landings that have budgets, so that whatever is wrong in a file is reported before anything is computed."""
+    names = [case.name for case in given.cases]
+    for k, budget in enumerate(given.budgets):
+        if not _matching(names, budget.case):
+            listed = ", ".join(f'"{printable(name)}"' for name in names)
+            raise StudyError(f'{given.path}: budget[{k}]: no case matches "{printable(budget.case)}"; there are: {listed}')
+        if budget.max is None and budget.min is None and baseline is None and not renewing:
+            raise StudyError(
+                f"{given.path}: budget[{k}] has only a baseline_tolerance; name the baseline with --baseline, or give a max"
+            )
+    robots: dict[str, Robot] = {}
+    for case in given.cases:
+        own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in _matching(names, budget.case)]
+        for angle, scene in case.landings if own else ():
+            asked = []
+            try:
+                robot = _robot(scene, robots)
+                landing = resolve(scene, robot)
+                cases[case.name] = case_record(landing, angle is None)
+                if baseline is not None:
+                    refuse_other_scene(baseline, case.name, cases[case.name])
+                for k, budget in own:
+                    for place in places(landing, budget.metric, budget.at):
+                        asked.append(_Asked(k, place, _before(baseline, budget, Key(case.name, angle, place.name, budget.metric))))
+            except ShockError as refusal:
+                raise StudyError(f'case "{printable(case.name)}": {refusal}') from None
+            yield _Planned(case, angle, with_points(scene, [one.place for one in asked]), robot, asked)
+
+
+def _computed(given: Budgets, planned: _Planned) -> tuple[list[Outcome], float, list[str]]:
+    """The outcomes of one landing, the proven error of its jumps, and its warnings."""
+    measured: list[tuple[float | None, str]]
+    bound, warnings = 0.0, []
+    try:
+        profile = shock_profile(planned.scene, planned.robot)
+        measured = [measure(profile, given.budgets[one.number].metric, one.place) for one in planned.asked]
+        bound, warnings = float(profile.proof.bounds.max()), [str(warning) for warning in profile.health.warnings]
+    except ShockError as refusal:
+        measured = [(None, str(refusal))] * len(planned.asked)
+    found = []
+    for one, (value, reason) in zip(planned.asked, measured, strict=True):
+        budget = given.budgets[one.number]
+        reasons = [reason] if value is None else _excesses(budget, value, one.baseline)
+        found.append(
+            Outcome(
+                case=planned.case.name,
+                strike_angle_deg=planned.angle,
+                at=one.place.name,
+                budget=budget,
+                line=given.lines[one.number] if given.lines else None,
+                value=value,
+                baseline=one.baseline,
+                status="not computed" if value is None else "exceeded" if reasons else "passed",
+                reason="; ".join(reasons),
+            )
+        )
+    return found, bound, warnings
+
+
+def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]:
+    """Which limits of a budget a value exceeds."""
+    unit = METRICS[budget.metric].unit
+    unit = "" if unit == "1" else f" {unit}"
+    found = []
+    if budget.max is not None and value > budget.max:
+        found.append(f"{_digits(value, budget.max)}{unit} is above max {budget.max:.6g}{unit}")
+    if budget.min is not None and value < budget.min:
+        found.append(f"{_digits(value, budget.min)}{unit} is below min {budget.min:.6g}{unit}")
+    tolerance = budget.tolerance
+    if tolerance is not None and baseline is not None:
+        # An infinite radius has no share; no finite one is near it.
+        margin = tolerance.amount * (abs(baseline) if tolerance.relative and math.isfinite(baseline) else 1.0)
+        value, sign = rounded(value), 1.0 if budget.worse == "greater" else -1.0
+        limit = baseline + sign * margin
+        if sign * value > sign * limit:
+            word, plus = ("above", "+") if sign > 0.0 else ("below", "−")
+            allowed = f"the baseline {baseline:.6g} {plus} {budget.baseline_tolerance}"
+            found.append(f"{_digits(value, limit)}{unit} is {word} {limit:.6g}{unit}, which is {allowed}")
+    return found
+
+
+def _digits(value: float, limit: float) -> str:
+    """A value with as many digits as tell it from its limit."""
+    return f"{value:.6g}" if f"{value:.6g}" != f"{limit:.6g}" else repr(value)
+
+
+def _before(baseline: Baseline | None, budget: Budget, key: Key) -> float | None:
+    """The value of the baseline; None without one."""
+    if baseline is None:
+        return None
+    if key not in baseline.values and budget.tolerance is not None:
+        angle = "" if key.strike_angle_deg is None else f" at {key.strike_angle_deg:g} deg"
+        raise StudyError(
+            f'baseline "{baseline.path}" has no {key.metric} at "{printable(key.at)}"{angle}; write it anew with --update-baseline'
+        )
+    return baseline.values.get(key)
+
+
+def _robot(scene: Scene, loaded: dict[str, Robot]) -> Robot:
+    """The robot of a scene; cases with the same files share it."""
+    name = repr((scene.robot, sorted(scene.xacro.items()), sorted(scene.packages.items()), scene.srdf))
+    if name not in loaded:
+        loaded[name] = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    return loaded[name]
+
+
+def _matching(names: list[str], pattern: str) -> list[str]:
+    """The names that an exact name or a glob means."""
+    return [pattern] if pattern in names else [name for name in names if fnmatch.fnmatchcase(name, pattern)]

@@ -1,0 +1,1 @@
+"""Where on a body a sensor sees least shock."""

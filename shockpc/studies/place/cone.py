@@ -1,0 +1,166 @@
+"""The least shock over one convex set: a second-order cone program, solved by Clarabel, with a bound that is checked here.
+
+With a unit of weight shared among vectors y_l (Σ|y_l| = 1), the greatest |c_l + A_l r| is nowhere below Σ y_l · (c_l + A_l r). The
+least value of this affine function over the set is a lower bound of the optimum, whichever y are taken, so that the bound does not
+depend on the accuracy of the solver, from whose dual solution y comes. For the weighted mean the condition is |y_l| ≤ w_l.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.errors import StudyError
+from shockpc.studies.place.field import Fields
+
+__all__ = ["Cell", "Optimum", "least_shock"]
+
+ACCURACY = 1e-9
+"""Gap between the value at a place and the bound of the set, below which the place counts as the optimum [1]."""
+
+AT_ONCE = 12
+"""Landings up to which all are in one program; of more, only those that decide (at most a few) are added, in turns."""
+
+
+class Cell(NamedTuple):
+    """A convex set: the hull of points, rounded by a radius, and within half-spaces.
+
+    Attributes:
+        points: (k, 3) [m].
+        radius: [m].
+        normals: (m, 3); the set holds points r with normals · r ≥ offsets only.
+        offsets: (m,).
+    """
+
+    points: Array
+    radius: float = 0.0
+    normals: Array = np.zeros((0, 3))
+    offsets: Array = np.zeros(0)
+
+    def within(self, normal: Array, offset: float) -> "Cell | None":
+        """The part where normal · r ≥ offset; None if the hull alone shows that there is none."""
+        if float((self.points @ normal).max()) + self.radius * float(np.linalg.norm(normal)) < offset:
+            return None
+        return Cell(self.points, self.radius, np.concatenate([self.normals, [normal]]), np.append(self.offsets, offset))
+
+
+class Optimum(NamedTuple):
+    """The point of a convex set with the least shock.
+
+    Attributes:
+        place: (3,) [m].
+        value: the number that places are compared by, at this place [1].
+        bound: it is nowhere in the set below this [1].
+    """
+
+    place: Array
+    value: float
+    bound: float
+
+
+def least_shock(fields: Fields, cell: Cell) -> Optimum | None:
+    """The optimum over a convex set; None if the set is empty.
+
+    Raises:
+        StudyError: Clarabel is not installed.
+    """
+    many = fields.weights is None and len(fields.c) > AT_ONCE
+    decisive = [int(fields.shocks(cell.points.mean(axis=0)).argmax())] if many else list(range(len(fields.c)))
+    while True:
+        found = _solved(fields.of(decisive), cell)
+        if found is None:
+            return None
+        place, bound = found
+        shocks = fields.shocks(place)
+        value = float(fields.combined(shocks))
+        missing = [int(k) for k in np.argsort(-shocks)[:4] if shocks[k] > bound + ACCURACY / 2.0 and k not in decisive]
+        if not many or not missing or value <= bound + ACCURACY:
+            return Optimum(place, value, bound)
+        decisive += missing
+
+
+def _solved(fields: Fields, cell: Cell) -> tuple[Array, float] | None:
+    """The place of the optimum and a lower bound; None if the set is empty.
+
+    The unknowns are t (one, or one for each landing), r, the shares of the points in r and, for a rounded set, the offset from
+    their hull. r is counted from the middle of the points, in units of their size.
+    """
+    clarabel, sparse = _libraries()
+    n, k, m = len(fields.c), len(cell.points), len(cell.offsets)
+    middle = cell.points.mean(axis=0)
+    size = max(float(np.abs(cell.points - middle).max()) + cell.radius, 1e-9)
+    p = (cell.points - middle) / size
+    c, A = fields.vectors(middle), fields.A * size
+    nt = 1 if fields.weights is None else n
+    rounded = 3 if cell.radius > 0.0 else 0
+    r, shares, offset = nt, nt + 3, nt + 3 + k
+    width = offset + rounded
+    q = np.zeros(width)
+    q[:nt] = 1.0 if fields.weights is None else fields.weights
+
+    rows, right = [], []
+    hull = np.zeros((4, width))
+    hull[:3, r : r + 3], hull[:3, shares : shares + k], hull[3, shares : shares + k] = -np.eye(3), p.T, 1.0
+    if rounded:
+        hull[:3, offset:] = np.eye(3)
+    rows.append(sparse.csc_matrix(hull))
+    right.append(np.array([0.0, 0.0, 0.0, 1.0]))
+    rows.append(sparse.hstack([sparse.csc_matrix((k, shares)), -sparse.identity(k), sparse.csc_matrix((k, rounded))]))
+    right.append(np.zeros(k))
+    planes = np.zeros((m, width))
+    planes[:, r : r + 3] = -cell.normals * size
+    rows.append(sparse.csc_matrix(planes))
+    right.append(cell.normals @ middle - cell.offsets)
+    cones: list[Any] = [clarabel.ZeroConeT(4), clarabel.NonnegativeConeT(k + m)]
+    if rounded:
+        ball = np.zeros((4, width))
+        ball[1:, offset:] = -np.eye(3)
+        rows.append(sparse.csc_matrix(ball))
+        right.append(np.array([cell.radius / size, 0.0, 0.0, 0.0]))
+        cones.append(clarabel.SecondOrderConeT(4))
+    norms = np.zeros((n, 4, width))
+    norms[np.arange(n), 0, np.arange(n) if nt > 1 else 0] = -1.0
+    norms[:, 1:, r : r + 3] = -A
+    rows.append(sparse.csc_matrix(norms.reshape(4 * n, width)))
+    right.append(np.concatenate([np.zeros((n, 1)), c], axis=1).ravel())
+    cones += [clarabel.SecondOrderConeT(4)] * n
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
+    matrix = sparse.vstack(rows).tocsc()
+    solution = clarabel.DefaultSolver(sparse.csc_matrix((width, width)), q, matrix, np.concatenate(right), cones, settings).solve()
+    if solution.status in (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.AlmostPrimalInfeasible):
+        return None
+    x, z = np.asarray(solution.x), np.asarray(solution.z)
+    share = np.maximum(x[shares:offset], 0.0)
+    place = cell.points.T @ (share / share.sum())
+    if rounded:
+        out = x[offset:] * size
+        place = place + out * min(1.0, cell.radius / max(float(np.linalg.norm(out)), 1e-300))
+    y, multipliers = -z[-4 * n :].reshape(n, 4)[:, 1:], np.maximum(z[4 + k : 4 + k + m], 0.0)
+    return place, _lower_bound(fields, cell, y, multipliers)
+
+
+def _lower_bound(fields: Fields, cell: Cell, y: Array, multipliers: Array) -> float:
+    """The least value over the set of the affine function that y and the half-spaces' multipliers give."""
+    lengths = np.linalg.norm(y, axis=1)
+    if fields.weights is None:
+        scale = 1.0 / max(float(lengths.sum()), 1e-300)
+        y, multipliers = y * scale, multipliers * scale
+    else:
+        y = y * np.minimum(1.0, fields.weights / np.maximum(lengths, 1e-300))[:, None]
+    slope = np.einsum("li,lij->j", y, fields.A) - multipliers @ cell.normals
+    least = float((cell.points @ slope).min()) - cell.radius * float(np.linalg.norm(slope))
+    return max(0.0, float(np.sum(y * fields.c)) + float(multipliers @ cell.offsets) + least)
+
+
+def _libraries() -> tuple[Any, Any]:
+    """Clarabel, and sparse matrices. Imported here, because only this study needs them."""
+    try:
+        import clarabel
+    except ModuleNotFoundError:
+        raise StudyError('the best place is computed by Clarabel. Install it: pip install "shockpc[place]"') from None
+    from scipy import sparse
+
+    return clarabel, sparse

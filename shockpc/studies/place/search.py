@@ -1,0 +1,79 @@
+"""The best places in a region that need not be convex: best-first search over convex cells.
+
+Every cell has a lower bound: first that of a tangent, then that of its cone program. The cell with the least bound comes first, so
+that the optimum of the first solved cell is the optimum of the region. Where a place is not allowed, because it lies inside another
+shape of the body or too near to a place found before, its cell is divided along the faces of that convex set; what remains outside
+is convex again. A surface of a hundred thousand triangles needs a few dozen programs.
+"""
+
+import heapq
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.robot.surface import HalfSpaces
+from shockpc.studies.place.cone import Cell, Optimum, least_shock
+from shockpc.studies.place.field import Fields
+
+__all__ = ["best_places", "box"]
+
+INSIDE = 1e-7
+"""Depth inside a set, above which a place is not allowed [m]; cone programs leave their half-spaces by less."""
+
+
+def box(low: Array, high: Array) -> HalfSpaces:
+    """An axis-parallel box by two opposite corners (3,) [m]."""
+    return HalfSpaces(np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([high, -low]))
+
+
+def best_places(fields: Fields, cells: Sequence[Cell], outside: Sequence[HalfSpaces] = (), apart: float = 0.0) -> Iterator[Optimum]:
+    """The best place of a region, then the next best ones; each with the proof that no other place is better.
+
+    Args:
+        fields: shock over the body.
+        cells: convex sets that make up the region together.
+        outside: convex sets whose inside does not belong to the region.
+        apart: distance along at least one axis of the body's frame that each place keeps from those before [m].
+
+    Returns: places in the order of what they are compared by. The bound of each is that of the region without what is near to the
+        places before.
+    """
+    forbidden = list(outside)
+    number = itertools.count()
+    queue: list[tuple[float, int, Cell, Optimum | None]] = [
+        (bound, next(number), cell, None) for bound, cell in zip(_bounds(fields, cells), cells, strict=True)
+    ]
+    heapq.heapify(queue)
+    while queue:
+        bound, _, cell, found = heapq.heappop(queue)
+        if found is None:
+            found = least_shock(fields, cell)
+            if found is not None:
+                heapq.heappush(queue, (max(bound, found.bound), next(number), cell, found))
+            continue
+        inside = next((one for one in forbidden if one.depth(found.place) > INSIDE), None)
+        if inside is not None:
+            parts = (cell.within(n, d) for n, d in zip(inside.normals, inside.offsets, strict=True))
+            for part in filter(None, parts):
+                heapq.heappush(queue, (bound, next(number), part, None))
+            continue
+        yield Optimum(found.place, found.value, bound)
+        forbidden.append(box(found.place - apart, found.place + apart))
+        heapq.heappush(queue, (bound, next(number), cell, found))
+
+
+def _bounds(fields: Fields, cells: Sequence[Cell]) -> list[float]:
+    """A lower bound over each cell: that of the tangent at the middle of its points."""
+    if not cells:
+        return []
+    counts = np.array([len(cell.points) for cell in cells])
+    start = np.cumsum(counts) - counts
+    points = np.concatenate([cell.points for cell in cells])
+    middles = np.add.reduceat(points, start) / counts[:, None]
+    values, slopes = fields.tangents(middles)
+    steps = np.sum((points - np.repeat(middles, counts, axis=0)) * np.repeat(slopes, counts, axis=0), axis=1)
+    radius = np.array([cell.radius for cell in cells])
+    bounds = values + np.minimum.reduceat(steps, start) - radius * np.linalg.norm(slopes, axis=1)
+    return [float(bound) for bound in np.maximum(bounds, 0.0)]

@@ -1,0 +1,418 @@
+"""Where on a body a sensor sees least shock over some landings: scenes in, one record out."""
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.pulse import peak_acceleration
+from shockpc.core.spatial import Array
+from shockpc.errors import ShockError, StudyError
+from shockpc.landing import pulse_of
+from shockpc.profile import shock_profile
+from shockpc.result import ShockProfile
+from shockpc.results.points import Spot, spots
+from shockpc.robot.geometry import Kind, outline
+from shockpc.robot.robot import Robot, load_robot
+from shockpc.robot.surface import HalfSpaces, facets, half_spaces
+from shockpc.scene import GRAVITY, Point, Scene
+from shockpc.studies.place.cone import Cell, Optimum
+from shockpc.studies.place.field import Fields, fields_of
+from shockpc.studies.place.groups import best_group
+from shockpc.studies.place.mounting import Mounting, best_mounting
+from shockpc.studies.place.search import best_places, box
+
+__all__ = ["Box", "Margin", "PlaceStudy", "Region", "SensorPlace", "place"]
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+"""Lower and upper corner of a box in the body's frame [m]."""
+
+NEAREST = 1e-3
+"""Least distance between alternatives [m]."""
+
+MOST = 100
+"""Alternatives that can be asked for."""
+
+MARKER = 0.01
+"""Share of the body's size below which a shape marks a frame and is no surface to mount a sensor on."""
+
+
+class Margin(NamedTuple):
+    """What a pulse means for the axes of a sensor.
+
+    Attributes:
+        peak_g: (3,) greatest peak acceleration along each of its axes, in multiples of gravity.
+        left: (3,) share of the range that is left along each axis, below zero where it saturates [1]; None without a range.
+        mounting: the rotation in the body's axes with the smallest greatest peak, which it gives [g].
+        mounted_left: share of the range that is left in that mounting, along the axis with the least [1]; None without a range.
+    """
+
+    peak_g: Array
+    left: Array | None
+    mounting: Mounting
+    mounted_left: float | None
+
+
+class SensorPlace(NamedTuple):
+    """A place on the body and the shock that it sees; all numbers are proven ones.
+
+    Attributes:
+        name: of the sensor or point that is there today; "best", "2nd" and so on, or for several "sensor 1" and so on.
+        position: (3,) in the body's frame [m].
+        shocks: (L,) in each landing [1].
+        combined: the number by which places are compared: the greatest of them, or the weighted mean [1].
+        delta_v: (L, 3) jump of velocity in the axes of the sensor, which for a new place are those of the body [m/s].
+        bound: no allowed place has less than this [1]; None for what is there today.
+        margin: for the pulse of the scenes; None without one.
+    """
+
+    name: str
+    position: Array
+    shocks: Array
+    combined: float
+    delta_v: Array
+    bound: float | None
+    margin: Margin | None
+
+
+class Region(NamedTuple):
+    """Where a sensor may be.
+
+    Attributes:
+        text: in words.
+        cells: convex sets that make it up.
+        outside: convex sets whose inside does not belong to it.
+        size: the longest side of its box [m].
+        solid: whether it has an inside, which a surface has not.
+        warnings: about shapes that could not be read.
+    """
+
+    text: str
+    cells: tuple[Cell, ...]
+    outside: tuple[HalfSpaces, ...]
+    size: float
+    solid: bool
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceStudy:
+    """Where on a body a sensor sees least shock.
+
+    Attributes:
+        robot: the robot.
+        body: index of the body.
+        region: where a sensor may be.
+        landings: names of the landings that were computed.
+        profiles: their results.
+        weights: (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the greatest shock.
+        today: the body's sensors, and the points that the scenes name.
+        places: the best place and its alternatives, or the places of several sensors that belong together.
+        count: number of sensors that belong together.
+        combined: for several sensors: the number by which they are compared, from the least shock in each landing [1].
+        bound: nothing in the region is below this [1].
+        assigned: (L,) for several sensors, which of them sees least in each landing.
+        apart: distance of the alternatives along at least one axis [m].
+        failures: name and reason of the landings that could not be computed.
+    """
+
+    robot: Robot
+    body: int
+    region: Region = field(repr=False)
+    landings: tuple[str, ...]
+    profiles: tuple[ShockProfile, ...] = field(repr=False)
+    weights: Array | None
+    today: tuple[SensorPlace, ...]
+    places: tuple[SensorPlace, ...]
+    count: int
+    combined: float
+    bound: float
+    assigned: np.ndarray
+    apart: float
+    failures: tuple[tuple[str, str], ...]
+
+    @property
+    def gap(self) -> float:
+        """Difference between what was found and what is proven to be a lower bound [1]."""
+        return max(0.0, self.combined - self.bound)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the search for several sensors ended with the optimum."""
+        return self.gap <= 1e-6 * max(self.combined, 1e-3)
+
+    @property
+    def fields(self) -> Fields:
+        """Shock over the body."""
+        return _fields(self.profiles, self.body, self.weights)
+
+
+def place(
+    landings: Mapping[str, Scene],
+    robot: Robot | None = None,
+    *,
+    body: str | None = None,
+    within: Box | None = None,
+    surface: bool = False,
+    geometry: Kind = "collision",
+    weights: Mapping[str, float] | None = None,
+    count: int = 1,
+    alternatives: int = 2,
+    apart: float | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> PlaceStudy:
+    """Find where on a body a sensor sees least shock.
+
+    The greatest shock over the landings (or its weighted mean) is a convex function of the place, so that its least value over each
+    convex piece of the body is a second-order cone program; bounds tell which piece is the best. The shock at the places found, and
+    at the sensors of today, is then taken from the enclosures of the exact solutions.
+
+    Args:
+        landings: scenes of one robot by name.
+        robot: the scenes' robot, if it is loaded already.
+        body: a body, or a link or frame fixed to it; by default the base.
+        within: only in this box of the body's frame, whatever the geometry [m].
+        surface: only on the surface of the geometry (within the box, if one is given).
+        geometry: "collision" or "visual"; the other kind if the body has no such geometry.
+        weights: of the landings by name; then their weighted mean is compared instead of the greatest. Others weigh 1.
+        count: number of sensors, of which in each landing the one with the least shock counts.
+        alternatives: further places, each as good as possible at a distance from those before; for one sensor.
+        apart: this distance, along at least one axis of the body's frame [m]; by default a tenth of the region's size.
+        progress: is called with the name of each landing when it is computed.
+
+    Raises:
+        StudyError: there is no landing, no such region, or a number is out of range.
+        ShockError: the robot cannot be read, or none of the landings computed.
+    """
+    if not landings:
+        raise StudyError("no landing is given, so there is no shock to compare places by; give at least one scene")
+    scenes = list(landings.values())
+    others = [scene.robot for scene in scenes if scene.robot != scenes[0].robot]
+    if others:
+        raise StudyError(f'the scenes are of different robots, "{scenes[0].robot}" and "{others[0]}"; give scenes of one robot')
+    one = scenes[0]
+    robot = robot or load_robot(one.robot, xacro=one.xacro, packages=one.packages, srdf=one.srdf)
+    i = 0 if body is None else robot.frame(body).body
+    if i < 0:
+        raise StudyError(f'"{body}" is fixed to the world, so it has no shock; name a body that moves')
+    if count < 1 or not 0 <= alternatives <= MOST:
+        raise StudyError(
+            f"{count} sensors and {alternatives} alternatives cannot be placed; give at least one sensor and at most {MOST}"
+        )
+    region = _region(robot, i, within, surface, geometry)
+    apart = max(region.size / 10.0, NEAREST) if apart is None else apart
+    if not apart >= NEAREST:
+        raise StudyError(f"alternatives {apart:g} m apart are too near to differ; give at least {NEAREST:g} m")
+    profiles, failures = _profiles(landings, robot, progress)
+    names = tuple(profiles)
+    found = tuple(profiles.values())
+    shares = None if weights is None else _weights(names, weights)
+    fields = _fields(found, i, shares)
+    optima, bound = _optima(fields, region, min(count, len(found)), alternatives, apart)
+    titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
+    new = tuple(
+        Point(frame=robot.bodies[i].name, offset=(float(one.place[0]), float(one.place[1]), float(one.place[2]))) for one in optima
+    )
+    today = [spot for spot in spots(robot, _asked(scenes)) if spot.frame.body == i]
+    every = [*today, *(_spot(robot, point) for point in new)]
+    shocks, delta_v = _proven(found, every, new)
+    combined = fields.combined(shocks)
+    least = shocks[len(today) :].min(axis=0)
+    places = [
+        SensorPlace(
+            name=name,
+            position=spot.r,
+            shocks=shocks[k],
+            combined=float(combined[k]),
+            delta_v=delta_v[k],
+            bound=None if k < len(today) else optima[k - len(today)].bound,
+            margin=_margin(delta_v[k], spot, found),
+        )
+        for k, (name, spot) in enumerate(zip([*(spot.label for spot in today), *titles], every, strict=True))
+    ]
+    return PlaceStudy(
+        robot=robot,
+        body=i,
+        region=region,
+        landings=names,
+        profiles=found,
+        weights=shares,
+        today=tuple(places[: len(today)]),
+        places=tuple(places[len(today) :]),
+        count=count,
+        combined=float(fields.combined(least)) if count > 1 else float(combined[len(today)]),
+        bound=bound,
+        assigned=shocks[len(today) :].argmin(axis=0),
+        apart=apart,
+        failures=failures,
+    )
+
+
+def _profiles(
+    landings: Mapping[str, Scene], robot: Robot, progress: Callable[[str], None]
+) -> tuple[dict[str, ShockProfile], tuple[tuple[str, str], ...]]:
+    """The landings' results by name, and those that could not be computed."""
+    profiles: dict[str, ShockProfile] = {}
+    failures: list[tuple[str, ShockError]] = []
+    for name, scene in landings.items():
+        try:
+            profiles[name] = shock_profile(scene, robot)
+        except ShockError as refusal:
+            failures.append((name, refusal))
+        progress(name)
+    if not profiles:
+        raise failures[0][1]
+    return profiles, tuple((name, str(refusal)) for name, refusal in failures)
+
+
+def _weights(names: tuple[str, ...], given: Mapping[str, float]) -> Array:
+    """The weights of the landings, with sum 1."""
+    unknown = [name for name in given if name not in names]
+    if unknown:
+        raise StudyError(f'a weight is given for landing "{unknown[0]}", which is not there; there are: {", ".join(names)}')
+    weights = np.array([given.get(name, 1.0) for name in names])
+    if not (np.all(weights >= 0.0) and 0.0 < weights.sum() < math.inf):
+        raise StudyError("weights of landings have to be finite, not negative, and not all zero")
+    return np.asarray(weights / weights.sum())
+
+
+def _fields(profiles: tuple[ShockProfile, ...], body: int, weights: Array | None) -> Fields:
+    """Shock over a body."""
+    return fields_of(
+        np.array([profile.delta_omega[body] for profile in profiles]),
+        np.array([profile.delta_v[body] for profile in profiles]),
+        np.array([profile.v_in for profile in profiles]),
+        weights,
+    )
+
+
+def _region(robot: Robot, body: int, within: Box | None, surface: bool, geometry: Kind) -> Region:
+    """Where a sensor may be."""
+    name = robot.bodies[body].name
+    limits = None if within is None else _checked_box(within)
+    other: Kind = "visual" if geometry == "collision" else "collision"
+    kind = geometry if outline(robot, geometry).shapes[body] else other
+    seen = outline(robot, kind)
+    shapes = seen.shapes[body]
+    if not shapes and (limits is None or surface):
+        raise StudyError(f'body "{name}" has no geometry, so there is no place on it; give a box with --within')
+    boxes = [np.stack([shape.points.min(axis=0) - shape.radius, shape.points.max(axis=0) + shape.radius]) for shape in shapes]
+    whole = (np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]) if shapes else limits or (np.zeros(3), np.zeros(3))
+    if limits is not None and (np.any(limits[0] > whole[1]) or np.any(limits[1] < whole[0])):
+        raise StudyError(f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(whole)} of its frame")
+    if limits is not None and not surface:
+        corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
+        return Region(f"in the box {_box_text(limits)} of {name}", (Cell(corners),), (), _size(limits), True, ())
+    if not surface:
+        pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
+        hulls = ", a mesh as its convex hull" if any(shape.mesh is not None for shape in shapes) else ""
+        cells = [Cell(shape.points, shape.radius) for shape in shapes]
+        text = f"inside the {kind} geometry of {name} ({pieces}{hulls})"
+        return Region(text, tuple(cells), (), _size(whole), True, seen.warnings)
+    solid = [shape for shape, one in zip(shapes, boxes, strict=True) if np.ptp(one, axis=0).max() > MARKER * _size(whole)]
+    cells = [Cell(corners) for shape in solid for corners in facets(shape)]
+    if limits is not None:
+        cells = [part for cell in cells if (part := _cut(cell, limits)) is not None]
+    held = "" if limits is None else f", within {_box_text(limits)}"
+    text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{held})"
+    outside = tuple(one for shape in solid if (one := half_spaces(shape)) is not None)
+    return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings)
+
+
+def _size(limits: tuple[Array, Array]) -> float:
+    """The longest side of a box [m]."""
+    return float((limits[1] - limits[0]).max())
+
+
+def _cut(cell: Cell, limits: tuple[Array, Array]) -> Cell | None:
+    """The part of a facet within a box."""
+    part: Cell | None = cell
+    faces = box(*limits)
+    for normal, offset in zip(faces.normals, faces.offsets, strict=True):
+        # Faces that all points are inside of are no constraint.
+        if part is not None and float((cell.points @ normal).max()) > offset:
+            part = part.within(-normal, -offset)
+    return part
+
+
+def _checked_box(within: Box) -> tuple[Array, Array]:
+    """Lower and upper corner of a box.
+
+    Raises:
+        StudyError: a lower limit is above the upper one.
+    """
+    low, high = (np.array(corner, dtype=float) for corner in within)
+    for axis, a, b in zip("xyz", low, high, strict=True):
+        if not (math.isfinite(a) and math.isfinite(b) and a <= b):
+            raise StudyError(f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, such as -0.1:0.1")
+    return low, high
+
+
+def _box_text(limits: tuple[Array, Array]) -> str:
+    """A box in words."""
+    return ", ".join(f"{axis} {a:.4g}…{b:.4g}" for axis, a, b in zip("xyz", *limits, strict=True)) + " m"
+
+
+def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart: float) -> tuple[list[Optimum], float]:
+    """The places, and the proven lower bound."""
+
+    def ranked(some: Fields, number: int) -> list[Optimum]:
+        found = list(itertools.islice(best_places(some, region.cells, region.outside, apart), number))
+        if not found:
+            raise StudyError(f"there is no place {region.text}: all of it is inside other shapes of the body, or outside the box")
+        return found
+
+    if count == 1:
+        best = ranked(fields, 1 + alternatives)
+        return best, best[0].bound
+    group = best_group(fields, count, lambda some: ranked(some, 1)[0])
+    return [Optimum(one, math.nan, group.bound) for one in group.places], group.bound
+
+
+def _asked(scenes: list[Scene]) -> tuple[Point, ...]:
+    """The points that scenes name, each once."""
+    return tuple(dict.fromkeys(point for scene in scenes for point in scene.point))
+
+
+def _spot(robot: Robot, point: Point) -> Spot:
+    """A point of a body in its frame."""
+    frame = robot.frame(point.frame)
+    wanted = frame.offset + frame.rotation @ np.asarray(point.offset)
+    return next(spot for spot in spots(robot, (point,)) if spot.frame.body == frame.body and np.array_equal(spot.r, wanted))
+
+
+def _proven(profiles: tuple[ShockProfile, ...], every: list[Spot], new: tuple[Point, ...]) -> tuple[Array, Array]:
+    """Shock (n, L) and jump of velocity (n, L, 3) at places, from the enclosures of the exact solutions."""
+    columns = []
+    for profile in profiles:
+        scene = profile.scene
+        asked = replace(scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new))))
+        points = {one.frame: one for one in replace(profile, landing=replace(profile.landing, scene=asked)).points}
+        columns.append([points[spot.label] for spot in every])
+    shocks = np.array([[one.shock for one in column] for column in columns]).T
+    return shocks, np.array([[one.delta_v for one in column] for column in columns]).swapaxes(0, 1)
+
+
+def _margin(delta_v: Array, spot: Spot, profiles: tuple[ShockProfile, ...]) -> Margin | None:
+    """What the scenes' pulses mean for the axes of a sensor; None if a scene has no pulse."""
+    pulses = [pulse for profile in profiles if (pulse := pulse_of(profile.scene)) is not None]
+    if len(pulses) < len(profiles):
+        return None
+    peaks = delta_v * np.array([peak_acceleration(1.0, pulse) / GRAVITY for pulse in pulses])[:, None]
+    found = best_mounting(peaks @ spot.frame.rotation.T)
+    ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]
+    greatest = np.abs(peaks).max(axis=0)
+    return Margin(
+        peak_g=greatest,
+        left=1.0 - greatest / min(ranges) if ranges else None,
+        mounting=found,
+        mounted_left=1.0 - found.greatest / min(ranges) if ranges else None,
+    )
+
+
+def _rank(k: int) -> str:
+    """The rank of a place."""
+    return "best" if k == 0 else f"{k + 1}{'nd' if k == 1 else 'rd' if k == 2 else 'th'}"

@@ -1,0 +1,73 @@
+"""One quantity of a landing set to a value: the scene and the robot that the single analysis takes."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints, joint_model
+from shockpc.robot.robot import Robot
+from shockpc.robot.variant import changed_link, link_mass
+from shockpc.scene import Scene
+from shockpc.studies.sweep.variation import Variation
+
+__all__ = ["applied"]
+
+
+def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Scene, Robot]:
+    """A scene and its robot with one quantity set.
+
+    Args:
+        scene: the landing.
+        robot: its robot.
+        one: the quantity.
+        value: a number in its unit, or the name of a contact.
+
+    Raises:
+        ShockError: the value is not possible.
+    """
+    posture, strike = scene.posture, scene.strike
+    axis = "xyz".find(one.kind[-1])
+    if one.kind == "joint":
+        others = {name: x for name, x in posture.joints_deg.items() if name != one.target}
+        return replace(scene, posture=replace(posture, joints_deg={**others, one.target: float(value)})), robot
+    if one.kind.startswith("base-"):
+        angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
+        angles[("base-roll", "base-pitch", "base-yaw").index(one.kind)] = float(value)
+        return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
+    if one.kind in ("strike-angle", "speed"):
+        strike = replace(strike, velocity=None, drop_height=None)
+        strike = replace(strike, speed=float(value)) if one.kind == "speed" else replace(strike, strike_angle_deg=float(value))
+        return replace(scene, strike=strike), robot
+    if one.kind == "contact":
+        like = scene.contact[0] if scene.contact else Contact(frame="")
+        names = [str(value)] if str(value) in robot.frames else str(value).split("+")
+        return replace(scene, contact=tuple(replace(like, frame=name) for name in names)), robot
+    if one.kind.startswith("offset-"):
+        moved = []
+        for contact in scene.contact:
+            offset = list(contact.offset)
+            offset[axis] = float(value)
+            moved.append(replace(contact, offset=(offset[0], offset[1], offset[2])))
+        return replace(scene, contact=tuple(moved)), robot
+    if one.kind == "armature":
+        return replace(scene, joints=_with_armature(scene, robot, one.target, float(value))), robot
+    if one.kind == "mass":
+        return scene, changed_link(
+            robot, one.target, mass=float(value) if one.factor else float(value) / link_mass(robot, one.target)
+        )
+    if one.kind == "inertia":
+        return scene, changed_link(robot, one.target, inertia=float(value))
+    return scene, changed_link(robot, one.target, shift=float(value) * np.eye(3)[axis])
+
+
+def _with_armature(scene: Scene, robot: Robot, pattern: str, value: float) -> Joints:
+    """The joint model with the reflected inertia of some joints replaced; zero makes them free."""
+    if value > 0.0:
+        others = {name: x for name, x in scene.joints.armature.items() if name != pattern}
+        return replace(scene.joints, armature={**others, pattern: value})
+    freed, found = robot.match_joints(pattern), joint_model(robot, scene.joints)
+    kept = {name: float(found.armature[robot.joint(name).v.start]) for name in robot.joint_names if name not in freed}
+    kept = {name: x for name, x in kept.items() if x > 0.0 and not found.locked[robot.joint(name).v].any()}
+    return replace(scene.joints, model="locked" if scene.joints.model == "locked" else "free", armature=kept, rotor={})

@@ -1,0 +1,237 @@
+"""The columns of a sweep: what is computed of every landing, from maps in double precision or from a proven profile."""
+
+import functools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.directions import most_severe_directions
+from shockpc.core.extremes import Pieces, greatest_shock
+from shockpc.core.percussion import percussion, translation
+from shockpc.core.spatial import Array
+from shockpc.landing import Landing, contact_velocity
+from shockpc.model.dynamics import Dynamics
+from shockpc.model.motion import twist_before
+from shockpc.profile import impact_jumps, joined, needs_proof
+from shockpc.result import ShockProfile
+from shockpc.results.percussion import ROUNDED, robot_length
+from shockpc.results.points import Spot
+from shockpc.robot.robot import Robot
+
+__all__ = ["Solved", "Targets", "columns", "proven_columns", "solve"]
+
+BLOCK = 256
+"""Postures that are solved together, so that their arrays stay in the processor's cache."""
+
+AXES = "xyz"
+
+
+class Targets(NamedTuple):
+    """What the columns are about.
+
+    Attributes:
+        spots: points.
+        bodies: indices of bodies.
+        pieces: geometry of each of these bodies, if the greatest shock over it is wanted; else empty.
+    """
+
+    spots: tuple[Spot, ...]
+    bodies: tuple[int, ...]
+    pieces: tuple[Pieces, ...]
+
+    @property
+    def carriers(self) -> tuple[int, ...]:
+        """Indices of all bodies that a column needs, each once."""
+        return tuple(dict.fromkeys([*(spot.frame.body for spot in self.spots), *self.bodies]))
+
+    def shock_headings(self, robot: Robot) -> tuple[str, ...]:
+        """The columns that hold a shock for the row's own strike."""
+        points = (f"{spot.label} shock [-]" for spot in self.spots)
+        names = [robot.bodies[i].name for i in self.bodies]
+        greatest = (f"{name} greatest shock [-]" for name in names if self.pieces)
+        return (*points, *(f"{name} shock at CoM [-]" for name in names), *greatest)
+
+    def headings(self, robot: Robot) -> tuple[str, ...]:
+        """The headings of all columns, with units."""
+        found: list[str] = []
+        for spot in self.spots:
+            found += [f"{spot.label} shock [-]", *_severe_headings(spot.label)]
+        for name in (robot.bodies[i].name for i in self.bodies):
+            found += [f"{name} shock at CoM [-]", *([f"{name} greatest shock [-]"] if self.pieces else [])]
+            found += [*(f"{name} CoPc {axis} [m]" for axis in AXES), f"{name} RoPc [m]", *_severe_headings(f"{name} CoM")]
+        return (*found, "friction needed [-]", "condition [-]")
+
+
+def _severe_headings(label: str) -> list[str]:
+    """Most severe impact direction of a point, and its shock."""
+    return [f"{label} most severe shock [-]", *(f"{label} most severe direction {axis} [-]" for axis in AXES)]
+
+
+class Solved(NamedTuple):
+    """Steps 1 and 2 in m postures of one landing, of what the columns need.
+
+    Attributes:
+        jumps: (m, n, 6, k) of the carriers, world axes, for 1 m/s along x, y and z, then for the landing's own motion if that is
+            more than a velocity of the base.
+        rotation: (m, n, 3, 3) of the carriers.
+        impulse: (m, nc, k) of the ground along every row; NaN where it is not determined.
+        condition: (m,) of the solution.
+        prove: (m,) whether it needs a proof.
+        approach: (m, c, 3) velocity of every contact before the impact; None where it is that of the base everywhere.
+        com: (m, 3) velocity of the robot's centre of mass, likewise, if shock is relative to it.
+    """
+
+    jumps: Array
+    rotation: Array
+    impulse: Array
+    condition: Array
+    prove: np.ndarray
+    approach: Array | None
+    com: Array | None
+
+
+def solve(landing: Landing, Q: Array, targets: Targets) -> Solved:
+    """Steps 1 and 2 in many postures (m, nq) of one landing."""
+    own = bool(landing.before.omega.any() or landing.before.joint_rates.any())
+    blocks = [_solve(landing, Q[k : k + BLOCK], targets.carriers, own) for k in range(0, len(Q), BLOCK)]
+    jumps, rotation, impulse, condition, prove = (joined(part) for part in list(zip(*blocks, strict=True))[:5])
+    before = [None if part[0] is None else np.concatenate(part) for part in list(zip(*blocks, strict=True))[5:]]
+    return Solved(jumps, rotation, impulse, condition, prove, *before)
+
+
+def _solve(landing: Landing, Q: Array, carriers: Sequence[int], own: bool) -> Solved:
+    """The same in one block; own: whether the motion before the impact is more than a velocity of the base."""
+    equation, impact, jumps = impact_jumps(landing, Q, own, carriers)
+    condition, prove = needs_proof(landing, equation, impact)
+    impulse = impact.impulse
+    for k, choice in impact.choices.items():
+        impulse[k, ~choice.unique] = np.nan
+    state, approach, com = equation.state, None, None
+    if own:
+        strikes = equation.blocks[: len(landing.contacts)]
+        approach = np.stack([contact_velocity(landing, state, block) for block in strikes], axis=1)
+        com = _com_velocity(landing, state) if landing.scene.v_in == "com" else None
+    return Solved(jumps, state.rotation[:, carriers], impulse, condition, prove, approach, com)
+
+
+def _com_velocity(landing: Landing, state: Dynamics) -> Array:
+    """Velocity (m, 3) of the robot's centre of mass before the impact."""
+    robot, total = landing.robot, np.zeros((len(state.H), 3))
+    for i, (mass, com) in enumerate(zip(robot.masses, robot.coms, strict=True)):
+        twist = twist_before(state, landing.before, i)
+        total += mass * (twist[:, 3:] + np.cross(twist[:, :3], state.position[:, i] + state.rotation[:, i] @ com))
+    return np.asarray(total / np.sum(robot.masses))
+
+
+def columns(landing: Landing, solved: Solved, strikes: Array, targets: Targets) -> tuple[dict[str, Array], np.ndarray]:
+    """Every column for m postures and S strikes of each.
+
+    Args:
+        landing: the landing.
+        solved: its postures.
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s].
+        targets: what the columns are about.
+
+    Returns: columns (m, S) by heading, in order; and which contacts (m, S, c) do not approach the ground.
+    """
+    change = strikes - landing.before.velocity
+    approach = strikes[:, :, None] if solved.approach is None else solved.approach[:, None] + change[:, :, None]
+    speeds = _length(approach)
+    parting = approach @ landing.up >= -1e-9 * speeds
+    v_in = speeds.max(axis=-1)
+    if landing.scene.v_in == "com":
+        v_in = _length(strikes if solved.com is None else solved.com[:, None] + change)
+    # Where the base only translates, the jump is the product of the map and the strike; else the landing's own jump and the change.
+    product = functools.partial(_product, velocity=strikes if solved.approach is None else change, own=solved.approach is not None)
+    found: dict[str, Array] = {}
+    place = {body: k for k, body in enumerate(targets.carriers)}
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for spot in targets.spots:
+            k = place[spot.frame.body]
+            maps = _point_maps(solved.jumps[:, k], solved.rotation[:, k], spot.r)
+            found[f"{spot.label} shock [-]"] = _length(product(maps)) / v_in
+            found |= _severe(spot.label, maps, landing.up, v_in.shape)
+        for number, body in enumerate(targets.bodies):
+            jumps, rotation, name = solved.jumps[:, place[body]], solved.rotation[:, place[body]], landing.robot.bodies[body].name
+            maps = _point_maps(jumps, rotation, landing.robot.coms[body])
+            found[f"{name} shock at CoM [-]"] = _length(product(maps)) / v_in
+            to_body = rotation[:, None]
+            omega, v = ((product(part)[..., None, :] @ to_body)[..., 0, :] for part in (jumps[:, :3], jumps[:, 3:]))
+            if targets.pieces:
+                found[f"{name} greatest shock [-]"] = greatest_shock(omega, v, targets.pieces[number]) / v_in
+            normal = np.broadcast_to((landing.plane.normal @ rotation)[:, None], omega.shape)
+            translates, still = translation(omega, v, normal, v_in, robot_length(landing), ROUNDED)
+            centre = percussion(omega, v, normal, v_in, translates, still)
+            for i, axis in enumerate(AXES):
+                found[f"{name} CoPc {axis} [m]"] = np.where(translates, np.nan, centre.copc[..., i])
+            found[f"{name} RoPc [m]"] = np.where(translates, np.inf, centre.ropc)
+            found |= _severe(f"{name} CoM", maps, landing.up, v_in.shape)
+        found["friction needed [-]"] = _friction(landing, product(solved.impulse))
+    found["condition [-]"] = np.broadcast_to(solved.condition[:, None], v_in.shape)
+    return found, parting
+
+
+def proven_columns(profile: ShockProfile, targets: Targets) -> dict[str, float]:
+    """The same columns of one landing, proven."""
+    found: dict[str, float] = {}
+    points = {point.frame: point for point in profile.points}
+    for spot in targets.spots:
+        point = points[spot.label]
+        found[f"{spot.label} shock [-]"] = point.shock
+        values = (point.directions.most_severe_shock, *point.directions.most_severe)
+        found |= dict(zip(_severe_headings(spot.label), map(float, values), strict=True))
+    for body in targets.bodies:
+        name = profile.robot.bodies[body].name
+        found[f"{name} shock at CoM [-]"] = float(profile.shock_com[body])
+        if targets.pieces:
+            found[f"{name} greatest shock [-]"] = float(profile.shock_max[body])
+        found |= {f"{name} CoPc {axis} [m]": float(x) for axis, x in zip(AXES, profile.copc[body], strict=True)}
+        found[f"{name} RoPc [m]"] = float(profile.ropc[body])
+        values = (profile.directions.most_severe_shock[body], *profile.directions.most_severe[body])
+        found |= dict(zip(_severe_headings(f"{name} CoM"), map(float, values), strict=True))
+    friction = [np.nan if contact.friction_needed is None else contact.friction_needed for contact in profile.contacts]
+    found["friction needed [-]"] = float(np.max(friction))
+    return found
+
+
+def _product(maps: Array, velocity: Array, own: bool) -> Array:
+    """Maps (m, …, k) times velocities (m, S, 3), plus the landing's own motion if it counts: (m, S, …)."""
+    extra = (None,) * (maps.ndim - 2)
+    total = maps[:, None, ..., 0] * velocity[..., 0][(..., *extra)]
+    for k in (1, 2):
+        total += maps[:, None, ..., k] * velocity[..., k][(..., *extra)]
+    return np.asarray(total + maps[:, None, ..., 3] if own else total)
+
+
+def _point_maps(jumps: Array, rotation: Array, point: Array) -> Array:
+    """Jumps (m, 3, k) of a point of a body, world axes."""
+    x, y, z = ((rotation @ point)[:, i, None] for i in range(3))
+    a, b, c = (jumps[:, i] for i in range(3))
+    return jumps[:, 3:] + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+
+
+def _severe(label: str, maps: Array, up: Array, shape: tuple[int, ...]) -> dict[str, Array]:
+    """Most severe impact direction of a point; it does not depend on the strike."""
+    direction, shock = most_severe_directions(maps[..., :3], up)
+    values = (shock, *direction.T)
+    return {name: np.broadcast_to(x[:, None], shape) for name, x in zip(_severe_headings(label), values, strict=True)}
+
+
+def _friction(landing: Landing, impulse: Array) -> Array:
+    """Largest friction (m, S) that a contact needs to stick [1]; NaN where one would be pulled, or is not determined."""
+    worst = np.zeros(impulse.shape[:2])
+    start = 0
+    for contact in landing.contacts:
+        n = len(contact.directions)
+        force = impulse[..., start : start + n] @ contact.directions
+        normal = force @ landing.up
+        friction = _length(force - normal[..., None] * landing.up) / normal
+        worst = np.maximum(worst, np.where(normal > 0.0, friction, np.nan))
+        start += n + len(contact.moments)
+    return worst
+
+
+def _length(v: Array) -> Array:
+    """Lengths (…) of vectors (…, 3)."""
+    return np.asarray(np.sqrt(v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1] + v[..., 2] * v[..., 2]))

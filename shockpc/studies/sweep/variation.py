@@ -1,0 +1,211 @@
+"""What a sweep varies, as text and as records: joints, base attitude, strike, contact, inertia of links, armature."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from shockpc.errors import StudyError
+from shockpc.model.contact import match_frames
+from shockpc.robot.robot import Robot
+from shockpc.robot.variant import link_mass
+
+__all__ = ["Variation", "each_of", "variation"]
+
+STRIKE = {"strike-angle": "deg", "speed": "m/s"}
+ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
+OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
+OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
+WORDS = (*STRIKE, *ATTITUDE, *OFFSET, "contact", *(f"{kind}:LINK" for kind in OF_A_LINK), "armature:JOINT", "JOINT")
+FORM = "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between)"
+
+
+@dataclass(frozen=True, eq=False)
+class Variation:
+    """One quantity that a sweep varies.
+
+    Attributes:
+        subject: as it is typed, such as "*_KFE", "strike-angle" or "mass:base_link".
+        kind: "joint", "armature", "contact", or a word of the subject, such as "strike-angle" or "mass".
+        target: what the kind applies to: a link, or a pattern of joints; empty if it applies to the landing.
+        unit: of the values.
+        values: to be computed, or drawn from; numbers, or names of contacts.
+        span: least and greatest value between which numbers are drawn; None if values are given.
+        factor: whether the values are factors of what the robot file says.
+    """
+
+    subject: str
+    kind: str
+    target: str
+    unit: str
+    values: tuple[float | str, ...] = ()
+    span: tuple[float, float] | None = None
+    factor: bool = False
+
+    @property
+    def column(self) -> str:
+        """Heading of its column in tables, with the unit."""
+        return self.subject if self.kind == "contact" else f"{self.subject} [{self.unit}]"
+
+    @property
+    def stage(self) -> int:
+        """What a change of it needs: 0 another landing, 1 another posture of it, 2 only another product with the maps."""
+        return 2 if self.kind in STRIKE else 1 if self.kind == "joint" or self.kind in ATTITUDE else 0
+
+    def joints(self, robot: Robot) -> tuple[str, ...]:
+        """The joints that a joint's variation sets: what follows another joint is not among them."""
+        followers = {mimic.joint for mimic in robot.mimics}
+        return tuple(name for name in robot.match_joints(self.target) if name not in followers)
+
+
+def variation(robot: Robot, subject: str, values: "str | float | Iterable[float | str] | None" = None) -> Variation:
+    """One quantity to vary.
+
+    Args:
+        robot: the robot.
+        subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "mass:LINK", "com-z:LINK",
+            "inertia:LINK", "armature:JOINTS" and so on; a name that is none of these words is a joint, or a pattern of joints.
+        values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from; an
+            x after each number makes it a factor of what the robot file says. None for the limits of a joint.
+
+    Raises:
+        UnknownName: the robot has no such joint or link.
+        StudyError: the values do not fit the subject, there are none, or they are outside the limits of a joint.
+    """
+    kind, target = _kind(robot, subject)
+    if kind == "contact":
+        return _contacts(robot, subject, values)
+    numbers, span, factor = _numbers(subject, values)
+    if values is None and kind != "joint":
+        raise StudyError(f"{subject}: no values are given; valid are {FORM}")
+    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_A_LINK}.get(kind, "")
+    if factor and kind not in ("mass", "inertia"):
+        raise StudyError(
+            f"{subject}: a factor such as 0.8x applies to mass:LINK and inertia:LINK only; give values in {unit or 'SI units'}"
+        )
+    if kind == "inertia" and not factor:
+        raise StudyError(f"{subject}: the moments of inertia are varied by factors; give them with an x, such as 0.5x:2x:4")
+    if kind in OF_A_LINK:
+        link_mass(robot, target)
+        if kind in ("mass", "inertia") and not min(numbers + (span or ())) > 0.0:
+            raise StudyError(f"{subject}: {min(numbers + (span or ())):g} is not above zero, but a link has to keep some {kind}")
+    if kind == "armature":
+        unit = _unit(robot, subject, target, {"rad": "kg m²", "m": "kg"})
+        if min(numbers + (span or ())) < 0.0:
+            raise StudyError(f"{subject}: a reflected inertia of {min(numbers + (span or ())):g} is below zero")
+    if kind == "joint":
+        found = Variation(subject, kind, target, _unit(robot, subject, target, {"rad": "deg", "m": "m"}), numbers, span)
+        return _within_limits(robot, found)
+    return Variation(subject, kind, target, "-" if factor else unit, numbers, span, factor)
+
+
+def each_of(robot: Robot, found: Variation) -> tuple[Variation, ...]:
+    """A variation of joints, with a quantity of its own for each joint that matches; any other variation as it is."""
+    if found.kind != "joint":
+        return (found,)
+    own = (Variation(name, "joint", name, found.unit, found.values, found.span) for name in found.joints(robot))
+    return tuple(_within_limits(robot, one) for one in own)
+
+
+def _kind(robot: Robot, subject: str) -> tuple[str, str]:
+    """Kind and target of a subject."""
+    word, colon, target = subject.partition(":")
+    if word == "joint" and colon:
+        return "joint", target
+    if colon and (word in OF_A_LINK or word == "armature"):
+        if not target:
+            raise StudyError(f"{subject} names nothing; write {word}:{'JOINT' if word == 'armature' else 'LINK'}")
+        return word, target
+    if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject == "contact":
+        if subject in ATTITUDE and not robot.free_base:
+            raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
+        return subject, ""
+    if subject in OF_A_LINK or subject == "armature":
+        raise StudyError(f"{subject} of what? Write {subject}:{'JOINT' if subject == 'armature' else 'LINK'}=VALUES")
+    return "joint", subject
+
+
+def _contacts(robot: Robot, subject: str, values: object) -> Variation:
+    """The contacts to be compared; a glob stands for all links that match."""
+    texts = values.split(",") if isinstance(values, str) else list(values) if isinstance(values, Iterable) else []
+    names: list[str] = []
+    for text in texts:
+        parts = (
+            [match_frames(robot, part.strip()) for part in str(text).split("+")]
+            if str(text) not in robot.frames
+            else [(str(text),)]
+        )
+        names += parts[0] if len(parts) == 1 else ["+".join(dict.fromkeys(name for part in parts for name in part))]
+    if not names:
+        raise StudyError("contact: no contact is named; write contact=NAME,NAME or a glob, such as contact=*_foot")
+    return Variation(subject, "contact", "", "", tuple(dict.fromkeys(names)))
+
+
+def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[float, float] | None, bool]:
+    """Values, or the range to draw from, and whether they are factors."""
+    if values is None:
+        return (), None, False
+    if not isinstance(values, str):
+        given = [values] if isinstance(values, int | float) else list(values) if isinstance(values, Iterable) else []
+        numbers = tuple(_number(subject, str(float(value))) for value in given)
+        if not numbers:
+            raise StudyError(f"{subject}: the list of values is empty; give at least one")
+        return numbers, None, False
+    parts = values.split(":") if ":" in values else values.split(",")
+    count = parts.pop() if ":" in values and len(parts) == 3 else None
+    factor = bool(parts[0]) and all(part.strip().endswith("x") for part in parts)
+    bounds = tuple(_number(subject, part.strip().removesuffix("x") if factor else part.strip()) for part in parts)
+    if ":" not in values:
+        return bounds, None, factor
+    if len(bounds) != 2:
+        raise StudyError(f'{subject}: "{values}" is not understood; valid are {FORM}')
+    low, high = bounds
+    if count is None:
+        if not low < high:
+            raise StudyError(f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first")
+        return (), (low, high), factor
+    if not (count.strip().isdigit() and int(count) > 0):
+        raise StudyError(f'{subject}: "{count}" is not a number of values above zero, so the grid is empty; valid are {FORM}')
+    n = int(count)
+    # The ends are as typed, and what lies between does not depend on the number of values.
+    steps = (low,) if n == 1 else (*(low + (high - low) * (k / (n - 1)) for k in range(n - 1)), high)
+    return steps, None, factor
+
+
+def _number(subject: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise StudyError(f'{subject}: "{text}" is not a finite number; valid are {FORM}')
+    return value
+
+
+def _unit(robot: Robot, subject: str, pattern: str, units: dict[str, str]) -> str:
+    """The common unit of the joints that a pattern means."""
+    found = {units[robot.joint(name).unit] for name in robot.match_joints(pattern)}
+    if len(found) > 1:
+        raise StudyError(f"{subject} means revolute and prismatic joints, which have different units; vary them separately")
+    return found.pop()
+
+
+def _within_limits(robot: Robot, found: Variation) -> Variation:
+    """Refuse joints that one number cannot set and values outside limits."""
+    names = found.joints(robot)
+    if not names:
+        leaders = ", ".join(f'"{mimic.leader}"' for mimic in robot.mimics if mimic.joint in robot.match_joints(found.target))
+        raise StudyError(f'joint "{found.target}" follows joint {leaders}, so it cannot be varied by itself; vary that one')
+    size = 180.0 / math.pi if found.unit == "deg" else 1.0
+    for name in names:
+        joint = robot.joint(name)
+        if joint.axis is None:
+            raise StudyError(f'joint "{name}" has {joint.v.stop - joint.v.start} degrees of freedom, so one number cannot vary it')
+        low, high = (limit * size for limit in joint.limits)
+        for value in found.span or found.values:
+            # Files state limits in rounded decimals.
+            if isinstance(value, float) and not low - 1e-2 <= value <= high + 1e-2:
+                raise StudyError(
+                    f'{found.subject}: {value:g} {found.unit} is outside the limits of joint "{name}", {low:.6g} to {high:.6g} '
+                    f"{found.unit}; give values within them"
+                )
+    return found

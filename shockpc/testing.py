@@ -1,0 +1,48 @@
+"""Assertions for tests of a robot's design."""
+
+import os
+from pathlib import Path
+
+from shockpc.errors import StudyError
+from shockpc.scene import Scene, read_scene
+from shockpc.show.tables.check import check_sheet, place_text
+from shockpc.show.tables.text import as_text
+from shockpc.studies.check.budgets import Budget, Budgets, Case
+from shockpc.studies.check.gate import check_budgets
+from shockpc.studies.check.metrics import MetricName
+
+__all__ = ["assert_shock"]
+
+
+def assert_shock(
+    scene: Scene | str | os.PathLike[str],
+    *,
+    at: str,
+    metric: MetricName = "shock",
+    max: float | None = None,
+    min: float | None = None,
+) -> None:
+    """Assert that a number of a landing is within limits.
+
+    Args:
+        scene: the landing, or the path of its file.
+        at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to.
+        metric: the number, as in a file of budgets.
+        max: greatest value allowed, in the unit of the metric.
+        min: least value allowed.
+
+    Raises:
+        AssertionError: it is not; the message is the row of the table.
+        ShockError: the landing cannot be computed as asked, or has no such number.
+    """
+    __tracebackhide__ = True
+    landing = scene if isinstance(scene, Scene) else read_scene(Path(scene))
+    name = landing.robot if isinstance(scene, Scene) else Path(scene).stem
+    budget = Budget(at=at, metric=metric, max=max, min=min)
+    check = check_budgets(Budgets(None, (Case(name=name, scene=landing),), (budget,), ()))
+    missing = next((outcome.reason for outcome in check.outcomes if outcome.status == "not computed"), None)
+    if missing is not None:
+        raise StudyError(missing)
+    if check.exit_code:
+        first = next(outcome for outcome in check.outcomes if outcome.fails)
+        raise AssertionError(f"{place_text(first)}: {first.reason}\n{as_text(check_sheet(check, only_failures=True))}")

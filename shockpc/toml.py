@@ -1,0 +1,196 @@
+"""Records as TOML: a file is read into dataclasses, whose field types say what is valid, and written from them.
+
+A key that is not known is refused with the nearest one, and all that does not fit is reported at once. Values from Python are
+checked in the same way.
+"""
+
+import dataclasses
+import difflib
+import functools
+import json
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from numbers import Real
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+__all__ = ["checked", "inline", "numbers", "reading", "toml_lines", "unknown_key"]
+
+
+@contextmanager
+def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str, Any]]:
+    """Read a TOML file. Whatever is wrong with the file is raised as one kind of error, and so is what the caller finds in it.
+
+    Args:
+        path: of the file.
+        what: it is, in one word, for messages.
+        error: raised with a message that names the file; when the caller raises it, the file is named in front of its message.
+
+    Yields: the file's table.
+    """
+    if path.is_fifo() or path.is_char_device() or path.is_block_device():
+        raise error(f'"{path}" is a pipe or a device; save what it gives in a file')
+    try:
+        yield tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except error as refusal:
+        raise error(f"{path}: {refusal}") from None
+    except FileNotFoundError:
+        raise error(f'no {what} file "{path}" (looked in {Path.cwd()})') from None
+    except IsADirectoryError:
+        raise error(f'"{path}" is a folder; give the {what} file in it') from None
+    except OSError as refusal:
+        raise error(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
+    except UnicodeDecodeError:
+        known = "a robot file is URDF, xacro or MJCF, and all of these are text"
+        raise error(f"{path} is not UTF-8 text; a {what} file is TOML, {known}") from None
+    except tomllib.TOMLDecodeError as refusal:
+        raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
+    except RecursionError:
+        raise error(f"{path} is nested hundreds of levels deep; a {what} file needs four") from None
+    except ValueError:
+        found = "is no path of a file: it holds a NUL character" if "\0" in str(path) else "holds an integer of thousands of digits"
+        raise error(f'"{path}" {found}'.replace("\0", "\\0")) from None
+
+
+@functools.cache
+def _kinds(record: type) -> dict[str, Any]:
+    """The types of a record's fields by name."""
+    return get_type_hints(record)
+
+
+def checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
+    """A value from TOML or from Python, converted to the type of its field.
+
+    Args:
+        value: a table or a record, a list or a tuple, text or a number.
+        kind: the type.
+        key: position of the value in the file.
+        faults: receives a message for everything that does not fit.
+    """
+    origin, parts = get_origin(kind), get_args(kind)
+    if type(None) in parts:
+        return None if value is None else checked(value, parts[0], key, faults)
+    if isinstance(kind, type) and is_dataclass(kind):
+        if isinstance(value, kind | Mapping):
+            return _record(vars(value) if is_dataclass(value) else value, kind, f"{key}." if key else "", faults)
+    elif origin is Mapping:
+        if isinstance(value, Mapping):
+            return {name: checked(part, parts[1], f"{key}.{_toml_key(str(name))}", faults) for name, part in value.items()}
+    elif parts[1:] == (...,):
+        if isinstance(value, tuple | list):
+            return tuple(checked(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
+    else:
+        options = (kind,) if origin in (None, Literal, tuple) else parts
+        found = next((leaf for option in options if (leaf := _leaf(value, option)) is not None), None)
+        if found is not None:
+            return found
+    faults.append(f"{key} has to be {_wanted(kind)}, not {_shown(value)}")
+    return value
+
+
+def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -> Any:
+    """A record from its fields; None if something does not fit."""
+    kinds, values = _kinds(kind), {}
+    for item in fields(kind):
+        if item.name in table:
+            values[item.name] = checked(table[item.name], kinds[item.name], f"{key}{item.name}", faults)
+        elif item.default is item.default_factory is dataclasses.MISSING:
+            faults.append(f"{key}{item.name} is missing; every {kind.__name__.lower()} needs it")
+    faults += [unknown_key(f"{key}{name}", name, kinds) for name in table if name not in kinds]
+    return None if faults else kind(**values)
+
+
+def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
+    """The message for a key that no record has: its position, and the nearest valid key or all of them."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.7)
+    hint = f"nearest: {near[0]}" if near else f"valid here: {', '.join(known)}"
+    return f"{key}: no such key; {hint}"
+
+
+def _leaf(value: Any, kind: Any) -> Any:
+    """A text, a number, a word or a vector; None if it does not fit."""
+    if kind is float:
+        try:
+            return float(value) if isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) else None
+        except OverflowError:
+            return None
+    if kind is str:
+        return value if isinstance(value, str) else None
+    if get_origin(kind) is Literal:
+        return value if isinstance(value, str) and value in get_args(kind) else None
+    if not isinstance(value, tuple | list | np.ndarray) or len(value) != len(get_args(kind)):
+        return None
+    vector = tuple(_leaf(part, float) for part in value)
+    return None if None in vector else vector
+
+
+def _wanted(kind: Any) -> str:
+    """What a field accepts, in words."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return " or ".join(filter(None, [", ".join(inline(part) for part in parts[:-1]), inline(parts[-1])]))
+    if is_dataclass(kind):
+        return "a table"
+    if origin is Mapping:
+        return f"a table, each of its values {_wanted(parts[1])}"
+    if origin is tuple and parts[1:] == (...,):
+        if isinstance(parts[0], type) and is_dataclass(parts[0]):
+            return f"a list of tables, each begun with [[{parts[0].__name__.lower()}]]"
+        return f"a list, each of its entries {_wanted(parts[0])}"
+    if origin is tuple:
+        return f"a list of {len(parts)} finite numbers"
+    if parts:
+        return " or ".join(_wanted(part) for part in parts)
+    return "a finite number" if kind is float else "text in quotes"
+
+
+def _shown(value: Any) -> str:
+    """A value in a message, shortened."""
+    try:
+        text = inline(value)
+    except ValueError:
+        return "an integer of thousands of digits"
+    return text if len(text) <= 60 else text[:59] + "…"
+
+
+def numbers(value: Any, key: str) -> Iterator[tuple[str, float]]:
+    """All numbers of a checked record with their keys."""
+    if isinstance(value, float):
+        yield key, value
+    elif isinstance(value, tuple):
+        for k, part in enumerate(value):
+            yield from numbers(part, f"{key}[{k}]")
+    elif isinstance(value, Mapping) or is_dataclass(value):
+        for name, part in (value if isinstance(value, Mapping) else vars(value)).items():
+            yield from numbers(part, f"{key}.{name}" if key else name)
+
+
+def toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:
+    """A table as TOML, with one line for each vector."""
+    lines, parts = [], []
+    for key, value in table.items():
+        path = f"{name}.{_toml_key(key)}" if name else _toml_key(key)
+        if isinstance(value, Mapping):
+            parts += ["", f"[{path}]", *toml_lines(value, path)]
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for item in value:
+                parts += ["", f"[[{path}]]", *toml_lines(item, path)]
+        else:
+            lines.append(f"{_toml_key(key)} = {inline(value)}")
+    return lines + parts
+
+
+def _toml_key(key: str) -> str:
+    """A key, quoted where TOML requires it."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else inline(key)
+
+
+def inline(value: Any) -> str:
+    """A value on one line: JSON's strings, numbers and lists are valid TOML, except for one control character."""
+    return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")

@@ -1,0 +1,216 @@
+"""`shockpc batch`: every row is that of a single analysis, wherever it is computed, and what fails is a row that says why."""
+
+import csv
+import io
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from commands import good, run
+
+from shockpc.errors import UnknownName
+from shockpc.executor import executor
+from shockpc.profile import shock_profile
+from shockpc.robot.catalogue import SETS, robots_of_set
+from shockpc.robot.landmarks import each_foot
+from shockpc.robot.robot import load_robot
+from shockpc.studies.batch import batch
+
+DOGS = ("anymal_b", "go2")
+
+
+@pytest.fixture(scope="module")
+def dogs():
+    return batch(DOGS)
+
+
+def test_every_row_is_a_single_analysis(dogs):
+    assert len(dogs.rows) == 8
+    for row in dogs.rows:
+        profile = shock_profile(row.scene)
+        trunk = int(np.argmax(profile.robot.masses))
+        assert row.mass == profile.robot.mass
+        assert row.trunk == profile.bodies[trunk]
+        assert row.ropc == profile.ropc[trunk]
+        assert row.shock_max == profile.shock_max[trunk]
+        assert (row.shock_free, row.shock_com, row.shock_locked) == (
+            profile.bracket[0].free,
+            profile.bracket[0].as_modelled,
+            profile.bracket[0].locked,
+        )
+        assert row.shock_com == profile.shock_com[trunk]
+        assert row.sensors == {point.frame: point.shock for point in profile.points}
+        assert row.effective_mass == profile.contacts[0].mass_sticking
+        assert row.friction_needed == profile.contacts[0].friction_needed
+        assert row.error_bound == profile.health.error_bound < 1e-15
+
+
+def test_each_robot_lands_on_each_foot_alone_in_its_standing_posture(dogs):
+    for name in DOGS:
+        rows = [row for row in dogs.rows if row.robot == name]
+        assert sorted(row.contact for row in rows) == sorted(each_foot(load_robot(name)))
+        assert {row.scene.posture.reference for row in rows} == {"standing"}
+
+
+def test_rows_are_ranked_by_the_greatest_shock_of_the_trunk(dogs):
+    shocks = [row.shock_max for row in dogs.rows]
+    assert shocks == sorted(shocks, reverse=True)
+
+
+def test_rows_do_not_depend_on_where_they_are_computed(dogs):
+    with executor(2) as pool:
+        found = batch(DOGS, executor=pool)
+    assert [(row.robot, row.contact, row.ropc, row.shock_max, row.sensors) for row in found.rows] == [
+        (row.robot, row.contact, row.ropc, row.shock_max, row.sensors) for row in dogs.rows
+    ]
+
+
+def test_a_robot_that_fails_is_a_row_and_the_others_are_computed():
+    """A name that nobody has, a robot whose fingers have no mass, and one that can be computed."""
+    seen = []
+    found = batch(["nosuch", "romeo", "bolt"], done=seen.append)
+    assert seen == ["nosuch", "romeo", "bolt"]
+    assert {row.robot for row in found.rows} == {"bolt"}
+    assert [(failure.robot, failure.contact) for failure in found.failures] == [
+        ("nosuch", ""),
+        ("romeo", "l_sole"),
+        ("romeo", "r_sole"),
+    ]
+    assert "no mass or inertia" in found.failures[1].reason
+
+
+@pytest.mark.parametrize(("name", "legs"), [("quadrupeds", 4), ("bipeds", 2)])
+def test_robots_of_a_set_have_so_many_feet(name, legs):
+    assert {len(each_foot(load_robot(robot))) for robot in SETS[name]} == {legs}
+
+
+def test_all_robots_are_a_set():
+    assert {robot for names in SETS.values() for robot in names} < set(robots_of_set("all"))
+    with pytest.raises(UnknownName, match="quadrupeds"):
+        robots_of_set("quadruped")
+
+
+def test_a_foot_is_one_link_and_the_end_of_its_leg():
+    """Of several links of a foot the sole; a body that carries another foot is none."""
+    assert each_foot(load_robot("icub")) == ("l_sole", "r_sole")
+    assert each_foot(load_robot("human")) == ("left_foot", "right_foot")
+    assert each_foot(load_robot("g1")) == ("left_ankle_roll_link", "right_ankle_roll_link")
+
+
+def test_command_prints_a_ranked_table(capfd):
+    text = good(capfd, "batch", *DOGS)
+    lines = text.splitlines()
+    assert lines[0] == "8 landings, ranked by the greatest shock over the trunk"
+    assert [line.split()[0] for line in lines[4:12]] == ["anymal_b"] * 4 + ["go2"] * 4
+    assert "joints are free" in text
+
+
+def test_command_ends_with_3_if_some_were_not_computed(capfd):
+    outcome = run(capfd, "batch", "bolt", "nosuch")
+    assert outcome.code == 3
+    assert 'not computed: nosuch: no robot "nosuch"' in outcome.out
+    assert outcome.out.count("bolt") >= 2
+    assert outcome.err == ""
+
+
+def test_documents_hold_the_same_rows(capfd, tmp_path, dogs):
+    """CSV and JSON in full precision, Markdown for a report."""
+    good(capfd, "batch", *DOGS, "--out", tmp_path)
+    document = json.loads((tmp_path / "batch.json").read_text())
+    assert document["schema"] == "shockpc.batch/1"
+    assert [row["ropc"] for row in document["rows"]] == [row.ropc for row in dogs.rows]
+    assert [row["sensors"] for row in document["rows"]] == [row.sensors for row in dogs.rows]
+    table = list(csv.DictReader(io.StringIO((tmp_path / "batch.csv").read_text())))
+    assert [float(row["greatest [-]"]) for row in table] == [row.shock_max for row in dogs.rows]
+    assert json.loads(good(capfd, "batch", *DOGS, "--format", "json")) == document
+    assert good(capfd, "batch", *DOGS, "--format", "csv") == (tmp_path / "batch.csv").read_text()
+    assert (tmp_path / "report.md").read_text() == good(capfd, "batch", *DOGS, "--format", "markdown")
+
+
+def test_failures_are_in_every_document(capfd):
+    for format_ in ("json", "csv", "markdown"):
+        outcome = run(capfd, "batch", "bolt", "nosuch", "--format", format_)
+        assert (outcome.code, outcome.err) == (3, "")
+        assert "To list them: shockpc robots" in outcome.out
+
+
+def test_options_hold_for_every_robot(capfd):
+    """The same strike, joint model and contacts for all; the trunk then feels more."""
+    words = ("--strike-angle", "20", "--armature", "*=0.05", "--contact", "*[LR]F_FOOT", "--format", "json")
+    document = json.loads(good(capfd, "batch", "anymal_b", *words))
+    assert sorted(row["contact"] for row in document["rows"]) == ["LF_FOOT", "RF_FOOT"]
+    assert {row["joint_model"] for row in document["rows"]} == {"geared"}
+    assert all(row["shock_free"] < row["shock_com"] < row["shock_locked"] for row in document["rows"])
+    assert {row["scene"]["strike"]["strike_angle_deg"] for row in document["rows"]} == {20.0}
+
+
+def test_a_scene_lands_as_it_says(capfd, tmp_path):
+    (tmp_path / "landing.toml").write_text('robot = "go2"\nplane = "yz"\n[[contact]]\nframe = "RL_foot"\n')
+    (row,) = json.loads(good(capfd, "batch", tmp_path / "landing.toml", "--format", "json"))["rows"]
+    assert (row["robot"], row["contact"], row["scene"]["plane"]) == ("go2", "RL_foot", "yz")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ((), "no robot is named"),
+        (("--set", "hexapods"), 'no set of robots "hexapods"'),
+        (("bolt", "--figures"), "--out"),
+        (("bolt", "--jobs", "0"), "whole number above zero"),
+        (("bolt", "--set", "*_knee=3"), "no set of robots"),
+    ],
+)
+def test_bad_arguments_are_refused(capfd, words, told):
+    outcome = run(capfd, "batch", *words)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert told in outcome.err
+
+
+SLOW = """
+import pathlib, shockpc.profile, sys, time
+def slow(*_):
+    pathlib.Path("ready").touch()
+    time.sleep(60)
+shockpc.profile.shock_profile = slow
+from shockpc.cli.entry import entry
+entry()
+"""
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_interrupt_ends_all_processes_and_leaves_no_file(tmp_path, jobs):
+    """Ctrl-C while robots are being computed, here or in other processes."""
+    ready, out = tmp_path / "ready", tmp_path / "out"
+    words = [sys.executable, "-c", SLOW, "batch", "bolt", "go2", "--jobs", str(jobs), "--out", str(out)]
+    piped = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(words, cwd=tmp_path, preexec_fn=allow_signals, **piped) as process:
+        try:
+            while not ready.exists() and process.poll() is None:
+                time.sleep(0.01)
+            process.send_signal(signal.SIGINT)
+            # Both streams end when no process holds them any more.
+            printed = process.communicate(timeout=30)
+        finally:
+            process.kill()
+    assert (process.returncode, *printed) == (130, "", "shockpc: interrupted; no incomplete file was left\n")
+    assert not out.exists()
+
+
+def allow_signals():
+    """A job in the background would ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def test_contact_sheet_shows_every_landing(capfd, tmp_path):
+    good(capfd, "batch", "solo8", "bolt", "--figures", "--jobs", "2", "--out", tmp_path)
+    drawn = (tmp_path / "sheet.svg").read_text()
+    rows = json.loads((tmp_path / "batch.json").read_text())["rows"]
+    assert (tmp_path / "sheet.png").stat().st_size > 10_000
+    for k, row in enumerate(rows, start=1):
+        assert f">{k}  {row['robot']}<" in drawn
+        assert f">on {row['contact']}<" in drawn
+    assert "sheet.svg" in (tmp_path / "report.md").read_text()

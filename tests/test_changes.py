@@ -1,0 +1,153 @@
+"""A changed robot: the masses, centres of mass, inertias and reflected inertias that were asked for, and nothing else."""
+
+import numpy as np
+import pytest
+
+from shockpc.errors import RobotError, StudyError, UnknownName
+from shockpc.model.joint_model import Joints
+from shockpc.profile import shock_profile
+from shockpc.robot import geometry
+from shockpc.robot.changes import Change, changed, read_changes
+from shockpc.robot.geometry import outline
+from shockpc.robot.robot import load_robot
+from shockpc.robot.variant import link_mass
+from shockpc.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def dog():
+    return load_robot("anymal_b")
+
+
+def kinetic(robot, q, v):
+    """Kinetic energy of the bodies, each from its own mass, centre of mass and inertia."""
+    import pinocchio as pin
+
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, q, v)
+    found = 0.0
+    for body in robot.bodies:
+        twist = pin.SE3(body.rotation, body.offset).actInv(data.v[body.joint])
+        speed = twist.linear + np.cross(twist.angular, body.com)
+        found += 0.5 * body.mass * speed @ speed + 0.5 * twist.angular @ body.inertia @ twist.angular
+    return found
+
+
+@pytest.mark.parametrize(
+    "text", ["mass:*_SHANK=0.9x", "com-z:base_inertia=-0.03", "inertia:LF_THIGH=1.7x", "mass:base_inertia=20; com-y:*_HIP=0.01"]
+)
+def test_bodies_and_model_agree_after_a_change(dog, text):
+    """The kinetic energy of Pinocchio's model is the sum over the bodies' own records."""
+    import pinocchio as pin
+
+    robot = changed(dog, read_changes(text))
+    rng = np.random.default_rng(1)
+    q, v = dog.postures["standing"], rng.normal(size=dog.model.nv)
+    H = pin.crba(robot.model, robot.model.createData(), q)
+    H = np.triu(H) + np.triu(H, 1).T
+    assert 0.5 * v @ H @ v == pytest.approx(kinetic(robot, q, v), rel=1e-13)
+    assert kinetic(robot, q, v) != pytest.approx(kinetic(dog, q, v), rel=1e-6)
+
+
+def test_mass_of_a_link_changes_in_proportion_with_its_inertia():
+    """A link that is a body of its own."""
+    robot = load_robot("leg")
+    heavy = changed(robot, [Change("mass", robot.links[0], 2.0, True)])
+    assert heavy.masses[0] == 2.0 * robot.masses[0]
+    np.testing.assert_allclose(heavy.inertias[0], 2.0 * robot.inertias[0], rtol=1e-13, atol=1e-18)
+    np.testing.assert_array_equal(heavy.coms, robot.coms)
+    np.testing.assert_array_equal(heavy.masses[1:], robot.masses[1:])
+    assert heavy.mass == pytest.approx(robot.mass + robot.masses[0], rel=1e-14)
+
+
+def test_mass_as_a_number_is_the_same_as_its_factor(dog):
+    number = changed(dog, [Change("mass", "LF_SHANK", 0.5 * link_mass(dog, "LF_SHANK"), False)])
+    factor = changed(dog, [Change("mass", "LF_SHANK", 0.5, True)])
+    np.testing.assert_allclose(number.inertias, factor.inertias, rtol=1e-12)
+    assert not np.allclose(number.inertias, dog.inertias, rtol=1e-6)
+
+
+def test_centre_of_mass_moves_along_the_axes_of_the_link():
+    robot = load_robot("leg")
+    moved = changed(robot, [Change("com-x", robot.links[0], 0.02, False)]).coms - robot.coms
+    np.testing.assert_allclose(moved[0], [0.02, 0.0, 0.0], atol=1e-16)
+    assert not moved[1:].any()
+
+
+def test_a_glob_means_the_links_that_have_mass(dog):
+    """Frames without mass are no obstacle to it, but are refused by name."""
+    robot = changed(dog, read_changes("mass:*=2x"))
+    np.testing.assert_allclose(robot.masses, 2.0 * dog.masses, rtol=1e-9)
+    other = load_robot("go2")
+    with pytest.raises(RobotError, match="no mass"):
+        changed(other, [Change("mass", "imu", 2.0, True)])
+    assert changed(other, read_changes("mass:*=2x")).mass == pytest.approx(2.0 * other.mass, rel=1e-9)
+
+
+def test_armature_of_the_robot_is_that_of_the_scene(dog):
+    """A changed robot with free text and the original with the same armature in its scene give the same shock."""
+    scene = Scene(robot="anymal_b", contact="LF_FOOT")
+    by_robot = shock_profile(scene, changed(dog, read_changes("armature:*_KFE=0.05")))
+    by_scene = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT", joints=Joints(armature={"*_KFE": 0.05})), dog)
+    np.testing.assert_array_equal(by_robot.maps, by_scene.maps)
+
+
+def test_no_change_is_no_change(dog):
+    robot = changed(dog, read_changes("mass:*=1x; inertia:*=1x; com-x:*=0; armature:*=0"))
+    scene = Scene(robot="anymal_b", contact="LF_FOOT")
+    np.testing.assert_array_equal(shock_profile(scene, robot).maps, shock_profile(scene, dog).maps)
+
+
+def test_original_stays_as_it_is(dog):
+    before = [np.array(inertia.toDynamicParameters()) for inertia in dog.model.inertias], np.array(dog.model.armature)
+    changed(dog, read_changes("mass:*=2x; armature:*=1"))
+    for inertia, old in zip(dog.model.inertias, before[0], strict=True):
+        np.testing.assert_array_equal(inertia.toDynamicParameters(), old)
+    np.testing.assert_array_equal(dog.model.armature, before[1])
+
+
+def test_geometry_is_read_once_for_all_variants(dog, monkeypatch):
+    """The meshes of a variant are those that were read for the original."""
+    seen = outline(dog, "collision")
+    monkeypatch.setattr(geometry, "parse_xml", None)
+    shared = outline(changed(dog, read_changes("mass:base=0.9x")), "collision")
+    np.testing.assert_array_equal(shared.pieces.points, seen.pieces.points)
+
+
+def test_uniform_scaling_of_all_masses_changes_no_shock(dog):
+    """Shock is a velocity, and the impulse grows with the mass."""
+    scene = Scene(robot="anymal_b", contact="LF_FOOT")
+    heavy = shock_profile(scene, changed(dog, read_changes("mass:*=2x")))
+    light = shock_profile(scene, dog)
+    np.testing.assert_allclose(heavy.maps, light.maps, rtol=1e-9, atol=1e-12)
+    assert heavy.contacts[0].mass_sticking == pytest.approx(2.0 * light.contacts[0].mass_sticking, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("thigh=0.9x", "is not a change"),
+        ("weight:base=2", "properties are mass"),
+        ("mass:base=", "is not a change"),
+        ("mass:base=nan", "is not a change"),
+        ("mass:base=inf", "finite"),
+        ("mass:base=-1", "below zero"),
+        ("inertia:base=0.2", "six entries"),
+        ("com-x:base=2x", "metres"),
+        (" ; ", "holds no change"),
+    ],
+)
+def test_refusal_of_a_change_says_what_is_valid(text, words):
+    with pytest.raises(StudyError, match=words):
+        read_changes(text)
+
+
+def test_unknown_names_are_refused(dog):
+    with pytest.raises(UnknownName, match="LF_SHANK"):
+        changed(dog, [Change("mass", "LF_SHNK", 0.9, True)])
+    with pytest.raises(UnknownName, match="joint"):
+        changed(dog, [Change("armature", "knee", 0.9, True)])
+    with pytest.raises(StudyError, match="no effect"):
+        changed(dog, [Change("armature", "*", 2.0, True)])
+    with pytest.raises(RobotError, match="cannot be computed with"):
+        changed(dog, [Change("mass", "LF_SHANK", 1e30, False)])

@@ -1,0 +1,655 @@
+"""`shockpc check`: budgets of landings, their formats, their baseline, and the exit code of each outcome."""
+
+import csv
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from commands import STICK, environment, good, run
+
+import shockpc
+from shockpc import Contact, Point, Scene, ShockError, Strike, assert_shock, shock_profile
+from shockpc.cli.check import BUDGETS_HELP
+from shockpc.show.files import MANIFEST
+from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
+from shockpc.studies.check.gate import check_budgets
+from shockpc.studies.check.metrics import METRICS
+
+IMU = """  <link name="imu_link"/>
+  <joint name="imu_fixed" type="fixed">
+    <origin xyz="0.02 0 0.1"/>
+    <parent link="body"/>
+    <child link="imu_link"/>
+  </joint>
+</robot>"""
+GEOMETRY = '<link name="shin"><collision><origin xyz="0 0 -0.2"/><geometry><box size="0.02 0.02 0.4"/></geometry></collision>'
+NO_INERTIA = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+ROBOT = STICK.replace("</robot>", IMU).replace('<link name="shin">', GEOMETRY)
+SCENE = 'robot = "stick.urdf"\npulse = "half-sine:5ms"\n[[contact]]\nframe = "foot"\n[posture]\njoints_deg = { knee = 20 }\n'
+CASE = '[[case]]\nname = "land"\nscene = "landing.toml"\n'
+ANGLES = CASE + "strike_angle_deg = [0, 15, 30]\n"
+STUCK = '[[case]]\nname = "stuck"\nrobot = "massless.urdf"\n[[case.contact]]\nframe = "foot"\n'
+EVERY_METRIC = {
+    "shock": ("imu_link", "body", "foot:0,0,0.1"),
+    "shock_max": ("shin",),
+    "peak_g": ("imu_link", "body"),
+    "ropc": ("body", "shin"),
+    "joint_impulse": ("knee",),
+    "friction_needed": ("foot",),
+    "effective_mass": ("foot",),
+}
+
+
+def budget(**keys):
+    """A budget in TOML."""
+    return "[[budget]]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in keys.items())
+
+
+PASSES, FAILS = budget(at="imu_link", metric="shock", max=10), budget(at="imu_link", metric="shock", max=1e-3)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A working folder with a stick, one whose shin has no mass, and a scene."""
+    folder = tmp_path.resolve()
+    monkeypatch.chdir(folder)
+    for name in ("GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE"):
+        monkeypatch.delenv(name, raising=False)
+    (folder / "stick.urdf").write_text(ROBOT)
+    massless = re.sub(r'<mass value="0.5"/>\s*<inertia .*?/>', '<mass value="0"/>' + NO_INERTIA, STICK)
+    (folder / "massless.urdf").write_text(massless)
+    (folder / "landing.toml").write_text(SCENE)
+    return folder
+
+
+def write(here, *parts, name="budgets.toml"):
+    """A file of budgets."""
+    (here / name).write_text("".join(parts), encoding="utf-8")
+    return here / name
+
+
+def document(capfd, *words, code=0):
+    """The JSON document of a check."""
+    outcome = run(capfd, "check", *words, "--format", "json")
+    assert (outcome.code, outcome.err) == (code, "")
+    return json.loads(outcome.out)
+
+
+def refusal(capfd, *words):
+    """The message of a check that is refused."""
+    outcome = run(capfd, "check", *words)
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1), outcome
+    return outcome.err
+
+
+# The numbers
+
+
+def test_every_value_is_that_of_an_analysis(here):
+    """Each metric at each place is the number that the profile of the same landing reports, to the last digit."""
+    write(here, ANGLES, *(budget(at=at, metric=metric, max=1e9) for metric, places in EVERY_METRIC.items() for at in places))
+    check = check_budgets(read_budgets(here / "budgets.toml"))
+    for outcome in check.outcomes:
+        point = Point(frame="foot", offset=(0.0, 0.0, 0.1))
+        scene = shockpc.read_scene(here / "landing.toml")
+        strike = Strike(strike_angle_deg=outcome.strike_angle_deg)
+        profile = shock_profile(Scene(**(vars(scene) | {"strike": strike, "point": (point,)})))
+        points = {one.frame: one for one in profile.points}
+        load, contact = profile.loads[0], profile.contacts[0]
+        expected = {
+            ("shock", "imu_link"): points["imu_link"].shock,
+            ("shock", "body (centre of mass)"): profile.shock_com[0],
+            ("shock", "foot:0,0,0.1"): points["foot:0,0,0.1"].shock,
+            ("shock_max", "shin"): profile.shock_max[1],
+            ("peak_g", "imu_link"): points["imu_link"].peak_g,
+            ("peak_g", "body (centre of mass)"): np.pi / 2 * profile.shock_com[0] * profile.v_in / 5e-3 / 9.80665,
+            ("ropc", "body"): profile.ropc[0],
+            ("ropc", "shin"): profile.ropc[1],
+            ("joint_impulse", "knee"): np.linalg.norm(load.force),
+            ("friction_needed", "foot"): contact.friction_needed,
+            ("effective_mass", "foot"): contact.mass_sticking,
+        }[outcome.budget.metric, outcome.at]
+        assert outcome.value == pytest.approx(expected, rel=4e-16)
+    assert len(check.outcomes) == 3 * sum(map(len, EVERY_METRIC.values()))
+    assert set(EVERY_METRIC) == set(METRICS)
+    assert all(f"\n  {metric} " in BUDGETS_HELP for metric in METRICS)
+
+
+def test_strike_angles_superpose(here):
+    """The landings of a list of angles are products of one map with the strike, which is linear in its velocity."""
+    angles = (-30.0, 0.0, 15.0, 75.0)
+    scene = shockpc.read_scene(here / "landing.toml")
+    budgets = Budgets(
+        None, (Case(name="land", scene=scene, strike_angle_deg=angles),), (Budget(at="body", metric="shock", max=9.0),), ()
+    )
+    profile = shock_profile(scene)
+    map_of_com = profile.maps[0, 3:] - np.cross(profile.robot.coms[0], profile.maps[0, :3], axis=0)
+    for angle, outcome in zip(angles, check_budgets(budgets).outcomes, strict=True):
+        strike = np.array([np.sin(np.radians(angle)), 0.0, -np.cos(np.radians(angle))])
+        assert outcome.value == pytest.approx(np.linalg.norm(map_of_com @ strike), rel=1e-14)
+
+
+def test_a_frictionless_contact_has_the_smaller_effective_mass(here):
+    """The mass is that of the contact as the scene has it, sticking or sliding."""
+    scene = shockpc.read_scene(here / "landing.toml")
+    sliding = Scene(**(vars(scene) | {"contact": (Contact(frame="foot", directions=("z",)),)}))
+    wanted = (Budget(at="foot", metric="effective_mass", max=9.0),)
+    found = [
+        check_budgets(Budgets(None, (Case(name="land", scene=one),), wanted, ())).outcomes[0].value for one in (scene, sliding)
+    ]
+    contact = shock_profile(scene).contacts[0]
+    assert found == pytest.approx([contact.mass_sticking, contact.mass_frictionless], rel=1e-15)
+    assert found[1] < found[0]
+
+
+@pytest.mark.parametrize(
+    ("metric", "at", "expected"),
+    [
+        ("shock", "*", ["body (centre of mass)", "shin (centre of mass)", "imu_link"]),
+        ("shock", "imu_joint*", None),
+        ("shock", "knee", ["knee"]),
+        ("ropc", "*", ["body", "shin"]),
+        ("ropc", "imu_link", ["body (carries imu_link)"]),
+        ("joint_impulse", "k*", ["knee"]),
+        ("joint_impulse", "foot", None),
+        ("friction_needed", "*", ["foot"]),
+        ("effective_mass", "shin", None),
+    ],
+)
+def test_places_by_name_and_glob(here, metric, at, expected):
+    """A name or a glob means points, bodies, joints or contacts, whichever the metric belongs to."""
+    case = Case(name="land", scene=shockpc.read_scene(here / "landing.toml"))
+    budgets = Budgets(None, (case,), (Budget(at=at, metric=metric, max=9.0),), ())
+    if expected is None:
+        with pytest.raises(ShockError, match=f'case "land": no .* "{re.escape(at)}" in robot "stick"'):
+            check_budgets(budgets)
+    else:
+        assert [outcome.at for outcome in check_budgets(budgets).outcomes] == expected
+
+
+def test_a_case_may_change_its_scene_file_or_need_none(capfd, here):
+    """Keys of a scene in a case replace those of its file; a case without a file has them all."""
+    inline = SCENE.replace("[[contact]]", "[[case.contact]]").replace("[posture]", "[case.posture]")
+    write(
+        here,
+        CASE,
+        "strike = { speed = 2 }\n",
+        f'[[case]]\nname = "inline"\n{inline}',
+        budget(at="knee", metric="joint_impulse", max=9),
+    )
+    fast, inline = (one["value"] for one in document(capfd)["outcomes"])
+    assert fast == pytest.approx(2.0 * inline, rel=1e-14)
+
+
+# Exit codes
+
+
+@pytest.mark.parametrize(
+    ("parts", "code"),
+    [
+        ((CASE, PASSES), 0),
+        ((CASE, FAILS), 1),
+        ((CASE, PASSES, FAILS), 1),
+        ((CASE, FAILS, 'severity = "warning"\n'), 0),
+        ((CASE, budget(at="body", metric="ropc", min=1e6)), 1),
+        ((CASE, budget(at="nowhere", metric="shock", max=1)), 2),
+        ((CASE, STUCK, budget(at="body", metric="shock", max=9)), 3),
+        ((CASE, STUCK, budget(at="body", metric="shock", max=1e-9)), 1),
+        ((CASE, STUCK, budget(at="body", metric="shock", max=9, severity="warning")), 3),
+        ((CASE, budget(at="body", metric="shock_max", max=9)), 3),
+    ],
+    ids=["met", "exceeded", "one of two", "warning", "below", "unknown", "unsolved", "both", "unsolved warning", "no geometry"],
+)
+def test_exit_codes(capfd, here, parts, code):
+    """0 met, 1 exceeded, 2 bad input, 3 not computed and nothing exceeded."""
+    write(here, *parts)
+    assert run(capfd, "check").code == code
+
+
+def test_exit_code_of_the_process(here):
+    """The process itself ends with the code, and a table on standard output."""
+    write(here, CASE, FAILS)
+    done = subprocess.run(
+        [sys.executable, "-m", "shockpc", "check"], capture_output=True, text=True, env=environment({}), check=False
+    )
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "exceeded  land     imu_link  shock [-]" in done.stdout
+
+
+def test_redundant_contacts_have_no_single_impulse(capfd, here):
+    """What is determined only as a sum is never compared: along their line, two points of one body share it in any proportion."""
+    joint = '<joint name="beside" type="fixed"><origin xyz="0.1 0 0"/><parent link="foot"/><child link="twin"/></joint>'
+    twin = f'<link name="twin"/>{joint}</robot>'
+    (here / "stick.urdf").write_text(ROBOT.replace("</robot>", twin))
+    (here / "landing.toml").write_text(SCENE + '[[contact]]\nframe = "twin"\n')
+    write(here, CASE, *(budget(at=at, metric=metric, max=9) for metric in ("joint_impulse", "friction_needed") for at in ["*"]))
+    outcomes = document(capfd, code=3)["outcomes"]
+    assert [one["value"] for one in outcomes] == [None, None, None]
+    assert all("redundant" in one["reason"] and "not determined" in one["reason"] for one in outcomes)
+
+
+# Files of budgets
+
+
+def test_budgets_in_a_pyproject(capfd, here):
+    """The same tables under [tool.shockpc] give the same numbers; a budgets.toml in the folder goes first."""
+    write(here, ANGLES, FAILS)
+    plain = document(capfd, code=1)
+    nested = (ANGLES + FAILS).replace("[[", "[[tool.shockpc.")
+    write(here, '[project]\nname = "dog"\n', nested, name="pyproject.toml")
+    assert [one["value"] for one in document(capfd, "pyproject.toml", code=1)["outcomes"]] == [
+        one["value"] for one in plain["outcomes"]
+    ]
+    write(here, CASE, PASSES)
+    assert document(capfd)["file"].endswith("budgets.toml")
+    (here / "budgets.toml").unlink()
+    found = document(capfd, code=1)
+    assert found["file"] == str(here / "pyproject.toml")
+    assert [one["line"] for one in found["outcomes"]] == [7, 7, 7]
+    (here / "pyproject.toml").write_text('[project]\nname = "dog"\n')
+    assert "no table [tool.shockpc]" in refusal(capfd)
+    (here / "pyproject.toml").unlink()
+    assert "no budgets.toml" in refusal(capfd)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", ("there is no case", "[[case]]")),
+        (CASE, ("there is no budget", "[[budget]]")),
+        ("[[buget]]\n", ("buget: no such key; nearest: budget",)),
+        ("case = 3\n", ("case has to be a list of tables, each begun with [[case]]",)),
+        (CASE + "strike_angel_deg = [0]\n" + PASSES, ("case[0].strike_angel_deg: no such key; nearest: strike_angle_deg",)),
+        (CASE + "strik = { speed = 2 }\n" + PASSES, ("case[0].strik: no such key; nearest: strike",)),
+        (CASE + "strike = { sped = 2 }\n" + PASSES, ("case[0].strike.sped: no such key; nearest: speed",)),
+        (CASE + "strike_angle_deg = 15\n" + PASSES, ("case[0].strike_angle_deg has to be a list", "not 15")),
+        (CASE + CASE + PASSES, ('two cases have the name "land"',)),
+        ('[[case]]\nname = "land"\n' + PASSES, ("case[0] has neither a scene nor a robot",)),
+        ('[[case]]\nscene = "landing.toml"\n' + PASSES, ("case[0].name is missing; every case needs it",)),
+        ('[[case]]\nname = "a"\nscene = "away.toml"\n' + PASSES, ('no scene file "HERE/away.toml"',)),
+        ('[[case]]\nname = "a"\nscene = ""\n' + PASSES, ("case[0]: the path is empty",)),
+        (CASE + budget(at="a", metrc="shock"), ("budget[0].metric is missing", "budget[0].metrc: no such key; nearest: metric")),
+        (CASE + budget(at="a", metric="shok", max=1), ('budget[0].metric has to be "shock", "shock_max"', 'not "shok"')),
+        (CASE + budget(at="a", metric="shock"), ("budget[0]: shock at a has no limit; give max, min or baseline_tolerance",)),
+        (CASE + budget(at="a", metric="shock", max=1, min=2), ("budget[0]: shock at a: min 2 is above max 1",)),
+        (CASE + budget(at="a", metric="shock", baseline_tolerance="5 percent"), ('"5 percent" is not valid', '"5%"')),
+        (CASE + budget(at="a", metric="shock", max=1, severity="fatal"), ('severity has to be "error" or "warning"',)),
+        (CASE + budget(case="lnd*", at="body", metric="shock", max=1), ('budget[0]: no case matches "lnd*"', '"land"')),
+        (CASE + budget(at="imu_lnk", metric="shock", max=1), ('no point or body "imu_lnk"', '"imu_link"')),
+        (CASE + budget(at="imu_link:1,2", metric="shock", max=1), ('"imu_link:1,2" is not a point', "imu_link:0,0,0.1")),
+        (CASE + "strike = { drop_height = 1 }\nstrike_angle_deg = [0]\n" + PASSES, ("given in two ways",)),
+        (CASE + "strike_angle_deg = [170]\n" + PASSES, ('case "land"', "170 deg")),
+        (STUCK + budget(at="body", metric="peak_g", max=1), ("peak_g needs the duration of the impact", "half-sine:5ms")),
+        (CASE + budget(at="body", metric="shock", baseline_tolerance="5%"), ("has only a baseline_tolerance", "--baseline")),
+        ("[[case]\n", ("budgets.toml is not TOML, as a budgets file has to be",)),
+    ],
+)  # fmt: skip
+def test_bad_budgets(capfd, here, text, said):
+    """What is wrong in a file is refused before anything is computed, with its place and what would be valid."""
+    write(here, text)
+    message = refusal(capfd).replace(str(here), "HERE")
+    assert [part for part in said if part not in message] == [], message
+
+
+def test_a_case_without_a_budget_is_noted(capfd, here):
+    """A case that no budget belongs to is not computed, and that is said."""
+    write(here, CASE, STUCK, budget(case="land", at="body", metric="shock", max=9))
+    found = document(capfd)
+    assert found["landings"] == 1
+    assert 'case "stuck" has no budget' in found["notes"]
+
+
+# Formats
+
+ODD = "a<b>&\"c'|,:% 100\n::error::d\x1b[2J`é"
+
+
+def odd(here):
+    """A failing and a passing budget of a case whose name would break every format."""
+    write(here, CASE.replace('"land"', json.dumps(ODD)), FAILS, PASSES)
+
+
+def test_text(capfd, here):
+    odd(here)
+    outcome = run(capfd, "check")
+    assert outcome.code == 1
+    assert all(line.isprintable() for line in outcome.out.splitlines())
+    assert not any(line.lstrip().startswith("::") for line in outcome.out.splitlines())
+    assert outcome.out.startswith("budgets of 1 landing: 1 passed, 1 exceeded; jumps proven to ")
+    rows = [line for line in outcome.out.splitlines() if line.startswith(("exceeded", "passed"))]
+    assert [row.split()[0] for row in rows] == ["exceeded", "passed"]
+
+
+def test_json(capfd, here):
+    odd(here)
+    found = document(capfd, code=1)
+    assert found["schema"] == "shockpc.check/1"
+    assert found["exit_code"] == 1
+    assert found["counts"] == {"passed": 1, "exceeded": 1, "not_computed": 0}
+    assert 0.0 < found["error_bound"] <= 1e-15
+    assert [one["case"] for one in found["outcomes"]] == [ODD, ODD]
+    assert [one["status"] for one in found["outcomes"]] == ["exceeded", "passed"]
+    assert found["outcomes"][0]["reason"] == f"{found['outcomes'][0]['value']:.6g} is above max 0.001"
+
+
+def test_an_infinite_radius_is_a_value(capfd, here):
+    """A body that only translates has an infinite radius of percussion: above every max, and JSON names it."""
+    (here / "landing.toml").write_text(SCENE.replace("knee = 20", "knee = 0").replace('"foot"', '"foot"\ndirections = ["z"]'))
+    text = ROBOT.replace('xyz="0.01 0 0.05"', 'xyz="0 0 0.05"')
+    (here / "stick.urdf").write_text(text)
+    write(here, CASE, budget(at="body", metric="ropc", max=1e9), budget(at="body", metric="ropc", min=1))
+    above, below = document(capfd, code=1)["outcomes"]
+    assert (above["value"], above["status"], below["status"]) == ("inf", "exceeded", "passed")
+    assert run(capfd, "check", "--baseline", "base.json", "--update-baseline").code == 1
+    assert run(capfd, "check", "--baseline", "base.json").code == 1
+    write(here, CASE, budget(at="body", metric="ropc", baseline_tolerance="5%"))
+    assert run(capfd, "check", "--baseline", "base.json").code == 0
+    (here / "stick.urdf").write_text(ROBOT)
+    assert run(capfd, "check", "--baseline", "base.json").code == 1
+
+
+def test_junit(capfd, here):
+    """A suite for each case, a test for each budget; counts agree with what is listed."""
+    write(
+        here,
+        CASE.replace('"land"', json.dumps(ODD)),
+        STUCK,
+        FAILS.replace("imu_link", "body"),
+        FAILS.replace("imu_link", "body") + 'severity = "warning"\n',
+    )
+    assert run(capfd, "check", "--format", "junit=report.xml") == (1, "", "")
+    root = ET.parse(here / "report.xml").getroot()
+    suites = root.findall("testsuite")
+    assert root.tag == "testsuites"
+    assert [suite.get("name") for suite in suites] == [ODD.replace("\n", "\\n").replace("\x1b", "\\x1b"), "stuck"]
+    for part in (*suites, root):
+        tests = list(part.iter("testcase"))
+        assert int(part.get("tests")) == len(tests)
+        assert int(part.get("failures")) == len(list(part.iter("failure")))
+        assert int(part.get("errors")) == len(list(part.iter("error")))
+    first, second, *stuck = root.iter("testcase")
+    assert [child.tag for child in first] == ["failure"]
+    assert "is above max 0.001" in first.find("failure").get("message")
+    assert [child.tag for child in second] == ["system-out"]
+    assert [test.find("error").get("type") for test in stuck] == ["not computed", "not computed"]
+    assert (first.get("file"), first.get("line")) == ("budgets.toml", "9")
+    names = [(test.get("classname"), test.get("name")) for test in root.iter("testcase")]
+    assert names[0][1] == "shock at body (centre of mass): ≤ 0.001"
+
+
+COMMAND = re.compile(r"::(?P<kind>error|warning)(?: (?P<properties>[^\n]*?))?::(?P<data>[^\n]*)")
+
+
+def commands(text):
+    """GitHub's workflow commands, parsed as its runner parses them: (kind, properties, message)."""
+
+    def plain(part, property_=False):
+        for code, sign in [("%0D", "\r"), ("%0A", "\n"), *([("%3A", ":"), ("%2C", ",")] if property_ else []), ("%25", "%")]:
+            part = part.replace(code, sign)
+        return part
+
+    found = []
+    for line in text.splitlines():
+        match = COMMAND.fullmatch(line)
+        assert match, line
+        pairs = (pair.split("=", 1) for pair in match["properties"].split(","))
+        found.append((match["kind"], {key: plain(value, True) for key, value in pairs}, plain(match["data"])))
+    return found
+
+
+def test_github(capfd, here, monkeypatch):
+    """An annotation at the line of the budget, and a table in the job's summary after what is there already."""
+    (here / "robot").mkdir()
+    for name in ("stick.urdf", "landing.toml"):
+        (here / name).rename(here / "robot" / name)
+    write(
+        here / "robot", CASE.replace('"land"', json.dumps(ODD)), FAILS, FAILS, 'severity = "warning"\n', PASSES, name="a,b:c%.toml"
+    )
+    (here / "summary.md").write_text("# Before\n")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(here / "summary.md"))
+    monkeypatch.setenv("GITHUB_WORKSPACE", str(here))
+    monkeypatch.chdir(here / "robot")
+    outcome = run(capfd, "check", "a,b:c%.toml", "--format", "github")
+    assert (outcome.code, outcome.err) == (1, "")
+    (kind, properties, message), warning = commands(outcome.out)
+    assert kind == "error"
+    assert properties == {"file": "robot/a,b:c%.toml", "line": "4", "title": "shockpc: shock at imu_link"}
+    assert message.startswith(f"{ODD}: shock at imu_link: ")
+    assert message.endswith(" is above max 0.001")
+    assert warning[0] == "warning"
+    summary = (here / "summary.md").read_text(encoding="utf-8")
+    assert summary.startswith("# Before\n### Budgets of 1 landing: 1 passed, 1 exceeded, 1 exceeded with a warning")
+    assert len(table(summary)) == 3
+
+
+def test_github_shows_ten_annotations(capfd, here):
+    """Errors go first; the tenth annotation counts those that are left out."""
+    warnings = (FAILS + 'severity = "warning"\n') * 4
+    write(here, ANGLES, warnings, FAILS, FAILS)
+    outcome = run(capfd, "check", "--format", "github")
+    found = commands(outcome.out)
+    assert [kind for kind, *_ in found] == ["error"] * 6 + ["warning"] * 4
+    assert found[-1][2] == "9 more budgets are not met; the summary of the run lists them"
+
+
+def table(text):
+    """The rows of a Markdown table as dictionaries."""
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    cells = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+    assert len({len(row) for row in cells}) == 1
+    assert all(re.fullmatch("-+:?", cell) for cell in cells[1])
+    return [dict(zip(cells[0], row, strict=True)) for row in cells[2:]]
+
+
+def test_markdown_shows_the_change_against_the_baseline(capfd, here):
+    """A tenth more mass in the body: the table has both numbers and the change in percent."""
+    write(here, CASE.replace('"land"', json.dumps(ODD)), budget(at="foot", metric="effective_mass", baseline_tolerance="1%"))
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    before = json.loads((here / "base.json").read_text())["values"][0]["value"]
+    (here / "stick.urdf").write_text(ROBOT.replace('mass value="2"', 'mass value="2.2"'))
+    outcome = run(capfd, "check", "--baseline", "base.json", "--format", "markdown")
+    assert (outcome.code, outcome.err) == (1, "")
+    (row,) = table(outcome.out)
+    value = document(capfd, "--baseline", "base.json", code=1)["outcomes"][0]["value"]
+    assert float(row["value"]) == pytest.approx(value, abs=1e-4)
+    assert float(row["baseline"]) == pytest.approx(before, abs=1e-4)
+    assert float(row["change [%]"]) == pytest.approx(100.0 * (value / before - 1.0), abs=2e-4)
+    assert row["limit"] == "≤ baseline + 1%"
+    assert "<b>" not in outcome.out
+
+
+def test_several_formats_at_once(capfd, here):
+    """Each goes into its file; standard output holds one document."""
+    write(here, CASE, PASSES)
+    files = ["--format", "json=r.json", "--format", "junit=r.xml", "--format", "markdown=r.md", "--format", "github=r.txt"]
+    assert good(capfd, "check", *files, "--format", "text").startswith("budgets of 1 landing: 1 passed")
+    assert json.loads((here / "r.json").read_text())["exit_code"] == 0
+    assert ET.parse(here / "r.xml").getroot().get("tests") == "1"
+    assert len(table((here / "r.md").read_text())) == 1
+    assert (here / "r.txt").read_text() == ""
+    assert "one document" in refusal(capfd, "--format", "json", "--format", "text")
+    assert "valid are text, json" in refusal(capfd, "--format", "yaml")
+    assert 'no folder "away"' in refusal(capfd, "--format", "json=away/r.json")
+    assert "is a folder" in refusal(capfd, "--format", "json=.")
+
+
+def test_folder_of_results(capfd, here):
+    """JSON, CSV, JUnit and Markdown of one check; the CSV has a number in each column of numbers."""
+    write(here, ANGLES.replace("[0,", "[-10, 0,"), PASSES, FAILS)
+    run(capfd, "check", "--out", "out")
+    assert {path.name for path in (here / "out").iterdir()} == {"check.json", "check.csv", "check.md", "junit.xml", MANIFEST}
+    with (here / "out" / "check.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    found = json.loads((here / "out" / "check.json").read_text())["outcomes"]
+    assert [float(row["value"]) for row in rows] == [one["value"] for one in found]
+    assert [float(row["strike angle [deg]"]) for row in rows] == [-10, -10, 0, 0, 15, 15, 30, 30]
+
+
+# The baseline
+
+TOLERANCES = "".join(
+    budget(at=at, metric=metric, baseline_tolerance="0%") for metric, places in EVERY_METRIC.items() for at in places
+)
+
+
+def test_a_baseline_agrees_with_itself(capfd, here):
+    """What was written is met with no tolerance at all, although it holds six digits."""
+    write(here, ANGLES, TOLERANCES)
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    text = (here / "base.json").read_text(encoding="utf-8")
+    found = document(capfd, "--baseline", "base.json")
+    assert {one["change"] for one in found["outcomes"]} == {0.0}
+    base = json.loads(text)
+    assert base["shockpc"] == shockpc.__version__
+    assert base["cases"]["land"]["joint_model"] == "free"
+    assert all(float(f"{one['value']:.6g}") == one["value"] for one in base["values"])
+    assert str(here) not in text
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    assert (here / "base.json").read_text(encoding="utf-8") == text
+
+
+def test_the_order_of_a_baseline_is_that_of_its_names(capfd, here):
+    """Budgets in another order write the same bytes."""
+    write(here, ANGLES, CASE.replace('"land"', '"a"'), TOLERANCES)
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    parts = ["[[budget]]" + part for part in TOLERANCES.split("[[budget]]")[1:]]
+    write(here, *reversed(parts), CASE.replace('"land"', '"a"'), ANGLES.replace("[0, 15, 30]", "[30, 0, 15]"))
+    good(capfd, "check", "--baseline", "again.json", "--update-baseline")
+    assert (here / "base.json").read_bytes() == (here / "again.json").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("keys", "factor", "code"),
+    [
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%"}, 1.04, 0),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%"}, 1.06, 1),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%"}, 0.5, 0),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%", "min": 0}, 0.5, 1),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%", "max": 1e-3}, 1.0, 1),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "1e9"}, 2.0, 0),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "1e-9"}, 1.06, 1),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%", "severity": "warning"}, 1.06, 0),
+    ],
+)
+def test_tolerance_of_a_baseline(capfd, here, keys, factor, code):
+    """All masses and inertias times a factor: so is the effective mass, and only a change for the worse counts."""
+    write(here, CASE, budget(**keys))
+    run(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    scaled = re.sub(r'(mass value|i[xyz]{2})="([^"]*)"', lambda found: f'{found[1]}="{float(found[2]) * factor!r}"', ROBOT)
+    (here / "stick.urdf").write_text(scaled)
+    found = document(capfd, "--baseline", "base.json", code=code)
+    assert found["outcomes"][0]["change"] == pytest.approx(factor - 1.0, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("knee = 20", "knee = 21"), "scene.posture.joints_deg.knee is 21.0 here and 20.0 there"),
+        (("[[contact]]", 'plane = "yz"\n[[contact]]'), 'scene.plane is "yz" here and "xz" there'),
+        (("[posture]", "[strike]\nspeed = 2\n[posture]"), "scene.strike.speed is 2.0 here and 1.0 there"),
+        (("[posture]", '[joints]\nmodel = "locked"\n[posture]'), 'joint_model is "locked" here and "free" there'),
+    ],
+)
+def test_a_baseline_of_another_scene_is_refused(capfd, here, change, said):
+    """Another landing has other numbers by right; the message names what differs."""
+    write(here, ANGLES, PASSES)
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    (here / "landing.toml").write_text(SCENE.replace(*change))
+    message = refusal(capfd, "--baseline", "base.json")
+    assert said in message
+    assert "--update-baseline" in message
+
+
+def test_a_baseline_of_another_folder_or_with_more_points_is_accepted(capfd, here):
+    """Where files are, and which points are read out besides, is not the landing."""
+    write(here, ANGLES, PASSES, 'baseline_tolerance = "0%"\n')
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    (here / "moved").mkdir()
+    for name in ("stick.urdf", "landing.toml", "budgets.toml"):
+        (here / name).rename(here / "moved" / name)
+    (here / "moved" / "landing.toml").write_text(SCENE + "[[point]]\nframe = 'foot'\n")
+    good(capfd, "check", "moved/budgets.toml", "--baseline", "base.json")
+
+
+def test_baselines_that_cannot_be_used(capfd, here):
+    """Missing, not one, of another schema, or without a case or a value that a tolerance needs."""
+    write(here, CASE, PASSES)
+    assert 'no baseline "base.json"' in refusal(capfd, "--baseline", "base.json")
+    assert "is a folder" in refusal(capfd, "--baseline", ".")
+    assert "needs the file" in refusal(capfd, "--update-baseline")
+    for text in (
+        "",
+        "[]",
+        "{}",
+        '{"schema": "shockpc.baseline/1"}',
+        "[" * 100_000,
+        '{"schema": "shockpc.baseline/1", "values": [3]}',
+    ):
+        (here / "base.json").write_text(text)
+        assert "is not a baseline" in refusal(capfd, "--baseline", "base.json")
+    (here / "base.json").write_text('{"schema": "other/1"}')
+    assert "has schema other/1" in refusal(capfd, "--baseline", "base.json")
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    write(here, CASE, PASSES, budget(at="body", metric="shock", baseline_tolerance="5%"))
+    assert 'has no shock at "body (centre of mass)"' in refusal(capfd, "--baseline", "base.json")
+    write(here, CASE, budget(at="body", metric="shock", max=9))
+    assert document(capfd, "--baseline", "base.json")["outcomes"][0]["baseline"] is None
+    write(here, CASE.replace('"land"', '"other"'), PASSES)
+    assert 'has no case "other"' in refusal(capfd, "--baseline", "base.json")
+
+
+def test_a_baseline_is_whole_or_left_as_it_was(capfd, here):
+    """A baseline without every number would let the missing ones change unnoticed."""
+    write(here, CASE, PASSES)
+    good(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    before = (here / "base.json").read_bytes()
+    write(here, CASE, STUCK, budget(at="body", metric="shock", max=9))
+    outcome = run(capfd, "check", "--baseline", "base.json", "--update-baseline")
+    assert outcome.code == 3
+    assert '"base.json" is left as it was' in outcome.err
+    assert (here / "base.json").read_bytes() == before
+
+
+# From Python
+
+
+def test_assert_shock(here):
+    """It passes, or fails with the row of the table."""
+    scene = shockpc.read_scene(here / "landing.toml")
+    assert_shock(scene, at="imu_link", max=10.0)
+    assert_shock(here / "landing.toml", at="body", metric="ropc", min=1e-3)
+    with pytest.raises(AssertionError) as failure:
+        assert_shock(str(here / "landing.toml"), at="imu_link", metric="shock", max=1e-3)
+    assert str(failure.value).startswith("landing: shock at imu_link: ")
+    value = next(point.shock for point in shock_profile(scene).points if point.frame == "imu_link")
+    (row,) = [line for line in str(failure.value).splitlines() if line.startswith("exceeded")]
+    assert row.split() == ["exceeded", "landing", "imu_link", "shock", "[-]", f"{value:.4f}", "≤", "0.001"]
+
+
+def test_assert_shock_refuses_what_it_cannot_compute(here):
+    """No number is no assertion: the error says what to change."""
+    scene = shockpc.read_scene(here / "landing.toml")
+    with pytest.raises(ShockError, match="has no limit"):
+        assert_shock(scene, at="imu_link")
+    with pytest.raises(ShockError, match='nearest: "imu_link"'):
+        assert_shock(scene, at="imu_lin", max=1.0)
+    with pytest.raises(ShockError, match="the body has no geometry"):
+        assert_shock(scene, at="body", metric="shock_max", max=1.0)
+    with pytest.raises(ShockError, match="no mass or inertia resists it"):
+        assert_shock(Scene(robot="massless.urdf", contact="foot"), at="body", max=1.0)
+
+
+def test_the_file_of_the_help_is_valid(here):
+    """The example in the help of the command is a file of budgets."""
+    lines = [line[2:] for line in BUDGETS_HELP.splitlines() if line.startswith("  ")]
+    end = next(k for k, line in enumerate(lines) if line.startswith("shock "))
+    table = tomllib.loads("\n".join(lines[:end]))
+    assert set(table) == {"case", "budget"}
+    path = Path(write(here, "\n".join(lines[:end])))
+    assert [case.name for case in read_budgets(path).cases] == ["land-front"]

@@ -1,0 +1,203 @@
+"""`shockpc compare`: every number is that of a single analysis; differences are ranked and matched by name."""
+
+import csv
+import io
+import json
+import math
+from itertools import pairwise
+
+import pytest
+from commands import good, run
+
+from shockpc.errors import StudyError
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
+from shockpc.profile import shock_profile
+from shockpc.robot.changes import changed, read_changes
+from shockpc.robot.robot import load_robot
+from shockpc.scene import Scene
+from shockpc.studies.compare import Design, compare, design_with
+
+CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"
+
+
+def design(name, foot, **more):
+    return Design(name, Scene(robot=name, contact=(Contact(frame=foot),), **more), load_robot(name))
+
+
+@pytest.fixture(scope="module")
+def dog():
+    return design("go2", "FL_foot")
+
+
+@pytest.fixture(scope="module")
+def other(dog):
+    return design_with(dog, read_changes(CHANGES))
+
+
+@pytest.fixture(scope="module")
+def found(dog, other):
+    return compare([dog, other])
+
+
+def numbers(comparison):
+    return {(quantity.name, row.place): row for quantity in comparison.quantities for row in quantity.rows}
+
+
+def test_every_number_is_that_of_a_single_analysis(found, dog):
+    """Of the robot as it is, and of the changed robot."""
+    single = [
+        shock_profile(Scene(robot="go2", contact=(Contact(frame="FL_foot"),)), robot)
+        for robot in (load_robot("go2"), changed(load_robot("go2"), read_changes(CHANGES)))
+    ]
+    rows = numbers(found)
+    for i, body in enumerate(single[0].bodies):
+        assert rows["shock at the centre of mass", body].values == tuple(one.shock_com[i] for one in single)
+        assert rows["radius of percussion", body].values == tuple(one.ropc[i] for one in single)
+        greatest = tuple(None if math.isnan(one.shock_max[i]) else one.shock_max[i] for one in single)
+        if greatest != (None, None):
+            assert rows["greatest shock over the body", body].values == greatest
+    for k, point in enumerate(single[0].points):
+        assert rows["shock at sensors and points", point.frame].values == tuple(one.points[k].shock for one in single)
+    mass = rows["effective mass of the contact", "FL_foot, sticking"]
+    assert mass.values == tuple(one.contacts[0].mass_sticking for one in single)
+    for k, load in enumerate(single[0].loads):
+        force = rows["impulse through the joint", load.joint]
+        assert force.values == tuple(math.hypot(*one.loads[k].force) for one in single)
+        moment = rows["impulsive moment through the joint", load.joint]
+        assert moment.values == tuple(math.hypot(*one.loads[k].moment) for one in single)
+    assert all(row.changes == (row.values[1] - row.values[0],) for row in rows.values() if None not in row.values)
+
+
+def test_rows_are_ranked_by_the_largest_change(found):
+    """Radii of percussion by the change of their reciprocal, the shock per metre."""
+    for quantity in found.quantities:
+        of = (lambda x: 1.0 / x) if quantity.name == "radius of percussion" else float
+        sizes = [abs(of(row.values[1]) - of(row.values[0])) for row in quantity.rows if None not in row.values]
+        assert len(sizes) > 0
+        assert all(a >= b for a, b in pairwise(sizes))
+
+
+def test_a_design_equals_itself(dog):
+    assert {change for row in numbers(compare([dog, dog])).values() for change in row.changes} <= {0.0, None}
+
+
+def test_exchanged_designs_have_opposite_changes(found, dog, other):
+    back = numbers(compare([other, dog]))
+    for key, row in numbers(found).items():
+        assert back[key].changes == tuple(None if change is None else -change for change in row.changes)
+
+
+def test_third_design_is_compared_with_the_first(dog, other):
+    third = design_with(dog, read_changes("mass:base=2x"))
+    three, two = numbers(compare([dog, other, third])), numbers(compare([dog, third]))
+    assert all(row.changes[1:] == two[key].changes for key, row in three.items())
+
+
+def test_what_has_no_partner_is_listed(dog):
+    """Two robots with no name in common but that of the trunk; the heaviest bodies are partners whatever their names."""
+    found = compare([dog, design("hyq", "lf_foot")])
+    rows = numbers(found)
+    assert {place for name, place in rows if name == "shock at the centre of mass"} == {"base / base_link"}
+    assert ("effective mass of the contact", "FL_foot / lf_foot, sticking") in rows
+    listed = {(one.kind, one.name): one.designs for one in found.unmatched}
+    assert listed["point", "imu"] == (0,)
+    assert listed["point", "trunk_imu"] == (1,)
+    assert listed["joint", "lf_kfe_joint"] == (1,)
+    assert ("body", "FL_calf") in listed
+    assert ("body", "base") not in listed
+
+
+def test_two_landings_of_one_robot_are_told_apart(capfd):
+    """Designs of the same name have letters of their own."""
+    text = good(capfd, "compare", "go2", "go2", "--contact", "FL_foot", "--contact", "RL_foot")
+    assert "A  go2: on FL_foot" in text
+    assert "B  go2: on RL_foot" in text
+    assert "FL_foot / RL_foot, sticking" in text
+
+
+def test_one_robot_has_everything_in_common_with_its_changes(found):
+    assert found.unmatched == ()
+
+
+def test_one_design_is_no_comparison(dog):
+    with pytest.raises(StudyError, match="--change"):
+        compare([dog])
+
+
+@pytest.mark.parametrize(
+    ("joints", "told"), [(Joints(model="free"), "all joints free"), (Joints(armature={"*": 0.1}), "calf_joint")]
+)
+def test_change_of_an_armature_that_the_scene_overrides_is_refused(joints, told):
+    with pytest.raises(StudyError, match=told):
+        design_with(design("go2", "FL_foot", joints=joints), read_changes("armature:*_calf_joint=0.01"))
+
+
+GO2 = ("compare", "go2", "--contact", "FL_foot", "--change", CHANGES)
+
+
+def test_command_prints_a_table_for_each_quantity(capfd):
+    text = good(capfd, *GO2)
+    assert text.startswith("A  go2: on FL_foot")
+    assert f"B  go2; {CHANGES}: on FL_foot" in text
+    for title in (
+        "shock at the centre of mass",
+        "radius of percussion",
+        "effective mass of the contact",
+        "impulse through the joint",
+    ):
+        assert f"\n{title}\n" in text
+
+
+def test_documents_hold_the_same_numbers(capfd, tmp_path, found):
+    good(capfd, *GO2, "--out", tmp_path)
+    document = json.loads((tmp_path / "compare.json").read_text())
+    assert document == json.loads(good(capfd, *GO2, "--format", "json"))
+    assert document["schema"] == "shockpc.compare/1"
+    assert [one["label"] for one in document["designs"]] == ["go2", f"go2; {CHANGES}"]
+    assert document["designs"][1]["changes"] == CHANGES.split("; ")
+    rows = numbers(found)
+    written = {(q["name"], r[next(iter(r))]): r["values"] for q in document["quantities"] for r in q["rows"]}
+    assert written == {key: list(row.values) for key, row in rows.items()}
+    table = list(csv.DictReader(io.StringIO((tmp_path / "compare.csv").read_text())))
+    assert {(row["quantity"], row["place"]): float(row["B"]) for row in table} == {key: row.values[1] for key, row in rows.items()}
+    report = (tmp_path / "report.md").read_text()
+    assert "compare.svg" in report
+    assert report.count("\n### ") == len(document["quantities"])
+
+
+def test_figure_shows_each_design_and_one_colour_scale(capfd, tmp_path):
+    good(capfd, "compare", "go2", "hyq", "--contact", "FL_foot", "--contact", "lf_foot", "--out", tmp_path)
+    drawn = (tmp_path / "compare.svg").read_text()
+    assert drawn.count("normalised shock |Δv|") == 1
+    for text in (">A<", ">B<", ">on FL_foot<", ">on lf_foot<", "sensors of A: a imu", "sensors of B: a trunk_imu"):
+        assert text in drawn
+    assert (tmp_path / "compare.png").stat().st_size > 10_000
+
+
+def test_designs_may_be_scenes(capfd, tmp_path):
+    """The same robot in two postures."""
+    for name, knee in (("bent", -100), ("more", -80)):
+        text = f'robot = "anymal_b"\n[posture.joints_deg]\n"*F_KFE" = {knee}\n[[contact]]\nframe = "LF_FOOT"\n'
+        (tmp_path / f"{name}.toml").write_text(text)
+    document = json.loads(good(capfd, "compare", tmp_path / "bent.toml", tmp_path / "more.toml", "--format", "json"))
+    assert [one["label"] for one in document["designs"]] == [str(tmp_path / "bent.toml"), str(tmp_path / "more.toml")]
+    assert any(abs(row["changes"][0] or 0.0) > 1e-6 for row in document["quantities"][0]["rows"])
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("go2", "--contact", "FL_foot"), "one design cannot be compared"),
+        (("go2", "hyq", "--contact", "*_foot"), "4 landings"),
+        (("go2", "a1", "--contact", "FL_foot", "--change", "mass:base=2"), "several are given"),
+        (("go2", "--contact", "FL_foot", "--change", "weight"), "is not a change"),
+        (("go2", "--contact", "FL_foot", "--change", "mass:FL_cal=2x"), 'nearest: "FL_calf"'),
+        (("go2", "nosuch", "--contact", "FL_foot"), 'no robot "nosuch"'),
+        (("go2", "a1"), "no contact is defined"),
+    ],
+)
+def test_bad_arguments_are_refused(capfd, words, told):
+    outcome = run(capfd, "compare", *words)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert told in outcome.err

@@ -1,0 +1,206 @@
+"""Joint limits: against dense sweeps and analyses of single postures, loops included, and the paper's statement about HyQ."""
+
+import csv
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+from commands import good, run
+from trees import known_robot
+
+from shockpc.errors import StudyError
+from shockpc.model.contact import Contact
+from shockpc.model.posture import Posture
+from shockpc.paper.landings import robot_of, scene
+from shockpc.profile import shock_profile
+from shockpc.scene import Point, Scene, Strike
+from shockpc.studies.limits import limits
+
+IMU = Point(frame="trunk_imu")
+HYQ = Scene(robot="hyq", contact=(Contact(frame="lf_foot"),))
+SPAN = (math.radians(-150.0), 0.0)
+
+
+def hyq(max_shock, **changes):
+    return limits(HYQ, "lf_kfe_joint", IMU, max_shock, **{"joint_range": SPAN, "robot": known_robot("hyq")} | changes)
+
+
+def analysed(base, robot, joint, value, strike, frame):
+    """The shock of one posture and one strike, as `shock_profile` proves it."""
+    posture = dataclasses.replace(base.posture, joints_deg={**base.posture.joints_deg, joint: math.degrees(value)})
+    strike = Strike(strike_angle_deg=math.degrees(strike))
+    changed = dataclasses.replace(base, posture=posture, strike=strike, point=(Point(frame=frame),))
+    return next(point.shock for point in shock_profile(changed, robot).points if point.frame == frame)
+
+
+def greatest(base, robot, joint, value, strikes, frame):
+    """The greatest shock over a fine grid of strikes."""
+    return max(analysed(base, robot, joint, value, strike, frame) for strike in np.unique(np.linspace(*strikes, 43)))
+
+
+def inside(allowed, value):
+    return any(one.low <= value <= one.high for one in allowed)
+
+
+@pytest.mark.parametrize("bound", [0.0052, 0.0065, 0.02, 0.05, 0.1, 0.3])
+def test_intervals_against_a_dense_sweep(bound):
+    """Every value of a sweep ten times as dense is allowed where its shock is below the bound, and only there."""
+    found, dense = hyq(bound, step=math.radians(0.5)), hyq(1.0, step=math.radians(0.05))
+    for one in found.limits:
+        every = one.strikes[0] < one.strikes[1]
+        shock = dense.most_severe[0] if every else dense.shock(np.array([one.strikes[0]]))[:, 0]
+        clear = np.abs(shock - bound) > 1e-9
+        below = np.array([inside(one.allowed, value) for value in dense.values])
+        np.testing.assert_array_equal(below[clear], (shock <= bound)[clear])
+        assert one.least <= shock.min() + 1e-9
+
+
+def test_ends_are_where_the_analysis_meets_the_bound():
+    """A hundredth of a degree inside an end the shock is below the bound, as far outside it is above; and so for all strikes."""
+    found, joint = hyq(0.05), "lf_kfe_joint"
+    step = math.radians(0.01)
+    assert len(found.limits) == 9
+    for one in found.limits:
+        for interval in one.allowed:
+            for end, kind, outward in ((interval.low, interval.low_end, -step), (interval.high, interval.high_end, step)):
+                if kind == "bound":
+                    shocks = [
+                        greatest(HYQ, known_robot("hyq"), joint, end + by, one.strikes, "trunk_imu") for by in (-outward, outward)
+                    ]
+                    assert shocks[0] < 0.05 < shocks[1]
+
+
+def test_interval_between_two_samples_is_found():
+    """A minimum that dips below the bound between samples 20° apart, as a scan of 0.1° sees it."""
+    fine = hyq(0.01, strikes=(0.0, 0.0))
+    for bound in (fine.limits[0].least * 1.001, fine.limits[0].least * 1.1):
+        coarse = hyq(bound, strikes=(0.0, 0.0), step=math.radians(20.0)).limits[0].allowed
+        expected = hyq(bound, strikes=(0.0, 0.0)).limits[0].allowed
+        np.testing.assert_allclose([one[:2] for one in coarse], [one[:2] for one in expected], atol=1e-5)
+
+
+def test_most_severe_strike_of_each_posture():
+    """The closed form over the strike angles against a grid, and so the strikes that keep the bound."""
+    found = hyq(0.1)
+    strikes = np.linspace(*found.strikes, 2101)
+    shock = found.shock(strikes)
+    severe, at = found.most_severe
+    assert np.all(severe >= shock.max(axis=1) - 1e-12)
+    np.testing.assert_allclose(severe, shock.max(axis=1), rtol=1e-5)
+    np.testing.assert_allclose(np.take_along_axis(found.shock(at), np.arange(len(at))[:, None], axis=1)[:, 0], severe, rtol=1e-12)
+    for k in range(0, len(found.values), 50):
+        allowed = found.allowed_strikes(k)
+        below = np.array([any(a <= strike <= b for a, b in allowed) for strike in strikes])
+        clear = np.abs(shock[k] - 0.1) > 1e-9
+        np.testing.assert_array_equal(below[clear], (shock[k] <= 0.1)[clear])
+
+
+def test_statement_of_the_paper_for_hyq():
+    """Section 4: the torso is nearly free of shock, but not as the leg approaches its singular configuration.
+
+    The paper sees it at segments 10° from the vertical, a knee of 20°. A bound of a tenth of the strike sets the limit of HyQ's
+    front knee near there, and the limit in its file, 20°, allows more shock than that; of the hind knee it sets a smaller one.
+    """
+    found = hyq(0.1)
+    (only,) = found.limits[-1].allowed
+    assert math.degrees(only.high) == pytest.approx(-24.5, abs=0.01)
+    assert math.degrees(found.file_limits[1]) == pytest.approx(-20.0)
+    severe, degrees = found.most_severe[0], np.degrees(found.values)
+    assert severe[np.argmin(np.abs(degrees + 86.0))] < 0.01
+    straightening = (degrees > -80.0) & (degrees < -1.0)
+    assert np.all(np.diff(severe[straightening]) > 0.0)
+    assert severe[-1] > 0.5
+    hind = limits(
+        dataclasses.replace(HYQ, contact=(Contact(frame="lh_foot"),)), "lh_kfe_joint", IMU, 0.1,
+        joint_range=(0.0, math.radians(150.0)), robot=known_robot("hyq"),
+    )  # fmt: skip
+    (only,) = hind.limits[-1].allowed
+    assert 5.0 < math.degrees(only.low) < 20.0
+
+
+def test_loops_move_with_the_joint():
+    """The other joints close the loop in every posture, as an analysis of that posture does."""
+    base = scene("five_bar")
+    robot = robot_of(base)
+    found = limits(
+        base, "front_hip", Point(frame="imu_link"), 0.1, step=math.radians(2.0), strikes=(0.0, 0.3),
+        joint_range=(math.radians(-40.0), math.radians(80.0)), robot=robot,
+    )  # fmt: skip
+    assert (found.unreachable, len(found.values)) == ((), 61)
+    for one in found.limits[:2]:
+        for interval in one.allowed:
+            for end, kind in ((interval.low, interval.low_end), (interval.high, interval.high_end)):
+                shock = analysed(base, robot, "front_hip", end, one.strikes[0], "imu_link")
+                assert shock == pytest.approx(0.1, rel=1e-4) if kind == "bound" else shock < 0.1
+
+
+def test_loop_that_cannot_be_closed_ends_the_range():
+    """With lower links of the length of the upper ones, the hips cannot be turned apart by any angle."""
+    base = scene("five_bar")
+    xacro = {"lower_length": "0.1", "spread": "0.12"}
+    posture = Posture(joints_deg={"front_hip": 20.0, "rear_hip": -20.0, "front_knee": -50.0, "rear_knee": 50.0})
+    base = dataclasses.replace(base, xacro=xacro, posture=posture)
+    found = limits(base, "front_hip", Point(frame="imu_link"), 2.0, step=math.radians(2.0), robot=robot_of(base))
+    values = np.degrees(found.values)
+    assert found.unreachable
+    # The knees are apart by two lower links where the leg is straight.
+    knees = [
+        np.array([x, 0.0]) + 0.1 * np.array([math.sin(hip), -math.cos(hip)])
+        for hip, x in ((found.values[0], 0.06), (found.values[-1], 0.06), (math.radians(-20.0), -0.06))
+    ]
+    reach = [np.linalg.norm(knee - knees[2]) for knee in knees[:2]]
+    assert max(reach) == pytest.approx(0.2, abs=1e-4)
+    assert values[0] > -180.0 or values[-1] < 180.0
+    assert any("loop" in interval for one in found.limits for interval in one.allowed)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        (
+            {"max_shock": 1e-4},
+            r"no angle in −150°…0° meets 0.0001 at any of 8 strike angles in −30°…75°; the least is 0.000\d+ at −",
+        ),
+        ({"max_shock": 1e-4, "strikes": (0.0, 0.0)}, r"no angle in −150°…0° meets 0.0001; the least is 0.000728 at −137.09°"),
+        ({"max_shock": 0.0}, "a bound of 0 on the shock is kept by nothing"),
+        ({"max_shock": math.nan}, "a bound of nan on the shock"),
+        (
+            {"joint_range": (0.0, -1.0)},
+            "the range of joint .* is from 0° to −57.3°; give its least and greatest value with --range",
+        ),
+        ({"strikes": (0.0, 1.6)}, "strike angles from 0° to 91.67° are no range of landings"),
+        ({"step": 0.0}, "a step of 0° from −150° to 0° is not possible"),
+        ({"step": 1e-9}, "at most 200000 postures"),
+    ],
+)
+def test_questions_without_an_answer(changes, text):
+    with pytest.raises(StudyError, match=text):
+        hyq(**{"max_shock": 0.1} | changes)
+
+
+def test_robot_that_rotates_before_the_impact():
+    turning = dataclasses.replace(HYQ, strike=Strike(angular_velocity=(0.0, 1.0, 0.0)))
+    with pytest.raises(StudyError, match="of a robot that moves without rotating"):
+        limits(turning, "lf_kfe_joint", IMU, 0.1, robot=known_robot("hyq"))
+
+
+def test_command(capfd, tmp_path):
+    """Table, document, spreadsheet and folder agree."""
+    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max-shock", 0.1)
+    words = (*words, "--range", "-150:0", "--step", 0.5)
+    table = good(capfd, *words, "--out", tmp_path)
+    assert "any of -30 … 75  -150.00* … -24.50" in table
+    found = json.loads(good(capfd, *words, "--format", "json"))
+    assert found == json.loads((tmp_path / "limits.json").read_text())
+    assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/1", [-140.0, -20.0], [-150.0, 0.0])
+    assert good(capfd, *words, "--format", "csv") == (tmp_path / "limits.csv").read_text()
+    rows = list(csv.DictReader((tmp_path / "limits.csv").read_text().splitlines()))
+    assert float(rows[-1]["high [deg]"]) == found["limits"][-1]["allowed"][-1]["high"]
+    assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
+        "limits.json", "limits.csv", "postures.csv", "report.md", "limits.svg", "limits.png",
+    }  # fmt: skip
+    outcome = run(capfd, *words[:-5], 0.1, "--range", "12")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert '"12" is not LOW:HIGH, such as -150:0' in outcome.err

@@ -1,0 +1,388 @@
+"""The place of least shock: cone programs against closed forms and fine grids, sensors against all partitions, the command."""
+
+import itertools
+import json
+import math
+
+import clarabel
+import numpy as np
+import pytest
+from commands import good, run
+from scipy.spatial.transform import Rotation
+
+import shockpc
+from shockpc.robot.geometry import outline
+from shockpc.robot.robot import load_robot
+from shockpc.robot.surface import facets, half_spaces
+from shockpc.studies.place.cone import Cell, least_shock
+from shockpc.studies.place.field import fields_of
+from shockpc.studies.place.groups import best_group
+from shockpc.studies.place.mounting import best_mounting
+from shockpc.studies.place.search import best_places, box
+
+TOLERANCE = 1e-8
+"""Of values near 1: the accuracy asked of the solver is 1e-11, and its gap is checked."""
+
+
+def fields(seed, landings=4, weighted=False):
+    """Random jumps: screw axes pass the origin at about 0.3 m."""
+    rng = np.random.default_rng(seed)
+    weights = rng.uniform(0.1, 1.0, landings) if weighted else None
+    return fields_of(rng.normal(size=(landings, 3)), 0.3 * rng.normal(size=(landings, 3)), rng.uniform(0.5, 2.0, landings), weights)
+
+
+def corners(low, high):
+    return np.array(list(itertools.product(*zip(low, high, strict=True))), dtype=float)
+
+
+def lattice(low, high, n):
+    """Points of a box on a grid, and the largest distance of any point of the box from one of them."""
+    steps = [np.linspace(a, b, n) for a, b in zip(low, high, strict=True)]
+    spacing = np.array([s[1] - s[0] for s in steps])
+    return np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 3), float(np.linalg.norm(spacing)) / 2.0
+
+
+def slope(found):
+    """How much the shock can change over a metre."""
+    return float(np.linalg.norm(found.A, axis=(1, 2), ord=2).max())
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("weighted", [False, True])
+def test_the_least_shock_in_a_box_is_that_of_a_fine_grid(seed, weighted):
+    low, high = np.array([-0.2, -0.1, 0.05]), np.array([0.3, 0.2, 0.4])
+    found = fields(seed, 5, weighted)
+    optimum = least_shock(found, Cell(corners(low, high)))
+    points, reach = lattice(low, high, 60)
+    brute = float(found.at(points).min())
+    assert optimum.value <= brute + TOLERANCE
+    assert brute <= optimum.value + slope(found) * reach
+    assert optimum.bound <= optimum.value <= optimum.bound + TOLERANCE
+    assert np.all(optimum.place >= low - TOLERANCE)
+    assert np.all(optimum.place <= high + TOLERANCE)
+    assert float(found.at(optimum.place[None])[0]) == pytest.approx(optimum.value, abs=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid(seed):
+    ends, radius = np.array([[-0.1, 0.0, 0.0], [0.2, 0.1, 0.0]]), 0.08
+    found, normal = fields(seed, 3), np.array([0.0, 0.6, 0.8])
+    optimum = least_shock(found, Cell(ends, radius).within(normal, 0.02))
+    points, reach = lattice([-0.2, -0.1, -0.1], [0.3, 0.2, 0.1], 70)
+    along = np.clip((points - ends[0]) @ (ends[1] - ends[0]) / np.sum((ends[1] - ends[0]) ** 2), 0.0, 1.0)
+    inside = np.linalg.norm(points - ends[0] - along[:, None] * (ends[1] - ends[0]), axis=1) <= radius
+    brute = float(found.at(points[inside & (points @ normal >= 0.02)]).min())
+    # The grid may miss the rim of the set by more than its reach, where the plane meets the ball at a small angle.
+    assert optimum.value <= brute + TOLERANCE
+    assert brute <= optimum.value + 3.0 * slope(found) * reach
+    assert optimum.value <= optimum.bound + TOLERANCE
+    assert optimum.place @ normal >= 0.02 - TOLERANCE
+
+
+def test_with_one_landing_the_best_place_is_on_the_screw_axis():
+    """The least shock of one landing is |ω · v| / |ω|, on the axis; in a ball beside it, it grows with the distance."""
+    omega, v = np.array([0.3, 2.0, -0.4]), np.array([0.5, 0.1, -0.2])
+    found = fields_of(omega[None], v[None], np.array([2.0]))
+    axis = np.cross(omega, v) / (omega @ omega)
+    along = abs(omega @ v) / np.linalg.norm(omega) / 2.0
+    optimum = least_shock(found, Cell(corners(axis - 1.0, axis + 1.0)))
+    assert optimum.value == pytest.approx(along, abs=TOLERANCE)
+    aside = np.cross(omega, [1.0, 0.0, 0.0])
+    aside /= np.linalg.norm(aside)
+    optimum = least_shock(found, Cell((axis + 0.5 * aside)[None], 0.2))
+    assert optimum.value == pytest.approx(math.hypot(along, 0.3 * np.linalg.norm(omega) / 2.0), abs=TOLERANCE)
+    np.testing.assert_allclose(optimum.place, axis + 0.3 * aside, atol=1e-5)  # the value is quadratic across the radius
+
+
+def test_a_body_that_translates_sees_the_same_everywhere():
+    found = fields_of(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.5]]), np.ones(1))
+    optimum = least_shock(found, Cell(corners([0, 0, 0], [1, 1, 1])))
+    assert (optimum.value, optimum.bound) == pytest.approx((0.5, 0.5), abs=TOLERANCE)
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_tangents_are_never_above_the_shock(weighted):
+    found = fields(3, 30, weighted)
+    at, points = np.random.default_rng(0).normal(size=(2, 200, 3))
+    values, slopes = found.tangents(at)
+    assert np.all(values + np.sum((points - at) * slopes, axis=1) <= found.at(points) + 1e-12)
+
+
+def test_many_landings_give_the_optimum_of_all_of_them():
+    """Only landings that decide are in a program; the value and the bound hold for all."""
+    found, cell = fields(5, 400), Cell(corners([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]))
+    optimum = least_shock(found, cell)
+    nearby, reach = lattice(optimum.place - 0.05, optimum.place + 0.05, 30)
+    assert optimum.value <= optimum.bound + TOLERANCE
+    assert float(found.at(nearby).min()) == pytest.approx(optimum.value, abs=slope(found) * reach)
+
+
+BOXES = (([-0.3, -0.2, -0.1], [0.2, 0.2, 0.1]), ([0.0, -0.1, -0.2], [0.5, 0.1, 0.3]))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_best_place_of_a_union_is_in_its_best_piece(seed):
+    found, cells = fields(seed), [Cell(corners(*one)) for one in BOXES]
+    best = next(best_places(found, cells))
+    assert best.value == pytest.approx(min(least_shock(found, cell).value for cell in cells), abs=TOLERANCE)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
+    """Two boxes that overlap: what of one lies inside the other is not surface."""
+    found = fields(seed)
+    faces = [
+        Cell(corners(np.where(np.arange(3) == k, side, low), np.where(np.arange(3) == k, side, high)))
+        for low, high in BOXES
+        for k in range(3)
+        for side in (low[k], high[k])
+    ]
+    best = next(best_places(found, faces, [box(np.array(low), np.array(high)) for low, high in BOXES]))
+    brute, reach = np.inf, 0.0
+    for low, high in BOXES:
+        for k, end in itertools.product(range(3), (0, 1)):
+            points, near = lattice(low, high, 81)
+            points = points[points[:, k] == points[:, k].max()] if end else points[points[:, k] == points[:, k].min()]
+            hidden = [np.all((points > np.array(a) + 1e-9) & (points < np.array(b) - 1e-9), axis=1) for a, b in BOXES]
+            brute, reach = min(brute, float(found.at(points[~np.any(hidden, axis=0)]).min())), max(reach, near)
+    assert best.value <= brute + TOLERANCE
+    assert brute <= best.value + 2.0 * slope(found) * reach
+    assert best.value <= best.bound + TOLERANCE
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
+    found, apart = fields(seed), 0.11
+    cells = [Cell(corners(*one)) for one in BOXES]
+    ranked = list(itertools.islice(best_places(found, cells, (), apart), 4))
+    grids = [lattice(low, high, 50) for low, high in BOXES]
+    points, reach = np.concatenate([points for points, _ in grids]), max(near for _, near in grids)
+    for k, one in enumerate(ranked):
+        far = np.all([np.abs(points - before.place).max(axis=1) >= apart for before in ranked[:k]], axis=0) if k else slice(None)
+        assert one.value <= float(found.at(points[far]).min()) + TOLERANCE
+        assert float(found.at(points[far]).min()) <= one.value + 2.0 * slope(found) * reach
+        assert one.value <= one.bound + TOLERANCE
+        assert all(np.abs(one.place - before.place).max() >= apart - 1e-6 for before in ranked[:k])
+    assert [one.value for one in ranked] == sorted(one.value for one in ranked)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("count", "weighted"), [(2, False), (3, False), (2, True)])
+def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
+    """Seven landings on two or three sensors: every assignment is tried."""
+    found, cells = fields(seed, 7, weighted), [Cell(corners(*one)) for one in BOXES]
+
+    def best(some):
+        return next(best_places(some, cells))
+
+    group = best_group(found, count, best)
+    known = {}
+    values = []
+    for which in itertools.product(range(count), repeat=7):
+        parts = [tuple(k for k in range(7) if which[k] == sensor) for sensor in set(which)]
+        for part in parts:
+            if part not in known:
+                known[part] = best(found.of(list(part))).value
+        values.append(sum(known[part] for part in parts) if weighted else max(known[part] for part in parts))
+    assert group.value == pytest.approx(min(values), abs=TOLERANCE)
+    assert group.bound <= group.value <= group.bound + TOLERANCE
+    least = found.shocks(np.array(group.places)).min(axis=0)
+    assert float(found.combined(least)) == pytest.approx(group.value, abs=1e-15)
+
+
+def test_one_vector_is_seen_least_by_axes_at_equal_angles_to_it():
+    """No frame sees less than |v| / √3 of one vector, and frames at equal angles to it see that."""
+    found = best_mounting(np.array([[1.0, -2.0, 0.5]]))
+    assert found.bound == pytest.approx(np.linalg.norm([1.0, -2.0, 0.5]) / math.sqrt(3.0))
+    assert found.greatest == pytest.approx(found.bound, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_rotation_is_better_than_the_best_mounting(seed):
+    rng = np.random.default_rng(seed)
+    vectors = rng.normal(size=(6, 3)) * rng.uniform(0.2, 1.0, size=(6, 1))
+    found = best_mounting(vectors)
+    np.testing.assert_allclose(found.rotation.T @ found.rotation, np.eye(3), atol=1e-14)
+    assert np.abs(vectors @ found.rotation).max() == pytest.approx(found.greatest)
+    others = np.abs(vectors @ Rotation.random(40_000, random_state=seed).as_matrix()).max(axis=(1, 2))
+    longest = np.linalg.norm(vectors, axis=1).max()
+    assert found.bound <= others.min() + 1e-12
+    assert found.greatest - found.bound <= 2e-3 * longest
+    assert Rotation.from_euler("ZYX", found.rpy_deg[::-1], degrees=True).as_matrix() == pytest.approx(found.rotation)
+
+
+def test_facets_of_a_shape_are_the_surface_of_its_half_spaces():
+    """Corners of every facet lie on a face, and inside of all others."""
+    (shapes,) = (outline(load_robot("anymal_b"), "collision").shapes[0],)
+    for shape in shapes:
+        solid = half_spaces(shape)
+        for corner in np.concatenate(facets(shape)):
+            assert solid.depth(corner) == pytest.approx(0.0, abs=1e-9)
+        assert solid.depth(shape.points.mean(axis=0)) > 1e-4
+
+
+def landings(robot="anymal_b", feet=("LF_FOOT", "RH_FOOT"), angles=(0.0, 45.0), **more):
+    return {
+        f"{foot} {angle:g}": shockpc.Scene(robot=robot, contact=foot, strike=shockpc.Strike(strike_angle_deg=angle), **more)
+        for foot in feet
+        for angle in angles
+    }
+
+
+@pytest.fixture(scope="module")
+def study():
+    return shockpc.place(landings(pulse="half-sine:5ms", range_g=2.0))
+
+
+def test_the_numbers_of_a_place_are_those_of_single_analyses(study):
+    """Each shock is the proven one of an analysis with that point, to the last digit."""
+    for one in (*study.today, *study.places):
+        point = shockpc.Point(frame="base", offset=tuple(one.position))
+        for k, scene in enumerate(landings().values()):
+            profile = shockpc.shock_profile(shockpc.Scene(**{**vars(scene), "point": (point,)}))
+            assert one.shocks[k] == profile.points[-1].shock
+        assert one.combined == one.shocks.max()
+
+
+def test_the_best_place_is_better_than_any_point_of_the_body(study):
+    points = np.concatenate(
+        [lattice(s.points.min(axis=0), s.points.max(axis=0), 20)[0] for s in outline(study.robot, "collision").shapes[0]]
+    )
+    inside = [s.depth(p) >= 0.0 for s in map(half_spaces, outline(study.robot, "collision").shapes[0]) for p in points[::7]]
+    assert any(inside)
+    within = np.array(inside).reshape(-1, len(points[::7])).any(axis=0)
+    assert study.combined <= study.fields.at(points[::7][within]).min()
+    assert study.combined < study.today[0].combined
+    assert study.complete
+    assert study.gap < TOLERANCE
+
+
+def test_margins_are_peaks_of_the_pulse_along_the_axes(study):
+    """π Δv / 2T for a half-sine; the best mounting leaves at least as much of the range as the axes of the body."""
+    one = study.places[0]
+    peaks = math.pi * np.abs(one.delta_v).max(axis=0) / (2.0 * 5e-3) / 9.80665
+    np.testing.assert_allclose(one.margin.peak_g, peaks, rtol=1e-12)
+    np.testing.assert_allclose(one.margin.left, 1.0 - peaks / 2.0, rtol=1e-12)
+    assert one.margin.mounted_left >= one.margin.left.min()
+
+
+def test_a_box_replaces_the_geometry_and_limits_the_surface():
+    box_ = ((0.1, -0.05, 0.0), (0.2, 0.05, 0.1))
+    inside = shockpc.place(landings(), within=box_)
+    assert np.all(inside.places[0].position >= np.array(box_[0]) - 1e-8)
+    assert np.all(inside.places[0].position <= np.array(box_[1]) + 1e-8)
+    low, high = (-0.3, -0.3, 0.0), (0.3, 0.3, 0.3)
+    above = shockpc.place(landings(), within=(low, high), surface=True)
+    anywhere = shockpc.place(landings(), surface=True)
+    assert above.places[0].position[2] >= -1e-8
+    assert above.combined >= anywhere.combined - 1e-12
+    assert anywhere.combined >= shockpc.place(landings()).combined - 1e-12
+
+
+def test_weights_compare_places_by_the_mean():
+    weighted = shockpc.place(landings(), weights={"LF_FOOT 0": 3.0})
+    np.testing.assert_allclose(weighted.weights, [0.5, 1 / 6, 1 / 6, 1 / 6])
+    assert weighted.combined == pytest.approx(weighted.places[0].shocks @ weighted.weights)
+    assert weighted.combined <= shockpc.place(landings()).places[0].shocks @ weighted.weights + 1e-12
+
+
+def test_two_sensors_see_no_more_than_one():
+    one, two = shockpc.place(landings()), shockpc.place(landings(), count=2)
+    assert two.combined <= one.combined
+    least = np.min([place.shocks for place in two.places], axis=0)
+    assert two.combined == least.max()
+    assert [two.places[k].shocks[n] for n, k in enumerate(two.assigned)] == list(least)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"body": "bse"}, ['no frame "bse"', '"base"']),
+        ({"within": ((1.0, 1.0, 1.0), (2.0, 2.0, 2.0))}, ["outside base", "x -0.2"]),
+        ({"within": ((0.1, 0.0, 0.0), (0.0, 1.0, 1.0))}, ["no x between 0.1 and 0"]),
+        ({"within": ((0.0, 0.0, 0.05), (0.01, 0.01, 0.06)), "surface": True}, ["no place on the surface"]),
+        ({"count": 0}, ["at least one sensor"]),
+        ({"apart": 1e-5}, ["0.001 m"]),
+        ({"weights": {"LF": 1.0}}, ['"LF"', "LF_FOOT 45"]),
+        ({"weights": dict.fromkeys(landings(), 0.0)}, ["not all zero"]),
+    ],
+)
+def test_what_cannot_be_placed_is_refused_with_what_would_be_valid(more, words):
+    with pytest.raises(shockpc.ShockError) as refusal:
+        shockpc.place(landings(), **more)
+    assert all(word in str(refusal.value) for word in words), str(refusal.value)
+
+
+def test_scenes_have_to_be_of_one_robot():
+    with pytest.raises(shockpc.StudyError, match="different robots"):
+        shockpc.place(landings() | {"other": shockpc.Scene(robot="hyq", contact="lf_foot")})
+    with pytest.raises(shockpc.StudyError, match="no landing"):
+        shockpc.place({})
+
+
+def test_a_landing_that_cannot_be_computed_is_named_with_its_reason(capfd):
+    """The others are computed; exit code 3 says that some are missing, and 2 that none was computed."""
+    found = run(capfd, "place", "anymal_b", "--contact", "LF_FOOT", "--vary", "strike-angle=0,100")
+    assert found.code == 3
+    assert "not computed: LF_FOOT strike-angle=100: contact" in found.out
+    assert run(capfd, "place", "anymal_b", "--vary", "strike-angle=100").code == 2
+
+
+def test_the_table_names_the_gain_and_the_gap(capfd):
+    text = good(capfd, "place", "anymal_b", "--vary", "strike-angle=-30:75:8")
+    assert "landings     32, from LF_FOOT strike-angle=-30 to RH_FOOT strike-angle=75" in text
+    assert "imu_link sees 0.0323, the best place (-0.001, -0.001, 0.046) 0.017; a factor of 1.9" in text
+    assert "optimum: no place inside the collision geometry of base (9 convex pieces) is below 0.0170309 (gap" in text
+
+
+def test_document_and_files(capfd, tmp_path):
+    words = ("place", "anymal_b", "--contact", "LF_FOOT", "--vary", "strike-angle=0,30", "--count", 2, "--pulse", "half-sine:5ms")
+    document = json.loads(good(capfd, *words, "--format", "json", "--out", tmp_path))
+    assert document["schema"] == "shockpc.place/1"
+    assert [one["landing"] for one in document["landings"]] == ["LF_FOOT strike-angle=0", "LF_FOOT strike-angle=30"]
+    assert document["combined"] == max(min(one["shock"][k] for one in document["places"]) for k in range(2))
+    assert document["places"][0]["margin"]["left"] is None
+    assert {path.name for path in tmp_path.iterdir()} == {
+        ".shockpc-files", "landings.csv", "place.json", "place.png", "place.svg", "places.csv", "report.md",
+    }  # fmt: skip
+    assert json.loads((tmp_path / "place.json").read_text()) == document
+    svg = (tmp_path / "place.svg").read_text()
+    assert all(word in svg for word in ("imu_link", "sensor 1", "CoPc of a landing", "the better one"))
+
+
+def test_scene_files_postures_and_weights_on_the_command_line(capfd, tmp_path):
+    scene = tmp_path / "jump.toml"
+    scene.write_text('robot = "anymal_b"\n[[contact]]\nframe = "LF_FOOT"\n')
+    other = tmp_path / "fall.toml"
+    other.write_text('robot = "anymal_b"\n[strike]\ndrop_height = 0.3\n[[contact]]\nframe = "RH_FOOT"\n')
+    words = ("place", scene, other, "--vary", "*_KFE=-80:-60:2", "--weight", "jump=2", "--format", "json", "--body", "imu_link")
+    document = json.loads(good(capfd, *words))
+    names = ["jump LF_FOOT *_KFE=-80", "jump LF_FOOT *_KFE=-60", "fall RH_FOOT *_KFE=-80", "fall RH_FOOT *_KFE=-60"]
+    assert [one["landing"] for one in document["landings"]] == names
+    assert [one["weight"] for one in document["landings"]] == pytest.approx([1 / 3, 1 / 3, 1 / 6, 1 / 6])
+    assert document["compared_by"] == "weighted mean"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--vary", "strike-angle=1:2"), "FIRST:LAST:NUMBER"),
+        (("--vary", "nothing=1,2"), 'no joint "nothing"'),
+        (("--within", "0:1,0:1"), "X0:X1,Y0:Y1,Z0:Z1"),
+        (("--weight", "XX=1"), 'no landing "XX"'),
+        (("--drop-height", "0.1", "--vary", "speed=1,2"), "leave that out"),
+    ],
+)
+def test_wrong_options_are_refused_by_what_would_be_valid(capfd, words, message):
+    found = run(capfd, "place", "anymal_b", *words)
+    assert found.code == 2
+    assert found.out == ""
+    assert message in found.err
+
+
+def test_without_clarabel_the_command_says_what_to_install(monkeypatch, capfd):
+    assert clarabel.__version__
+    monkeypatch.setitem(__import__("sys").modules, "clarabel", None)
+    found = run(capfd, "place", "anymal_b")
+    assert found.code == 2
+    assert 'pip install "shockpc[place]"' in found.err

@@ -1,0 +1,298 @@
+"""Sweeps: every row is what the single analysis of its landing gives, whoever computes it."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from commands import STICK
+from hypothesis import given
+from hypothesis import strategies as st
+from random_landings import random_landing
+from trees import robot_from
+
+from shockpc import Contact, Joints, Point, Scene, ShockError, Strike, load_robot, resolve, shock_maps, shock_profile
+from shockpc.core.directions import extreme_directions, most_severe_directions
+from shockpc.core.extremes import greatest_shock, shock_extremes
+from shockpc.core.spatial import plane_from
+from shockpc.errors import RobotError, StudyError, UnknownName
+from shockpc.results.geometry import body_pieces
+from shockpc.robot.variant import changed_link, link_mass
+from shockpc.studies.sweep.columns import proven_columns
+from shockpc.studies.sweep.study import Sweep, sweep, sweep_of
+
+ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
+
+
+@pytest.fixture(scope="module")
+def anymal():
+    return load_robot("anymal_b")
+
+
+def chunks(made: Sweep) -> list:
+    return [made.chunk(k) for k in range(len(made.parts))]
+
+
+def table(made: Sweep) -> tuple[dict, dict]:
+    """All rows of a sweep, and its messages by row."""
+    parts = chunks(made)
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
+    return columns, {part.first + i: text for part in parts for i, text in part.messages.items()}
+
+
+def check(made: Sweep, rows=None, tolerance=1e-12) -> int:
+    """Compare rows of a sweep with the single analysis; the number of rows that are computed."""
+    columns, messages = table(made)
+    rows, refused, done = list(range(made.rows) if rows is None else rows), set(), 0
+    for row in rows:
+        try:
+            exact = proven_columns(shock_profile(*made.case(row)), made.targets)
+        except ShockError:
+            refused.add(row)
+            continue
+        done += 1
+        for name, value in exact.items():
+            found = float(columns[name][row])
+            if columns["proven"][row]:
+                assert found == value or (math.isnan(found) and math.isnan(value))
+            elif "most severe direction" in name:
+                continue  # two directions may be as severe as one another
+            elif not math.isfinite(value):
+                assert found == value or (math.isnan(found) and math.isnan(value)), name
+            elif "CoPc" in name or "RoPc" in name:
+                # Lengths are quotients by a rotation; the distance of the centre sets their scale.
+                far = max(abs(float(exact[other])) for other in exact if other.startswith(name.split(" CoPc")[0].split(" RoPc")[0]))
+                assert abs(found - value) <= 10 * tolerance * max(1.0, far**2), name
+            else:
+                assert abs(found - value) <= tolerance * max(1.0, abs(value)), name
+    assert refused == messages.keys() & set(rows)
+    return done
+
+
+def test_grid_of_everything_equals_the_single_analysis(anymal):
+    """Joints by glob, attitude, strike angle and speed, contact, offset, mass, centre of mass, inertia and armature at once."""
+    vary = {
+        "*_KFE": "-90:-30:2", "base-pitch": [0, 12], "strike-angle": "-20:40:2", "speed": [0.5], "contact": "LF_FOOT,RH_FOOT",
+        "offset-z": [0, -0.02], "mass:base": "1x:3e6x:2", "com-x:LF_THIGH": [0.03], "inertia:LF_SHANK": "2x,3x",
+        "armature:*": "0,0.05",
+    }  # fmt: skip
+    made = sweep_of(ANYMAL, anymal, vary, at=["imu_link", Point(frame="LF_SHANK", offset=(0, 0, 0.1))], bodies=["base", "LF_THIGH"])
+    assert made.rows == 2**8
+    rows = np.random.default_rng(1).choice(made.rows, 24, replace=False).tolist()
+    assert check(made, rows) == len(rows)
+
+
+@pytest.mark.parametrize(
+    ("robot", "contact", "changes"),
+    [
+        ("hyq", "lf_foot", {}),
+        ("solo12", "FL_FOOT+HR_FOOT", {}),
+        ("talos", "left_sole_link", {"joints": Joints(model="locked")}),
+        ("anymal_b", "LF_FOOT", {"stance": ("RH_FOOT",), "joints": Joints(armature={"*_KFE": 0.05})}),
+        ("go2", "FL_foot", {"base": "planar"}),
+        ("a1", "FL_foot", {"v_in": "com", "strike": Strike(joint_velocities={"FL_*": 0.1}, angular_velocity=(0.1, 0.2, 0.0))}),
+        ("bolt", "FL_FOOT", {"strike": Strike(velocity=(0.3, 0.1, -1.0), joint_velocities={"FL_KFE": 0.1})}),
+    ],
+)
+def test_sample_within_the_limits_equals_the_single_analysis(robot, contact, changes):
+    """Random postures of robots with free, geared and locked joints, several contacts, standing feet and moving joints."""
+    scene = Scene(robot=robot, contact=tuple(Contact(frame=name) for name in contact.split("+")), **changes)
+    loaded = load_robot(robot)
+    made = sweep_of(
+        scene,
+        loaded,
+        {"strike-angle": "-30:30"} if scene.strike.velocity is None else {},
+        sample=16,
+        seed=3,
+        bodies=[loaded.bodies[0].name, loaded.bodies[-1].name],
+    )
+    assert check(made) > 0
+    columns, _ = table(made)
+    for joint in loaded.joints[1:]:
+        if joint.axis is not None and joint.kind == "revolute" and f"{joint.name} [deg]" in columns:
+            values = np.radians(columns[f"{joint.name} [deg]"])
+            assert np.all((values >= joint.limits[0] - 1e-12) & (values <= joint.limits[1] + 1e-12))
+
+
+@given(st.integers(0, 3000))
+def test_sweeps_of_random_landings_equal_the_single_analysis(number):
+    """Trees with joints of all kinds, closures, mimics, drives, standing feet and moving joints: every unflagged row to 1e-12."""
+    robot, scene = random_landing(number)
+    single = [joint.name for joint in robot.joints if joint.axis is not None and joint.name in robot.joint_names]
+    followers = {mimic.joint for mimic in robot.mimics}
+    vary = [(f"joint:{name}", [0.0, 0.1]) for name in single if name not in followers][:2]
+    vary.append(
+        ("armature:*", [0.02, 0.5])
+        if not scene.joints.armature and not scene.joints.locked and robot.joint_names
+        else ("offset-x", [0.0, 0.05])
+    )
+    try:
+        made = sweep_of(scene, robot, vary, bodies=[robot.bodies[-1].name], prove=0)
+    except ShockError:
+        return
+    check(made)
+
+
+def test_base_quaternion_from_angles_is_that_of_a_scene(anymal):
+    """Roll, pitch and yaw of the base in one array give the posture that a scene gives."""
+    made = sweep_of(ANYMAL, anymal, {"base-roll": "-170:170", "base-pitch": "-89:89", "base-yaw": "-180:180"}, sample=8)
+    Q = made._postures(resolve(*made.case(0)), made._values(0), np.arange(8))
+    for row in range(8):
+        q = resolve(*made.case(row)).q
+        assert min(np.abs(Q[row] - q).max(), np.abs(Q[row, 3:7] + q[3:7]).max()) < 1e-12
+
+
+def test_flagged_rows_are_the_proven_answer():
+    """Redundant rows ask for a proof in every posture, and every row is the midpoint of its enclosure."""
+    robot = load_robot("solo12")
+    feet = tuple(Contact(frame=name) for name in ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"))
+    scene = Scene(robot="solo12", contact=feet, joints=Joints(model="locked"))
+    made = sweep_of(scene, robot, {"speed": [0.5, 2.0], "*_KFE": [60, 80]}, prove=0)
+    columns, _ = table(made)
+    assert columns["proven"].all()
+    assert np.all(columns["double error [-]"] < 1e-9)
+    assert check(made) == 4
+
+
+def test_loops_are_closed_in_every_row():
+    """A row whose loop cannot be closed has a message; the others have their own closed posture."""
+    robot, scene = next((r, s) for r, s in map(random_landing, range(0, 400)) if s.closure and len(r.bodies) > 5)
+    joint = next(j.name for j in robot.joints if j.axis is not None and j.name in robot.joint_names)
+    made = sweep_of(scene, robot, {f"joint:{joint}": "-20:20:5"}, prove=0)
+    assert made.alone
+    check(made)
+
+
+def test_strikes_that_leave_the_ground_are_rows_with_a_message(anymal):
+    made = sweep_of(ANYMAL, anymal, {"strike-angle": [0, 60, 100]})
+    columns, messages = table(made)
+    assert list(messages) == [2]
+    assert messages[2] == 'contact "LF_FOOT" does not approach the ground, so there is no impact'
+    assert np.isnan(columns["base shock at CoM [-]"]).tolist() == [False, False, True]
+
+
+def test_sample_depends_on_the_seed_alone(anymal):
+    """The same seed gives the same rows, another one others, whoever computes them."""
+    one, same, other = (list(sweep(ANYMAL, robot=anymal, sample=300, seed=seed, prove=3)) for seed in (1, 1, 2))
+    with ThreadPoolExecutor(2) as executor:
+        threaded = list(sweep(ANYMAL, robot=anymal, sample=300, seed=1, prove=3, executor=executor))
+    for a, b, c in zip(one, same, threaded, strict=True):
+        for name, values in a.columns.items():
+            np.testing.assert_array_equal(values, b.columns[name])
+            np.testing.assert_array_equal(values, c.columns[name])
+    assert not np.array_equal(one[0].columns["LF_KFE [deg]"], other[0].columns["LF_KFE [deg]"])
+
+
+def test_latin_hypercube_has_one_row_in_every_stratum(anymal):
+    """Of n rows exactly one lies in each of n equal intervals of each quantity, over all parts together."""
+    made = sweep_of(ANYMAL, anymal, {"*_KFE": "-100:-20", "strike-angle": "0:30"}, sample=200000, lhs=True)
+    assert len(made.parts) > 1
+    values = [np.concatenate([part[one][:, 0] for part in map(made._values, range(len(made.parts)))]) for one in made.axes]
+    for one, x in zip(made.axes, values, strict=True):
+        low, high = one.span
+        assert len(np.unique(np.floor((x - low) / (high - low) * made.rows))) == made.rows
+
+
+def test_parts_cover_every_row_once(anymal):
+    for options in ({"sample": 131071}, {"vary": {"*_KFE": "-100:-20:977", "*_HFE": "-10:10:101", "strike-angle": "0:30:7"}}):
+        made = sweep_of(ANYMAL, anymal, **options)
+        assert [a for a, _ in made.parts] == [0, *(b for _, b in made.parts[:-1])]
+        assert made.parts[-1][1] == made.solves
+        assert made.rows == made.solves * made.strikes
+
+
+def test_most_severe_direction_in_closed_form_is_the_singular_vector():
+    """Also for maps of rank one, with equal singular values, of any size, and zero."""
+    rng, up = np.random.default_rng(1), np.array([0.0, 0.0, 1.0])
+    A = rng.normal(size=(500, 3, 3))
+    U, _, Vt = np.linalg.svd(A)
+    near = np.stack([np.ones(500), 1 - 10.0 ** rng.uniform(-9, -1, 500), rng.uniform(0, 0.9, 500)], axis=1)
+    for maps in (
+        A,
+        A[:, :, :1] * A[:, :1],
+        np.linalg.qr(A)[0],
+        A * 10.0 ** rng.uniform(-120, 120, (500, 1, 1)),
+        U @ (near[..., None] * Vt),
+        0 * A,
+    ):
+        direction, shock = most_severe_directions(maps, up)
+        exact = extreme_directions(maps, up)
+        np.testing.assert_allclose(shock, exact.most_severe_shock, rtol=1e-14)
+        np.testing.assert_allclose(np.linalg.norm((maps @ direction[..., None])[..., 0], axis=1), shock, rtol=1e-14)
+        assert np.all(direction @ up <= 0.0)
+    np.testing.assert_allclose(most_severe_directions(A, up)[0], extreme_directions(A, up).most_severe, atol=1e-11)
+
+
+def test_greatest_shock_is_that_of_the_single_body(anymal):
+    rng = np.random.default_rng(2)
+    for body in (0, 3):
+        pieces = body_pieces(anymal, body)
+        jumps = rng.normal(size=(7, 6))
+        found = greatest_shock(jumps[:, :3], jumps[:, 3:], pieces)
+        for jump, value in zip(jumps, found, strict=True):
+            assert value == pytest.approx(shock_extremes(jump[None, :3], jump[None, 3:], pieces, 1.0)[1][0], rel=1e-14)
+
+
+def test_changed_link_changes_that_link_alone():
+    """Mass and moments of the body grow by those of the link; the centre of mass moves by its share."""
+    robot = load_robot("anymal_c")
+    more = changed_link(robot, "battery", mass=1.5)
+    assert more.mass - robot.mass == pytest.approx(0.5 * link_mass(robot, "battery"))
+    assert np.flatnonzero(more.masses != robot.masses).tolist() == [0]
+    moved = changed_link(robot, "battery", shift=np.array([0.0, 0.0, 0.1]))
+    share = link_mass(robot, "battery") / robot.masses[0]
+    np.testing.assert_allclose(moved.coms[0] - robot.coms[0], [0.0, 0.0, 0.1 * share], atol=1e-12)
+    same = changed_link(changed_link(robot, "LF_THIGH", inertia=2.0), "LF_THIGH", inertia=0.5)
+    np.testing.assert_allclose(same.inertias, robot.inertias, atol=1e-15)
+    with pytest.raises(RobotError, match="has no mass"):
+        changed_link(robot, "base", mass=2.0)
+
+
+@pytest.mark.parametrize(
+    ("vary", "options", "error", "words"),
+    [
+        ({}, {}, StudyError, "nothing varies"),
+        ({"*_KFE": "0:1:0"}, {}, StudyError, "the grid is empty"),
+        ({"*_KFE": []}, {}, StudyError, "list of values is empty"),
+        ({"*_KFE": "-90:-30"}, {}, StudyError, "--sample N"),
+        ({"*_KFE": "-90:2000:3"}, {}, StudyError, 'outside the limits of joint "LF_KFE"'),
+        ({"*_KFE": "a:b:c"}, {}, StudyError, "not a finite number"),
+        ({"*_KNEE": [1]}, {}, UnknownName, 'no joint "*_KNEE"'),
+        ({"*_KFE": [1], "LF_KFE": [2]}, {}, StudyError, '"LF_KFE" is varied twice'),
+        ({"strike-angle": [0, 200]}, {}, ShockError, "no angle"),
+        ({"speed": [-1]}, {}, ShockError, "above zero"),
+        ({"mass:base": "0x:1x:3"}, {}, StudyError, "not above zero"),
+        ({"mass:nothing": "1x"}, {}, UnknownName, "nothing"),
+        ({"mass": "1x"}, {}, StudyError, "Write mass:LINK=VALUES"),
+        ({"inertia:base": "1,2"}, {}, StudyError, "by factors"),
+        ({"armature:*": [-1]}, {}, StudyError, "below zero"),
+        ({"contact": ""}, {}, ShockError, ""),
+        ({"*_KFE": [-60]}, {"lhs": True}, StudyError, "--sample"),
+        ({}, {"sample": 0}, StudyError, "empty"),
+        ({"*_KFE": [-60]}, {"at": ["nose"]}, UnknownName, "nose"),
+        ({"*_KFE": [-60]}, {"bodies": ["nose"]}, UnknownName, "nose"),
+    ],
+)  # fmt: skip
+def test_sweeps_that_make_no_sense_are_refused(anymal, vary, options, error, words):
+    with pytest.raises(error) as refused:
+        sweep_of(ANYMAL, anymal, vary, **options)
+    assert words in str(refused.value)
+
+
+def test_prismatic_joints_are_varied_in_metres():
+    text = STICK.replace('type="revolute"', 'type="prismatic"')
+    robot = robot_from(text, ".urdf")
+    made = sweep_of(Scene(robot="stick", contact=(Contact(frame="foot"),)), robot, {"knee": "-0.1:0.1:3"})
+    assert made.headings[0] == "knee [m]"
+    assert check(made) == 3
+
+
+def test_shock_for_one_posture_is_that_of_the_maps(anymal):
+    """The columns are products of `shock_maps` with the strike."""
+    made = sweep_of(ANYMAL, anymal, {"strike-angle": "-40:40:9"}, at=["imu_link"], prove=0)
+    columns, _ = table(made)
+    landing = resolve(ANYMAL, anymal)
+    maps, frame = shock_maps(landing, landing.q[None]), anymal.frame("imu_link")
+    for angle, shock in zip(columns["strike-angle [deg]"], columns["imu_link shock [-]"], strict=True):
+        v = Strike(strike_angle_deg=float(angle)).vector(plane_from((0.0, -1.0, 0.0)))
+        assert np.linalg.norm(maps.at(frame.body, frame.offset)[0] @ v) == pytest.approx(shock, rel=1e-13)

@@ -1,0 +1,230 @@
+"""The files of a sweep are the same bytes whoever computes them, and however often the run was interrupted."""
+
+import contextlib
+import csv
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.dataset
+import pyarrow.parquet
+import pytest
+from commands import STICK, good, run
+
+SMALL = ("--contact", "foot", "--vary", "knee=-60:60:5", "--vary", "strike-angle=0:30:3", "--at", "body")
+MANY = ("--contact", "foot", "--sample", "110000", "--vary", "*", "--vary", "strike-angle=-30:30", "--at", "body", "--prove", "4")
+
+
+@pytest.fixture
+def stick(tmp_path):
+    path = tmp_path / "stick.urdf"
+    path.write_text(STICK)
+    return path
+
+
+def command(*words: object, **options) -> subprocess.Popen[str]:
+    """A sweep in a process of its own, in its own group of processes."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "shockpc", "sweep", *map(str, words)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, **options,
+    )  # fmt: skip
+
+
+def done(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    out, err = process.communicate(timeout=120)
+    return process.returncode, out, err
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """Everything in a folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def wait_for_parts(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
+    end = time.monotonic() + 60.0
+    while len(list((folder / "rows").glob("part-*"))) < count:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_parts_are_one_table_with_the_scene_in_its_metadata(capfd, stick, tmp_path):
+    """Every row is there, and the metadata say what it is of."""
+    text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")
+    table = pyarrow.dataset.dataset(tmp_path / "out" / "rows").to_table()
+    assert table.num_rows == 15
+    assert table.column_names[:3] == ["knee [deg]", "strike-angle [deg]", "body shock [-]"]
+    notes = json.loads(table.schema.metadata[b"shockpc"])
+    assert notes == json.loads((tmp_path / "out" / "sweep.json").read_text())
+    assert notes["scene"]["contact"][0]["frame"] == "foot"
+    assert set(notes["versions"]) == {"shockpc", "pinocchio", "numpy", "python"}
+    assert notes["seed"] == 0
+    assert "sweep of stick: 15 landings" in text
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {
+        "rows",
+        "sweep.json",
+        "sweep.svg",
+        "sweep.png",
+        "summary.md",
+        "summary.csv",
+    }
+
+
+def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):
+    for format_ in ("parquet", "csv"):
+        good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / format_, "--format", format_)
+    table = pyarrow.parquet.read_table(tmp_path / "parquet" / "rows").to_pydict()
+    with (tmp_path / "csv" / "rows" / "part-00000.csv").open(encoding="utf-8") as file:
+        for k, row in enumerate(csv.DictReader(file)):
+            assert [name for name in row] == list(table)
+            for name, text in row.items():
+                value = table[name][k]
+                assert text == (
+                    "" if value is None else {True: "yes", False: "no"}[value] if isinstance(value, bool) else repr(value)
+                )
+    assert (tmp_path / "csv" / "summary.csv").read_bytes() == (tmp_path / "parquet" / "summary.csv").read_bytes()
+
+
+def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
+    """The options in the summary reproduce the greatest shock in the table."""
+    text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")
+    line = next(line for line in text.splitlines() if line.startswith("most severe for body shock: "))
+    words = line.partition(": ")[2].replace("'", "").split()
+    document = json.loads(good(capfd, "analyze", stick, "--contact", "foot", "--point", "body", *words, "--format", "json"))
+    found = next(point["shock"] for point in document["points"] if point["frame"] == "body")
+    greatest = max(pyarrow.parquet.read_table(tmp_path / "out" / "rows")["body shock [-]"].to_pylist())
+    assert found == pytest.approx(greatest, rel=1e-12)
+
+
+def test_rows_that_cannot_be_computed_have_a_message_and_end_with_code_3(capfd, stick, tmp_path):
+    outcome = run(capfd, "sweep", stick, "--contact", "foot", "--vary", "strike-angle=0,120", "--out", tmp_path / "out")
+    assert outcome.code == 3
+    assert "not computed: 1 of 2 landings" in outcome.out
+    table = pyarrow.parquet.read_table(tmp_path / "out" / "rows").to_pydict()
+    assert table["message"] == [None, 'contact "foot" does not approach the ground, so there is no impact']
+    assert table["body shock at CoM [-]"][1] is None
+
+
+def test_killed_run_is_resumed_to_the_same_bytes(stick, tmp_path):
+    """Kill -9 in mid-run with two processes, then --resume with one: the files of an uninterrupted run, and no part twice."""
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    assert done(command(stick, *MANY, "--out", whole))[0] == 0
+    process = command(stick, *MANY, "--out", killed, "--jobs", 2)
+    wait_for_parts(killed, 2, process)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    (killed / "rows" / ".part-00003.abc.parquet").write_bytes(b"half a part")
+    finished = {path: path.stat().st_mtime_ns for path in (killed / "rows").glob("part-*")}
+    assert 2 <= len(finished) < len(list((whole / "rows").iterdir()))
+    assert done(command(stick, *MANY, "--out", killed, "--resume"))[0] == 0
+    assert files(killed) == files(whole)
+    assert {path: path.stat().st_mtime_ns for path in finished} == finished
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_interrupt_keeps_finished_parts(stick, tmp_path, jobs):
+    """Ctrl-C ends with code 130 and one message; what was finished remains, and nothing half written does."""
+    process = command(stick, *MANY, "--out", tmp_path / "out", "--jobs", jobs)
+    wait_for_parts(tmp_path / "out", 2, process)
+    os.killpg(process.pid, signal.SIGINT)
+    code, out, err = done(process)
+    assert (code, out) == (130, "")
+    assert "Traceback" not in err
+    assert err.splitlines()[-1] == "shockpc: interrupted; no incomplete file was left"
+    assert all(path.name.startswith("part-") for path in (tmp_path / "out" / "rows").iterdir())
+
+
+def test_dead_worker_process_is_reported(stick, tmp_path):
+    process = command(stick, *MANY, "--out", tmp_path / "out", "--jobs", 2)
+    wait_for_parts(tmp_path / "out", 1, process)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    if not children.exists():
+        pytest.fail("the system does not list the children of a process")
+    workers = [pid for pid in map(int, children.read_text().split()) if b"tracker" not in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    os.kill(workers[-1], signal.SIGKILL)
+    code, _, err = done(process)
+    assert code == 2
+    assert err.splitlines()[-1].startswith("shockpc: a worker process died")
+
+
+def test_full_disk_is_one_message(stick, tmp_path):
+    """A limit on the size of files stands for it."""
+    process = command(
+        stick, *MANY, "--out", tmp_path / "out", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+    )
+    code, _, err = done(process)
+    assert code == 2
+    assert err.endswith('part-00000.parquet" cannot be written: File too large\n')
+    assert list((tmp_path / "out" / "rows").iterdir()) == []
+
+
+def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
+    out = tmp_path / "out"
+    good(capfd, "sweep", stick, *SMALL, "--out", out)
+    before = files(out)
+    again = run(capfd, "sweep", stick, *SMALL, "--out", out)
+    assert (again.code, again.err) == (
+        2,
+        f'shockpc: "{out}" holds a sweep already; continue it with --resume, or name another folder with --out\n',
+    )
+    other = run(capfd, "sweep", stick, *SMALL, "--restitution", "0.5", "--seed", "1", "--out", out, "--resume")
+    assert other.code == 2
+    assert "which differs in: scene, seed;" in other.err
+    assert files(out) == before
+    assert good(capfd, "sweep", stick, *SMALL, "--out", out, "--resume")
+    assert files(out) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--jobs", "0"), "0 processes compute nothing"),
+        (("--vary", "knee"), "a range is drawn from by --sample N"),
+        (("--vary", "=3"), "is not NAME=VALUES"),
+        (("--cluster", "tcp://127.0.0.1:9", "--vary", "knee=0:1:2"), "no cluster answers at"),
+    ],
+)
+def test_bad_options_are_one_message_and_leave_nothing(capfd, stick, tmp_path, monkeypatch, words, message):
+    monkeypatch.setattr("shockpc.executor.PATIENCE", "1s")
+    outcome = run(capfd, "sweep", stick, "--contact", "foot", *words, "--out", tmp_path / "out")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert message in outcome.err
+    assert not (tmp_path / "out").exists()
+
+
+@contextlib.contextmanager
+def dask(*words: object, folder: Path):
+    """A process of a Dask cluster."""
+    with (folder / f"{words[0]}.log").open("a") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "dask", *map(str, words), "--no-dashboard", "--scheduler-file", folder / "scheduler.json"],
+            stdout=log, stderr=log, cwd=folder,
+        )  # fmt: skip
+        try:
+            yield process
+        finally:
+            process.kill()
+            process.wait()
+
+
+def test_cluster_that_loses_a_worker_writes_the_same_bytes(stick, tmp_path):
+    """A scheduler and two workers on loopback, one of which is killed in mid-run, against one local process."""
+    worker = ("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1")
+    local, clustered, info = tmp_path / "local", tmp_path / "clustered", tmp_path / "scheduler.json"
+    with (
+        dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path),
+        dask(*worker, folder=tmp_path) as first,
+        dask(*worker, folder=tmp_path),
+    ):
+        assert done(command(stick, *MANY, "--out", local))[0] == 0
+        process = command(stick, *MANY, "--out", clustered, "--cluster", json.loads(info.read_text())["address"])
+        wait_for_parts(clustered, 1, process)
+        first.kill()
+        code, _, err = done(process)
+        assert (code, err) == (0, "")
+    assert files(clustered) == files(local)
