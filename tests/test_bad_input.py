@@ -67,7 +67,7 @@ FILES = {
     "entity.urdf": f'<!DOCTYPE robot [<!ENTITY m "2">]>{STICK.partition("?>")[2]}',
     "twice.urdf": STICK.replace("</joint>", '<mimic joint="a"/><mimic joint="b"/></joint>', 1),
     "gapped.urdf": STICK.replace('parent link="body"', 'parent link="bdy"'),
-    "light.urdf": urdf(link("body"), link("shin", mass="1e-17"), joint("knee", "body", "shin", more=LIMIT)),
+    "light.urdf": urdf(link("body"), link("shin", mass="1e-19"), joint("knee", "body", "shin", more=LIMIT)),
     "heavy.urdf": urdf(link("body"), link("shin", mass="1e300"), joint("knee", "body", "shin", more=LIMIT)),
 }
 
@@ -96,7 +96,7 @@ ROBOTS = {
     "entity.urdf": ("entity.urdf", "DOCTYPE"),
     "twice.urdf": ("twice.urdf", '"knee"', "<mimic>"),
     "gapped.urdf": ("gapped.urdf", '"knee"', '"bdy"'),
-    "light.urdf": ("light.urdf", '"shin"', "1e-17"),
+    "light.urdf": ("light.urdf", '"shin"', "1e-19"),
     "heavy.urdf": ("heavy.urdf", '"shin"', "1e+300"),
 }
 
