@@ -129,13 +129,13 @@ NUMBERS = {
     **{
         arm(tip=link("tip", mass=mass)): (
             f': link "tip": mass is {mass} kg, which cannot be computed with; give numbers up to 1e+24, and masses of at least '
-            "1e-18 kg, or 0"
+            "1e-15 kg, or 0"
         )
         for mass in ("1e+25", "1e-19")
     },
     arm(elbow=joint("elbow", "base", "tip", more=f'<origin xyz="0 -1e+25 0"/>{LIMIT}')): (
         ': joint "elbow": <joint> origin xyz is -1e+25 m, which cannot be computed with; give numbers up to 1e+24, and masses of '
-        "at least 1e-18 kg, or 0"
+        "at least 1e-15 kg, or 0"
     ),
     arm(elbow=joint("elbow", "base", "tip", more=LIMIT + 2 * MIMIC.format("lead"))): (
         ': joint "elbow" has several <mimic>, and a joint can follow only one; keep one'

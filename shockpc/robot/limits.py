@@ -8,11 +8,12 @@ __all__ = ["LINKS", "refuse_number", "refuse_tree"]
 
 LINKS = 2000  # URDF's parser recurses over links, and far beyond this it overruns its stack
 _LEVELS = 600
-_LIGHTEST, _LARGEST = 1e-18, 1e24
+_LIGHTEST = 1e-15  # kg; below 2e-16 Pinocchio moves the centre of mass towards the link's origin
+_LARGEST = 1e24  # kg, m, kg m²; a robot in grams and micrometres stays below
 
 
 def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
-    """Refuse a number whose magnitude is above 1e24, or a mass other than 0 below 1e-18 kg.
+    """Refuse a number whose magnitude is above 1e24, or a mass other than 0 below 1e-15 kg.
 
     Args:
         whose: the file and the element, for the message.
