@@ -67,7 +67,7 @@ FILES = {
     "entity.urdf": f'<!DOCTYPE robot [<!ENTITY m "2">]>{STICK.partition("?>")[2]}',
     "twice.urdf": STICK.replace("</joint>", '<mimic joint="a"/><mimic joint="b"/></joint>', 1),
     "gapped.urdf": STICK.replace('parent link="body"', 'parent link="bdy"'),
-    "light.urdf": urdf(link("body"), link("shin", mass="1e-17"), joint("knee", "body", "shin", more=LIMIT)),
+    "light.urdf": urdf(link("body"), link("shin", mass="1e-19"), joint("knee", "body", "shin", more=LIMIT)),
     "heavy.urdf": urdf(link("body"), link("shin", mass="1e300"), joint("knee", "body", "shin", more=LIMIT)),
 }
 
@@ -96,7 +96,7 @@ ROBOTS = {
     "entity.urdf": ("entity.urdf", "DOCTYPE"),
     "twice.urdf": ("twice.urdf", '"knee"', "<mimic>"),
     "gapped.urdf": ("gapped.urdf", '"knee"', '"bdy"'),
-    "light.urdf": ("light.urdf", '"shin"', "1e-17"),
+    "light.urdf": ("light.urdf", '"shin"', "1e-19"),
     "heavy.urdf": ("heavy.urdf", '"shin"', "1e+300"),
 }
 
@@ -181,12 +181,9 @@ WITH_FOOT = {
     "--strike-angle 120": ('"foot"', "0.5 m/s", "120 deg", "no impact"),
     "--strike-angle=-135 --speed 2": ('"foot"', "1.4 m/s", "-135 deg", "no impact"),
     "--velocity 0,0,0.31": ('"foot"', "0.31 m/s", "no impact"),
-    "--velocity 1,0,0": ('"foot"', "0 m/s", "no impact"),
     "--velocity 0,0,0": ('"foot"', "0 m/s", "no impact"),
     "--velocity 0,-1": ("--velocity", '"0,-1"', "0.5,0,-1"),
-    "--velocity 0,0,-1,0": ("--velocity", '"0,0,-1,0"', "0.5,0,-1"),
     "--velocity 0,0,down": ("--velocity", '"down"', "finite number"),
-    "--velocity 0,0,-inf": ("--velocity", '"-inf"', "finite number"),
     "--velocity 0,0,-1e200": ("1e+200 m/s", "1e-09", "1e+09"),
     "--speed nan": ("--speed", '"nan"', "finite number"),
     "--speed 0": ("0 m/s", "above zero"),
@@ -196,7 +193,6 @@ WITH_FOOT = {
     "--drop-height 0": ("0 m", "above zero"),
     "--drop-height 1e308": ("m/s", "1e-09", "1e+09"),
     "--drop-height 1e999": ("--drop-height", '"1e999"', "finite number"),
-    "--strike-angle steep": ("--strike-angle", '"steep"', "finite number"),
     "--plane xy --strike-angle 10": ("strike angle", "velocity"),
     "--plane 0,0,-2 --strike-angle=-0.5": ("strike angle", "velocity"),
     "--plane xy --strike-angle 181": ("181 deg", "-180", "180"),
@@ -206,9 +202,7 @@ WITH_FOOT = {
     # Contact, posture, joints
     "--restitution 1.5": ('"foot"', "1.5", "0", "1"),
     "--restitution=-0.1": ('"foot"', "-0.1", "0", "1"),
-    "--restitution nan": ("--restitution", '"nan"', "finite number"),
     "--offset 0,0": ("--offset", '"0,0"', "0,0,-0.02"),
-    "--offset 0,0,nan": ("--offset", '"nan"', "finite number"),
     "--contact-point lowest": ('"foot"', "collision geometry", "offset"),
     "--base-rpy 15": ("--base-rpy", '"15"', "0,15,0"),
     "--set knee": ("--set", '"knee"', "JOINT=VALUE", "'*_knee=-60'"),
@@ -216,10 +210,8 @@ WITH_FOOT = {
     "--set =30": ("--set", '"=30"', "JOINT=VALUE"),
     "--set knee=bent": ("--set", "knee", '"bent"', "finite number"),
     "--joint-velocity knee": ("--joint-velocity", '"knee"', "JOINT=RATE"),
-    "--joint-velocity knee=fast": ("--joint-velocity", "knee", '"fast"', "finite number"),
     "--angular-velocity 1": ("--angular-velocity", '"1"', "0,3,0"),
     "--armature knee": ("--armature", '"knee"', "JOINT=INERTIA"),
-    "--armature knee=heavy": ("--armature", "knee", '"heavy"', "finite number"),
     "--armature knee=-1": ('"knee"', "-1", "above zero"),
     "--armature root_joint=1": ('"root_joint"', '"stick"', "no drive"),
     "--joints locked --armature knee=0.1": ('"knee"', "locked", "armature"),
@@ -234,7 +226,6 @@ WITH_FOOT = {
     "--pulse square:5ms": ("pulse", '"square"', "half-sine, saw-tooth, haversine, rectangle", "half-sine:5ms"),
     "--range-g 16": ("range", "pulse", "half-sine:5ms"),
     "--range-g=-1": ("-1 g", "above zero"),
-    "--range-g wide": ("--range-g", '"wide"', "finite number"),
 }
 
 USAGE = {

@@ -197,77 +197,43 @@ TOP_KEYS = (
     "robot, base, plane, srdf, packages, xacro, posture, strike, contact, stance, closure, assemble, joints, point, "
     "v_in, pulse, range_g"
 )
-CONTACT_KEYS = "frame, offset, at, directions, kind, restitution"
-POSTURE_KEYS = "reference, base_position, base_rpy_deg, base_quaternion, joints, joints_deg"
-STRIKE_KEYS = "speed, strike_angle_deg, velocity, drop_height, angular_velocity, joint_velocities"
-PLANE = '"xz", "yz" or "xy" or a list of 3 finite numbers'
-AXIS = '"x", "y" or "z" or a list of 3 finite numbers'
+NUMBER, VECTOR = "has to be a finite number, not", "has to be a list of 3 finite numbers, not"
+PLANE = 'plane has to be "xz", "yz" or "xy" or a list of 3 finite numbers, not'
+AXIS = '"x", "y" or "z" or a list of 3 finite numbers, not'
+TABLES = "has to be a list of tables, each begun with [[contact]], not"
+MISTAKES = {
+    "": "robot is missing; every scene needs it",
+    "robot = 3": "robot has to be text in quotes, not 3",
+    "robots = 'leg'": "robot is missing; every scene needs it; robots: no such key; nearest: robot",
+    "ROBOT\nfoot = 1": f"foot: no such key; valid here: {TOP_KEYS}",
+    'ROBOT\nbase = "loose"': 'base has to be "free", "planar" or "fixed", not "loose"',
+    "ROBOT\nplane = [0, 1]": f"{PLANE} [0, 1]",
+    'ROBOT\nplane = [0, 1, "z"]': f'{PLANE} [0, 1, "z"]',
+    'ROBOT\npackages = "dog"': 'packages has to be a table, each of its values text in quotes, not "dog"',
+    'ROBOT\n[packages]\n"a.b" = 1': 'packages."a.b" has to be text in quotes, not 1',
+    'ROBOT\nposture = "standing"': 'posture has to be a table, not "standing"',
+    "ROBOT\n[posture]\nrefrence = 'x'": "posture.refrence: no such key; nearest: reference",
+    "ROBOT\n[posture]\nbase_position = [0, 0]": f"posture.base_position {VECTOR} [0, 0]",
+    "ROBOT\n[posture]\njoints_deg = { knee = '9' }": f'posture.joints_deg.knee {NUMBER} "9"',
+    "ROBOT\n[posture]\njoints = { knee = 1e999 }": f"posture.joints.knee {NUMBER} Infinity",
+    "ROBOT\n[strike]\nvelocity = [0, 0, -inf]": f"strike.velocity {VECTOR} [0, 0, -Infinity]",
+    'ROBOT\ncontact = "foot"': f'contact {TABLES} "foot"',
+    f"ROBOT\ncontact = '{'foot' * 30}'": f'contact {TABLES} "{("foot" * 30)[:58]}…',
+    "ROBOT\n[[contact]]\nframe = 'foot'\n[[contact]]": "contact[1].frame is missing; every contact needs it",
+    "ROBOT\n[[contact]]\nframe = 'f'\ndirections = 'z'": f'contact[0].directions has to be a list, each of its entries {AXIS} "z"',
+    "ROBOT\n[[contact]]\nframe = 'f'\ndirections = ['x', 'w']": f'contact[0].directions[1] has to be {AXIS} "w"',
+    "ROBOT\n[[closure]]\na = { frame = 'f' }\nb = { link = 'g' }": (
+        "closure[0].b.frame is missing; every place needs it; closure[0].b.link: no such key; valid here: frame, offset"
+    ),
+    "ROBOT\n[joints]\nrotor = 1": "joints.rotor has to be a table, each of its values a table, not 1",
+    "ROBOT\n[joints]\nrotor = { hip = { inertia = 1 } }": "joints.rotor.hip.gear_ratio is missing; every rotor needs it",
+    "ROBOT\nx = 1\n[strike]\nspeed = 'fast'\nsped = 1": (
+        f'strike.speed {NUMBER} "fast"; strike.sped: no such key; nearest: speed; x: no such key; valid here: {TOP_KEYS}'
+    ),
+}
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", "robot is missing; every scene needs it"),
-        ("robot = 3", "robot has to be text in quotes, not 3"),
-        ("robots = 'leg'", "robot is missing; every scene needs it; robots: no such key; nearest: robot"),
-        ("ROBOT\nfoot = 1", f"foot: no such key; valid here: {TOP_KEYS}"),
-        ('ROBOT\nbase = "loose"', 'base has to be "free", "planar" or "fixed", not "loose"'),
-        ('ROBOT\nplane = "zx"', f'plane has to be {PLANE}, not "zx"'),
-        ("ROBOT\nplane = [0, 1]", f"plane has to be {PLANE}, not [0, 1]"),
-        ('ROBOT\nplane = [0, 1, "z"]', f'plane has to be {PLANE}, not [0, 1, "z"]'),
-        ('ROBOT\npackages = "dog"', 'packages has to be a table, each of its values text in quotes, not "dog"'),
-        ('ROBOT\n[packages]\n"a.b" = 1', 'packages."a.b" has to be text in quotes, not 1'),
-        ("ROBOT\n[xacro]\npayload = 1.5", "xacro.payload has to be text in quotes, not 1.5"),
-        ('ROBOT\nposture = "standing"', 'posture has to be a table, not "standing"'),
-        ("ROBOT\n[posture]\nrefrence = 'x'", "posture.refrence: no such key; nearest: reference"),
-        ("ROBOT\n[posture]\nzzz = 'x'", f"posture.zzz: no such key; valid here: {POSTURE_KEYS}"),
-        ("ROBOT\n[posture]\nbase_position = [0, 0]", "posture.base_position has to be a list of 3 finite numbers, not [0, 0]"),
-        ("ROBOT\n[posture]\njoints_deg = { knee = '9' }", 'posture.joints_deg.knee has to be a finite number, not "9"'),
-        ("ROBOT\n[posture]\njoints = { knee = 1e999 }", "posture.joints.knee has to be a finite number, not Infinity"),
-        (
-            "ROBOT\n[strike]\nvelocity = [0, 0, -inf]",
-            "strike.velocity has to be a list of 3 finite numbers, not [0, 0, -Infinity]",
-        ),
-        ('ROBOT\ncontact = "foot"', 'contact has to be a list of tables, each begun with [[contact]], not "foot"'),
-        ("ROBOT\n[[contact]]", "contact[0].frame is missing; every contact needs it"),
-        (
-            "ROBOT\n[[contact]]\nframe = 'foot'\n[[contact]]\nframe = 1",
-            "contact[1].frame has to be text in quotes, not 1",
-        ),
-        (
-            "ROBOT\n[[contact]]\nframe = 'f'\ndirections = 'z'",
-            f'contact[0].directions has to be a list, each of its entries {AXIS}, not "z"',
-        ),
-        (
-            "ROBOT\n[[contact]]\nframe = 'f'\ndirections = ['x', 'w']",
-            f'contact[0].directions[1] has to be {AXIS}, not "w"',
-        ),
-        ("ROBOT\n[[closure]]\na = { frame = 'f' }", "closure[0].b is missing; every closure needs it"),
-        (
-            "ROBOT\n[[closure]]\na = { frame = 'f' }\nb = { link = 'g' }",
-            "closure[0].b.frame is missing; every place needs it; closure[0].b.link: no such key; valid here: frame, offset",
-        ),
-        ("ROBOT\n[joints]\narmature = { hip = 'x' }", 'joints.armature.hip has to be a finite number, not "x"'),
-        (
-            "ROBOT\n[joints]\nrotor = 1",
-            "joints.rotor has to be a table, each of its values a table, not 1",
-        ),
-        (
-            "ROBOT\n[joints]\nrotor = { hip = { inertia = 1 } }",
-            "joints.rotor.hip.gear_ratio is missing; every rotor needs it",
-        ),
-        ("ROBOT\n[[point]]\nframe = 'imu'\nat = 'x'", "point[0].at: no such key; valid here: frame, offset"),
-        (
-            "ROBOT\nx = 1\n[strike]\nspeed = 'fast'\nsped = 1",
-            'strike.speed has to be a finite number, not "fast"; strike.sped: no such key; nearest: speed; '
-            f"x: no such key; valid here: {TOP_KEYS}",
-        ),
-        (
-            f"ROBOT\ncontact = '{'foot' * 30}'",
-            f'contact has to be a list of tables, each begun with [[contact]], not "{("foot" * 30)[:58]}…',
-        ),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), MISTAKES.items())
 def test_mistakes_are_named(here, text, said):
     """File, key, what it holds and what would be valid; all mistakes at once."""
     path = write(here, text.replace("ROBOT", 'robot = "leg"') + "\n")
@@ -344,17 +310,14 @@ def test_contacts_from_python_become_a_tuple_of_contacts(contact):
 @pytest.mark.parametrize(
     ("part", "said"),
     [
-        (
-            {"contact": Contact(frame="heel", offset=(0.0, 0.0))},
-            "contact[0].offset has to be a list of 3 finite numbers, not [0.0, 0.0]",
-        ),
+        ({"contact": Contact(frame="heel", offset=(0.0, 0.0))}, f"contact[0].offset {VECTOR} [0.0, 0.0]"),
         ({"contact": 3}, "contact[0] has to be a table, not 3"),
-        ({"plane": "zx"}, f'plane has to be {PLANE}, not "zx"'),
-        ({"strike": Strike(speed="1")}, 'strike.speed has to be a finite number, not "1"'),
-        ({"posture": Posture(joints={"knee": True})}, "posture.joints.knee has to be a finite number, not true"),
+        ({"plane": "zx"}, f'{PLANE} "zx"'),
+        ({"strike": Strike(speed="1")}, f'strike.speed {NUMBER} "1"'),
+        ({"posture": Posture(joints={"knee": True})}, f"posture.joints.knee {NUMBER} true"),
         ({"joints": None}, "joints has to be a table, not null"),
-        ({"strike": Strike(speed=math.nan)}, "strike.speed has to be a finite number, not NaN"),
-        ({"plane": (math.inf, 0.0, 1.0)}, f"plane has to be {PLANE}, not [Infinity, 0.0, 1.0]"),
+        ({"strike": Strike(speed=math.nan)}, f"strike.speed {NUMBER} NaN"),
+        ({"plane": (math.inf, 0.0, 1.0)}, f"{PLANE} [Infinity, 0.0, 1.0]"),
         (
             {"posture": Posture(base_position=(1e200, 0.0, 0.0))},
             "posture.base_position[0] is 1e+200, which is out of range; give a number up to 1e+12",
