@@ -238,7 +238,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     bench = run_suite(tmp_path, (family("corners"), family("knee")), postures=4, budget=0.0, rows=32)
     assert {path.name for path in tmp_path.iterdir()} == {"report.md", "cases.csv", "error-against-run-time.svg"}
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
-    titles = ("### Corners", "### Knee", "### Run time of the package", "### Many postures", "## Limits")
+    titles = ("### Corners", "### Knee", "### Run time of the package", "### Many postures", "### Limits")
     for text in (*titles, "| a command | 100 | – | 1.50 | 90 |", ", pin 4.", *OUTCOMES, "| 4 | sticking | 1e-16 | "):
         assert text in report
     assert "| 1 | sticking | " not in report, "every method solves it"

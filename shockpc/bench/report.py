@@ -43,8 +43,13 @@ NOTES = (
     "becomes smaller with it",
 )
 
+REFERENCE = (
+    "reference: the answer that shockpc proves by ball arithmetic; run times are from q to the velocities of all bodies, in one "
+    "thread, without the first run; those of `shockpc, proven` include the proof"
+)
+
 LIMITS = (
-    "bodies are rigid and the impact takes no time; a real one takes milliseconds",
+    "Bodies are rigid and the impact takes no time; a real one takes milliseconds",
     "contacts stick or slide along given directions; whether friction suffices is reported, not enforced",
     "a drive is free, has a reflected inertia, or is locked; gearboxes that slip are not modelled",
     "all contacts come to rest together, in all directions; restitution is Newton's, for each contact",
@@ -196,7 +201,7 @@ def _family_sheet(family: Family, cases: list[CaseResult]) -> Sheet:
     notes = [family.about]
     if len(rows) < len(cases):
         notes.append(f"{len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate")
-    return Sheet(family.name, (family.parameter, "variant", *methods), rows, ("; ".join(notes),))
+    return Sheet(f"{family.name}: error", (family.parameter, "variant", *methods), rows, ("; ".join(notes),))
 
 
 def _everything(cases: list[CaseResult]) -> Sheet:
@@ -212,18 +217,15 @@ def _everything(cases: list[CaseResult]) -> Sheet:
 
 def _markdown(bench: Bench) -> str:
     """The report as text."""
-    parts = ["# Error against run time", "", *(f"- {name}: {value}" for name, value in _header(bench)), ""]
-    parts += [
-        "The reference is the answer that `shockpc` proves by ball arithmetic. Run times are from q to the velocities of all",
-        "bodies, in one thread, without the first run; those of `shockpc, proven` include the proof.",
+    facts = [*(f"{name}: {value}" for name, value in _header(bench)), REFERENCE, *NOTES]
+    parts = [
+        "# Error against run time",
         "",
-        *(f"- {note}" for note in NOTES),
+        *(f"- {fact}" for fact in facts),
         "",
         "![error against run time](error-against-run-time.svg)",
         "",
         as_markdown(methods_sheet(bench.cases)),
-        "## Families: error of every case that is not trivial",
-        "",
     ]
     for family in FAMILIES:
         own = [case for case in bench.cases if case.family == family.name]
@@ -231,7 +233,7 @@ def _markdown(bench: Bench) -> str:
             parts += [as_markdown(_family_sheet(family, own))]
     parts += [as_markdown(costs_sheet(bench.costs)), as_markdown(throughput_sheet(bench.peers))]
     parts += [as_markdown(sweeps_sheet(bench.sweeps, bench.processes))]
-    parts += ["## Limits of the method", "", *(f"- {limit}" for limit in LIMITS), ""]
+    parts += ["### Limits of the method", "", f"{'; '.join(LIMITS)}.", ""]
     return "\n".join(parts)
 
 

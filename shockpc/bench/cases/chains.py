@@ -61,7 +61,7 @@ MASS_RATIO = Family(
     "motions are differences of large ones",
     "mass ratio [-]",
     ("struck heavy, rooted light", "struck heavy, rooted heavy", "struck light, rooted light", "struck light, rooted heavy"),
-    (1e5, 1e10, 1e20),
+    (1e10, 1e20),
     _mass_ratio,
 )
 

@@ -41,7 +41,7 @@ CORNERS = Family(
     "dependent and the KKT matrix is singular",
     "corners [-]",
     ("sticking", "sliding"),
-    (1, 3, 4),
+    (1, 4),
     _corners,
 )
 
