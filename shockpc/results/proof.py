@@ -88,7 +88,7 @@ def _without_inertia(robot: Robot, equation: Equation, body: int) -> str:
 def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
     b = equation.b[0]
-    others = np.setdiff1d(np.arange(len(b)), choice.rows)
+    others = np.delete(np.arange(len(b)), choice.rows)
     if not len(others):
         return
     # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
