@@ -3,6 +3,7 @@
 Studies know the interface of `concurrent.futures.Executor` alone.
 """
 
+import logging
 import multiprocessing
 import signal
 import sys
@@ -86,6 +87,8 @@ def _dask(address: str) -> Iterator[Executor]:
         from distributed import Client, KilledWorker
     except ImportError:
         raise StudyError('a cluster needs the package "distributed"; install it with: pip install "shockpc[cluster]"') from None
+    # It reports every part of a lost worker, which is computed again.
+    logging.getLogger("distributed.client").setLevel(logging.ERROR)
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as refusal:
