@@ -175,7 +175,7 @@ JOINTS = {
 def test_joints(elbow: str, tmp_path: Path):
     """Limits the wrong way round, limits left at zero, an axis that is not a unit vector."""
     level, text = JOINTS[elbow]
-    assert findings(tmp_path, arm(elbow=elbow)) == (Finding(level, 'joint "elbow"', text),)  # type: ignore[arg-type]
+    assert findings(tmp_path, arm(elbow=elbow)) == (Finding(level, 'joint "elbow"', text),)
 
 
 def test_axis_is_read_by_its_direction_alone(tmp_path: Path):

@@ -167,7 +167,7 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
 
     The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It is decided by the singular values of J_c with
     columns scaled to unit inertia and rows to the size of their terms: a singular value is zero where it is below what rounding of
-    these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row that hardly moves with one that moves
+    these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small mobility with one that moves
     easily would lose digits.
 
     Args:
@@ -182,7 +182,7 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) * weight
     length, whole = np.linalg.norm(J, axis=1), np.linalg.norm(terms * weight, axis=1)
     alive = length > TOLERANCE * np.where(whole > 0.0, whole, 1.0)
-    # In units of its terms every row has the same rounding, so a row that hardly moves does not hide others.
+    # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
     unit = np.where(alive[:, None], J / np.where(whole > 0.0, whole, 1.0)[:, None], 0.0)
     _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
     bound = TOLERANCE * np.sqrt(len(J_c))

@@ -54,7 +54,7 @@ def field_of(profile: ShockProfile, body: int, points: Array | None = None) -> F
 def _middle(points: Array, plane: Plane) -> tuple[float, Array]:
     """The plane through the middle of points: its depth at the origin [m] and its slope (2,) along e1 and e2 [1].
 
-    Least squares of the depth; a slope that the points hardly determine, such as across a thin rod, stays near zero.
+    Least squares of the depth; a slope that the points determine poorly, such as across a thin rod, stays near zero.
     """
     u, h = to_plane(points, plane), points @ plane.normal
     off, deep = u - u.mean(axis=0), h - h.mean()
