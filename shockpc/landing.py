@@ -100,7 +100,7 @@ class Landing:
         """The speeds (N, nc, 3) along each row for strikes of 1 m/s along world x, y and z, times 1 + e."""
         b = []
         for block in blocks:
-            speeds = np.zeros((len(state.H), block.size, 3))
+            speeds = np.zeros((len(state.J), block.size, 3))
             if block.kind == "contact":
                 n = len(block.forces)
                 speeds[:, :n] = (1.0 + block.restitution) * block_axes(state, block)[:, :n]
@@ -113,7 +113,7 @@ class Landing:
         The first three columns are strikes of 1 m/s along world x, y and z, the last is the scene's own strike. Rows of standing
         feet and of loops have none.
         """
-        own = np.zeros((len(state.H), sum(block.size for block in blocks), 1))
+        own = np.zeros((len(state.J), sum(block.size for block in blocks), 1))
         for block, rows in zip(blocks, slices_of(blocks), strict=True):
             if block.kind == "contact":
                 axes, n = block_axes(state, block), len(block.forces)

@@ -79,7 +79,7 @@ def _cost(robot: str, foot: str, rows: int, budget: float) -> SweepCost:
     _, whole = timed(lambda: _written(made, InProcess(), 0), budget)
     _, maps = timed(lambda: [shock_maps(landing, Q[k : k + 4096]) for k in range(0, len(Q), 4096)], budget)
     _, calls = timed(lambda: dynamics(made.robot, block, landing.joint_model.armature), budget)
-    _, solution = timed(lambda: solve_impact(equation.H, equation.J_c, equation.b, equation.terms), budget)
+    _, solution = timed(lambda: solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms), budget)
     row = whole.median / rows
     shares = (calls.median / len(block) / row, solution.median / len(block) / row)
     return SweepCost(robot, len(made.robot.bodies) * made.robot.model.nv, row, maps.median / len(Q), *shares)

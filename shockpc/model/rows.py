@@ -69,7 +69,7 @@ def block_axes(state: Dynamics, block: Block) -> Array:
     """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
     axes = np.concatenate([block.forces, block.moments])
     if block.axes_body < 0:
-        return np.broadcast_to(axes, (len(state.H), *axes.shape))
+        return np.broadcast_to(axes, (len(state.J), *axes.shape))
     return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
 
 

@@ -66,7 +66,7 @@ def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Encl
         return None
     b = landing.approach(state, blocks)
     equation = impulsive_equation(state, blocks, b, G)
-    impact = solve_impact(equation.H, equation.J_c, b, equation.terms)
+    impact = solve_impact(equation.inertia, equation.J_c, b, equation.terms)
     choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
     if choice.uncertain:
         return None
