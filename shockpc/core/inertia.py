@@ -73,9 +73,8 @@ def _along_the_tree(inertia: Momenta, B: Array) -> Array:
     section 7.3).
     """
     # The posture comes last, so that every operation runs over contiguous numbers.
-    J, F, right = (np.moveaxis(part, 0, -1) for part in (inertia.J.swapaxes(1, 2), inertia.F.swapaxes(1, 2), B))
-    J, columns = J.copy(), np.empty((len(J), 6 + B.shape[2], len(B)))
-    columns[:, :6], columns[:, 6:] = F, right
+    J, columns = inertia.J.transpose(2, 1, 0).copy(), np.empty((B.shape[1], 6 + B.shape[2], len(B)))
+    columns[:, :6], columns[:, 6:] = inertia.F.transpose(2, 1, 0), B.transpose(1, 2, 0)
     pivot = np.einsum("kin,kin->kn", J, columns[:, :6]) + inertia.armature[:, None]
     share, X = np.empty_like(J), columns[:, 6:]
     behind: dict[int, Array] = {}
@@ -100,4 +99,4 @@ def _along_the_tree(inertia: Momenta, B: Array) -> Array:
         twists.append(J[k][:, None] * X[k])
         if before >= 0:
             twists[k] += twists[before]
-    return np.ascontiguousarray(np.moveaxis(X, -1, 0))
+    return X.transpose(2, 0, 1).copy()

@@ -120,13 +120,13 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
 def _about_the_origin(F: Array, com: Array) -> Array:
     """Momenta (N, 6, nv), angular part first and about the origin. Args: F (N, nv, 6) as Pinocchio has them; com (N, 3)."""
     # The posture comes last, so that every operation runs over contiguous numbers.
-    F, (x, y, z) = np.moveaxis(F, 0, -1), com.T.copy()
+    F, (x, y, z) = F.transpose(1, 2, 0), com.T.copy()
     out = np.concatenate([F[:, 3:], F[:, :3]], axis=1, out=np.empty(F.shape))
     a, b, c = (out[:, i] for i in (3, 4, 5))
     out[:, 0] += y * c - z * b
     out[:, 1] += z * a - x * c
     out[:, 2] += x * b - y * a
-    return np.moveaxis(out, -1, 0).swapaxes(1, 2)
+    return out.transpose(2, 1, 0)
 
 
 @functools.lru_cache(maxsize=16)
