@@ -1,6 +1,6 @@
 """The same landing with free, modelled and locked joints: the choice that changes the answer most."""
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ from shockpc.results.variants import lockable
 __all__ = ["Bracket", "joint_bracket"]
 
 
-@dataclass(frozen=True)
-class Bracket:
+class Bracket(NamedTuple):
     """The same landing with three models of the joints; shock at one place [1].
 
     Attributes:
@@ -70,7 +69,7 @@ def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Encl
     choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
     if choice.uncertain:
         return None
-    changed = replace(enclosure.inputs, armature=np.zeros(len(locked)), locked=locked, choice=choice)
+    changed = enclosure.inputs._replace(armature=np.zeros(len(locked)), locked=locked, choice=choice)
     found = Enclosure(changed)
     try:
         delta = found.read(lambda impact: np.array([float(row[3]) for row in impact.delta_qd]))

@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -22,7 +21,6 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
-from shockpc.robot.mjcf import compiled, geom_kinds
 from shockpc.robot.robot import Body, Robot
 from shockpc.robot.source import RobotSource
 
@@ -41,8 +39,7 @@ LARGEST = 1e6
 """Largest coordinate or radius of a shape [m]; more is an error in the file."""
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
+class Shape(NamedTuple):
     """One convex piece of a body: the hull of some points, rounded by a radius (a sphere is one point, a capsule two).
 
     Attributes:
@@ -54,10 +51,10 @@ class Shape:
     """
 
     link: str
-    points: Array = field(repr=False)
+    points: Array
     radius: float = 0.0
-    mesh: Mesh | None = field(default=None, repr=False)
-    discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
+    mesh: Mesh | None = None
+    discs: tuple[tuple[Array, Array, float], ...] = ()
 
     def lowest(self, up: Array) -> Array:
         """Return points (k, 3) among which the lowest are, exact for round faces. Args: up (3,), a unit vector, body frame."""
@@ -171,6 +168,8 @@ def _numbers(element: Element, key: str, default: str = "") -> Array:
 
 def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
+    from shockpc.robot.mjcf import compiled, geom_kinds
+
     try:
         found = compiled(source, meshes=True)
     except RobotError as refusal:
