@@ -1,8 +1,6 @@
 """Choose the independent rows of a landing, enclose its impact, and refuse what no impact can do or nothing can decide."""
 
-import itertools
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -52,7 +50,8 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
     joints, length = landing.joint_model, rotation_lengths(landing)
     blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in equation.blocks)
     every = RowChoice.every(equation.J_c.shape[1])
-    for choice in [impact.choices[0]] if impact.choices else itertools.chain([every], _chosen(equation, impact)):
+    for given in [impact.choices[0]] if impact.choices else (every, None):
+        choice = given or _chosen(equation, impact)
         inputs = Inputs(
             landing.robot, landing.q, blocks, choice, landing.base, landing.plane, joints.armature, joints.locked, landing.before
         )
@@ -63,7 +62,9 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
                 raise SolveError(_without_inertia(landing, equation, singular.body)) from None
             continue
         _refuse_contradiction(equation, choice, proof)
-        _refuse_singular(landing, equation, choice, proof)
+        _refuse_singular(landing, equation, proof)
+        if choice.uncertain:
+            raise SolveError(_undecided(landing, equation))
         if landing.scene.v_in == "com":
             normalising_speed(landing, proof.enclosure)  # which refuses a centre of mass at rest
         return choice, proof
@@ -71,10 +72,10 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
     raise SolveError(f"the rows of {names} depend on one another, and rounding decides which; leave out a contact")
 
 
-def _chosen(equation: Equation, impact: Impact) -> Iterator[RowChoice]:
+def _chosen(equation: Equation, impact: Impact) -> RowChoice:
     """The rows that are independent on a closer look than `solve_impact` took."""
     size = np.sqrt(np.abs(np.diagonal(equation.H[0])))
-    yield choose_rows(equation.J_c[0], equation.terms(0), size, impact.scale[0])
+    return choose_rows(equation.J_c[0], equation.terms(0), size, impact.scale[0])
 
 
 def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
@@ -139,11 +140,11 @@ def greatest_motion(landing: Landing, jumps: Array) -> tuple[float, int]:
     """
     contacts = landing.rows(landing.state)[: len(landing.contacts)]
     fastest = max(float(np.linalg.norm(contact_velocity(landing, landing.state, block))) for block in contacts)
-    motion = _motion(landing.robot, jumps)
-    return float(motion.max()) / fastest, int(np.argmax(motion))
+    speeds = _speeds(landing.robot, jumps)
+    return float(speeds.max()) / fastest, int(np.argmax(speeds))
 
 
-def _motion(robot: Robot, jumps: Array) -> Array:
+def _speeds(robot: Robot, jumps: Array) -> Array:
     """Speed (nb,) of the centre of mass, or the rotation times the radius of gyration if that is more. Args: jumps (nb, 6)."""
     centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
     return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * robot.gyration))
@@ -151,7 +152,7 @@ def _motion(robot: Robot, jumps: Array) -> Array:
 
 def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
     """A warning where strikes in other directions than the scene's have no verdict in its posture."""
-    most = max(float(_motion(landing.robot, proof.jumps[..., k]).max()) for k in range(3))
+    most = max(float(_speeds(landing.robot, proof.jumps[..., k]).max()) for k in range(3))
     if most <= UNPHYSICAL:
         return ()
     text = (
@@ -161,11 +162,11 @@ def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
     return (Diagnostic("posture", "", most, text),)
 
 
-def _refuse_singular(landing: Landing, equation: Equation, choice: RowChoice, proof: Proof) -> None:
-    """Refuse a posture so nearly singular that the impact is that of no robot, or that rounding decides which rows hold."""
+def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None:
+    """Refuse a posture so nearly singular that the impact is that of no robot."""
     robot, posture = landing.robot, f'posture "{landing.scene.posture.reference}"'
-    motion, body = greatest_motion(landing, proof.jumps[..., 3])
-    if motion > UNPHYSICAL:
+    times, body = greatest_motion(landing, proof.jumps[..., 3])
+    if times > UNPHYSICAL:
         rates = np.abs(proof.delta_qd[:, 3])
         fast = [
             joint for joint in robot.joints[robot.free_base :] if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
@@ -174,15 +175,18 @@ def _refuse_singular(landing: Landing, equation: Equation, choice: RowChoice, pr
         at = [f'"{joint.name}" at {joint.value(landing.q) * units[joint.unit][0]:.3g} {units[joint.unit][1]}' for joint in fast]
         name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
         raise SolveError(
-            f'no verdict: body "{robot.bodies[body].name}" would move {motion:.0e} times as fast as the strike, because '
+            f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
             f"{posture}{' with ' * bool(at)}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
             f"another posture, such as with --set {fast[-1].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
             "contact or of the strike"
         )
-    if choice.uncertain:
-        names = ", ".join(block.name for block in equation.blocks)
-        raise SolveError(
-            f"no verdict: in {posture} the rows of {names} depend on one another so nearly that rounding decides whether one more "
-            "of them holds. Put points that nearly meet exactly together, or a billionth of the robot apart, or set another "
-            "posture with --set"
-        )
+
+
+def _undecided(landing: Landing, equation: Equation) -> str:
+    """The message for rows whose independence rounding decides."""
+    names = ", ".join(block.name for block in equation.blocks)
+    return (
+        f'no verdict: in posture "{landing.scene.posture.reference}" the rows of {names} depend on one another so nearly that '
+        "rounding decides whether one more of them holds. Leave one out (a contact, a direction, the rotation of a flat one), put "
+        "points that nearly meet exactly together or a billionth of the robot apart, or set another posture with --set"
+    )
