@@ -30,6 +30,7 @@ from shockpc.results.energy import Energy, energy, gained
 from shockpc.results.geometry import shock_ranges
 from shockpc.results.loads import JointLoad, joint_loads
 from shockpc.results.percussion import BodyPercussion, body_percussion
+from shockpc.results.plausibility import implausible
 from shockpc.results.points import PointShock, point_shocks, saturated
 from shockpc.results.speed import Speed, normalising_speed
 from shockpc.robot.robot import Robot
@@ -318,6 +319,7 @@ class ShockProfile:
             warnings=(
                 *(Diagnostic("robot", self.robot.name, None, text) for text in self.robot.warnings),
                 *self.landing.warnings,
+                *implausible(self.landing, self.contacts),
                 *self._uncertain(),
                 *data,
                 *pulled(self.landing, self.proof),
