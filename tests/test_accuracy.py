@@ -203,7 +203,7 @@ def test_a_foot_that_receives_no_impulse_needs_no_hold():
     scene = Scene(robot="quadruped", base="fixed", contact=(Contact(frame="hind_foot"),), stance=("front_foot",))
     profile = shock_profile(scene, known_robot("quadruped"))
     assert profile.stance[0].impulse.tolist() == [0.0, 0.0, 0.0]
-    assert profile.health.warnings == ()
+    assert kinds(profile) == set()
 
 
 # Many postures
@@ -338,7 +338,7 @@ def test_a_singular_posture_gets_no_verdict(bend):
 
 def test_a_singular_posture_is_a_warning_where_only_other_strikes_have_no_verdict():
     robot, scene = nearly_straight(1e-9, 10.0, 80.0001)
-    assert "posture" in {warning.kind for warning in shock_profile(scene, robot).health.warnings}
+    assert any(warning.kind == "posture" and warning.value > 1e6 for warning in shock_profile(scene, robot).health.warnings)
 
 
 def slab(*offsets):
