@@ -3,9 +3,11 @@
 from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import run
 from hypothesis import given
 from hypothesis import strategies as st
 from random_landings import random_landing
@@ -334,6 +336,37 @@ def test_a_singular_posture_gets_no_verdict(bend):
     assert shock_profile(bent, robot).shock_com.max() < 10.0
     landing = resolve(scene, robot)
     assert shock_maps(landing, np.stack([landing.q, resolve(bent, robot).q])).prove.tolist() == [True, False]
+
+
+BUDGETS = """[[case]]
+name = "straight"
+robot = "quadruped"
+base = "fixed"
+posture = {reference = "neutral", joints_deg = {hind_knee = 1e-7}}
+[[case.contact]]
+frame = "hind_foot"
+[[budget]]
+case = "*"
+at = "torso"
+metric = "shock"
+max = 1.0
+"""
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["analyze", "limits --joint hind_knee --at imu_link --max-shock 0.5", "sweep --vary hind_knee=1e-8,1e-7 --out sweep", "check"],
+)
+def test_commands_end_without_a_verdict(command, capfd, tmp_path, monkeypatch):
+    """Exit code 3 and the posture, in a gate and in the rows of a sweep too."""
+    monkeypatch.chdir(tmp_path)
+    Path("budgets.toml").write_text(BUDGETS)
+    name, *more = command.split()
+    landing = ["quadruped", "--contact", "hind_foot", "--base", "fixed", "--posture", "neutral", "--set", "hind_knee=1e-7"]
+    code, out, err = run(capfd, name, *(landing if name != "check" else []), *more)
+    assert code == 3
+    assert 'no verdict: body "hind_' in out + err
+    assert '"hind_knee" at 1e-0' in out + err
 
 
 def test_a_singular_posture_is_a_warning_where_only_other_strikes_have_no_verdict():
