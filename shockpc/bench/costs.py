@@ -1,29 +1,39 @@
-"""What the package costs: a warm analysis in this process, and the command in processes of its own."""
+"""What the package costs: a warm analysis in this process, the command in processes of its own, and rows of sweeps."""
 
 import functools
 import os
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from pathlib import Path
 from statistics import median
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
-from shockpc.bench.cases.family import on
-from shockpc.bench.cases.robots import known_robot
+from shockpc.bench.build import known_robot
+from shockpc.bench.cases import landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import double_jumps
+from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
+from shockpc.executor import InProcess, executor
 from shockpc.landing import Landing, resolve
-from shockpc.profile import shock_profile
+from shockpc.model.dynamics import dynamics
+from shockpc.profile import shock_maps, shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
+from shockpc.show.parts import open_sweep, write_parts
+from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.studies.sweep.study import Sweep, sweep_of
 
-__all__ = ["Cost", "analysis_costs", "command_costs"]
+__all__ = ["package_costs", "sweep_costs"]
 
 LANDINGS = {
     "ANYmal B, one foot": ("anymal_b", ("LF_FOOT",), 3.0),
@@ -32,113 +42,142 @@ LANDINGS = {
 """Robot, feet and target [ms] of the analyses that are timed."""
 
 COMMANDS = {
-    "analyze anymal_b --contact LF_FOOT --format json": "the bodies' jumps and all derived numbers, no figure",
-    "analyze anymal_b --contact LF_FOOT --out DIR": "with figures, tables and the scene as files",
+    "analyze anymal_b --contact LF_FOOT --format json": ("the bodies' jumps and all derived numbers, no figure", "1.6 × import"),
+    "analyze anymal_b --contact LF_FOOT --out DIR": ("with figures, tables and the scene as files", None),
 }
-"""Commands that are timed, and what they compute; the difference is what leaving out saves."""
+"""Commands that are timed, what they compute, and their targets; the difference is what leaving out saves."""
 
-PEAK = """
-import sys
-from pathlib import Path
-try:
-    from shockpc.cli.main import main
-    main(sys.argv[1:])
-except SystemExit as end:
-    status = Path("/proc/self/status")
-    lines = status.read_text().splitlines() if status.exists() else []
-    sys.stderr.write("".join(line.split()[1] for line in lines if line.startswith("VmHWM")))
-    raise
-"""
-"""Runs a command and writes the largest memory that the process used [kB] to standard error."""
+SWEPT = {"hyq": "lf_foot", "anymal_b": "LF_FOOT", "talos": "left_sole_link"}
+"""Robots of the sweeps and the frame that strikes."""
+
+RUNS = 5
+"""Of each command."""
+
+ROWS = 16384
+"""Of each sweep; sixteen times as many where processes are compared."""
+
+BLOCK = 256
+"""Postures whose parts are timed."""
 
 
-class Cost(NamedTuple):
-    """What something costs.
+def package_costs(budget: float) -> Sheet:
+    """Warm analyses in this process, and commands against `import pinocchio` in alternating processes.
 
-    Attributes:
-        what: is measured.
-        milliseconds: median [ms].
-        target: largest value that is aimed at, as text.
-        ratio: to `import pinocchio`; None for a part of a process.
-        memory: largest memory of the process [MB]; None where it is not measured.
+    Args:
+        budget: time to spend on each clock in this process [s].
+
+    Raises:
+        SolveError: a process failed; the text is the last line of its output.
     """
-
-    what: str
-    milliseconds: float
-    target: str = ""
-    ratio: float | None = None
-    memory: float | None = None
-
-
-def analysis_costs(budget: float) -> list[Cost]:
-    """Warm analyses in this process. Args: budget, time to spend on each clock [s]."""
-    found = []
+    rows: list[tuple[Cell, ...]] = []
     for name, (robot_name, feet, target) in LANDINGS.items():
-        robot = known_robot(robot_name)
-        scene = Scene(robot=robot_name, contact=on(*feet))
-        _, timing = timed(functools.partial(shock_profile, scene, robot), budget)
-        found.append(Cost(f"shock_profile, {name}", 1e3 * timing.median, f"{target:g} ms"))
+        robot, scene = landing(known_robot(robot_name), *feet)
         _with_everything(scene, robot)  # reads the meshes, once
-        _, timing = timed(functools.partial(_with_everything, scene, robot), budget)
-        found.append(Cost(f"shock_profile with all derived numbers, {name}", 1e3 * timing.median))
-    landing = resolve(Scene(robot="anymal_b", contact=on("LF_FOOT")), known_robot("anymal_b"))
-    _, timing = timed(lambda: _double_percussion(landing), budget)
-    found.append(Cost("steps 1-3 in double precision, ANYmal B, one foot", 1e3 * timing.median, "0.25 ms"))
-    return found
+        for what, run, aim in (
+            ("shock_profile", shock_profile, f"{target:g} ms"),
+            ("shock_profile with all derived numbers", _with_everything, None),
+        ):
+            seconds = timed(functools.partial(run, scene, robot), budget)[1].median
+            rows.append((f"{what}, {name}", f"{1e3 * seconds:.3g}", aim, None))
+    robot, scene = landing(known_robot("anymal_b"), "LF_FOOT")
+    seconds = timed(functools.partial(_double_percussion, resolve(scene, robot)), budget)[1].median
+    rows.append(("steps 1-3 in double precision, ANYmal B, one foot", f"{1e3 * seconds:.3g}", "0.25 ms", None))
+    return Sheet("run time of the package", ("what", "median [ms]", "target", "× import"), [*rows, *_commands()])
 
 
 def _with_everything(scene: Scene, robot: Robot) -> list[object]:
     """A profile with everything that is otherwise computed only when it is read."""
     profile = shock_profile(scene, robot)
-    return [
-        getattr(profile, name)
-        for name, value in vars(ShockProfile).items()
-        if isinstance(value, property | functools.cached_property)
-    ]
+    computed = (property, functools.cached_property)
+    return [getattr(profile, name) for name, value in vars(ShockProfile).items() if isinstance(value, computed)]
 
 
-def _double_percussion(landing: Landing) -> Array:
+def _double_percussion(found: Landing) -> Array:
     """Steps 1 to 3 in double precision: radii of percussion (nb,) [m]."""
-    jumps = double_jumps(landing)
-    omega, v, normal = jumps[:, :3], jumps[:, 3:], landing.plane.normal @ landing.state.rotation[0]
+    jumps = double_jumps(found)
+    omega, v, normal = jumps[:, :3], jumps[:, 3:], found.plane.normal @ found.state.rotation[0]
     return np.asarray(percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc)
 
 
-def command_costs(runs: int) -> list[Cost]:
-    """The command against `import pinocchio`, in alternating processes. Args: runs of each.
-
-    Raises:
-        SolveError: a process failed; the text is the last line of its output.
-    """
-    importing = [sys.executable, "-c", "import pinocchio"]
+def _commands() -> Iterator[tuple[Cell, ...]]:
+    """A row for `import pinocchio` and for each command."""
     with tempfile.TemporaryDirectory() as folder:
-        words = {text: text.replace("DIR", folder).split() for text in COMMANDS}
-        seconds: dict[str, list[float]] = {text: [] for text in ("import pinocchio", *COMMANDS)}
-        for _ in range(runs):
-            seconds["import pinocchio"].append(_seconds(importing))
-            for text, given in words.items():
-                seconds[text].append(_seconds([sys.executable, "-m", "shockpc", *given]))
-        memory = {text: _run([sys.executable, "-c", PEAK, *given]).stderr for text, given in words.items()}
-    start = median(seconds["import pinocchio"])
-    found = [Cost("python -c 'import pinocchio'", 1e3 * start, ratio=1.0)]
-    for text, what in COMMANDS.items():
-        own = median(seconds[text])
-        peak = memory[text].strip()
-        target = "1.6 × import pinocchio" if "json" in text else ""
-        found.append(Cost(f"shockpc {text}: {what}", 1e3 * own, target, own / start, float(peak) / 1024.0 if peak else None))
-    return found
+        rows: dict[str, tuple[list[str], str | None]] = {"python -c 'import pinocchio'": (["-c", "import pinocchio"], None)}
+        for words, (what, target) in COMMANDS.items():
+            rows[f"shockpc {words}: {what}"] = (["-m", "shockpc", *words.replace("DIR", folder).split()], target)
+        seconds: dict[str, list[float]] = {name: [] for name in rows}
+        for _ in range(RUNS):
+            for name, (arguments, _) in rows.items():
+                seconds[name].append(timed(functools.partial(_run, arguments), 0.0)[1].median)
+    medians = {name: median(found) for name, found in seconds.items()}
+    base = next(iter(medians.values()))
+    for name, (_, target) in rows.items():
+        yield name, f"{1e3 * medians[name]:.3g}", target, f"{medians[name] / base:.2f}"
 
 
-def _seconds(command: list[str]) -> float:
-    """Run time of a process [s]."""
-    _, timing = timed(lambda: _run(command), 0.0)
-    return timing.median
-
-
-def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
-    """A process that has to succeed."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | {"MPLBACKEND": "agg"})
+def _run(arguments: list[str]) -> None:
+    """A Python process that has to succeed."""
+    environment = os.environ | {"MPLBACKEND": "agg"}
+    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False, env=environment)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no output"])[-1]
-        raise SolveError(f"a process of the benchmark failed ({' '.join(command[1:])}): {last}")
-    return done
+        raise SolveError(f"a process of the benchmark failed ({' '.join(arguments)}): {last}")
+
+
+def sweep_costs(budget: float) -> Sheet:
+    """Rows of sweeps of three robots against the maps alone, what dominates them, and two processes against one.
+
+    Args:
+        budget: time to spend on each clock [s].
+    """
+    one, two = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
+    notes = (
+        "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
+        "maps: shock_maps of all bodies in the same postures",
+        f"{16 * ROWS} rows of hyq: {one:.2f} s in one process, {two:.2f} s in two: {one / two:.2f} times as fast",
+    )
+    header = ("robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps", "row: Pinocchio [%]", "row: Eq. 4 [%]")
+    return Sheet("sweeps", header, [_sweep_row(name, budget) for name in SWEPT], notes)
+
+
+def _sweep_row(name: str, budget: float) -> tuple[Cell, ...]:
+    """Time for one row of a sample, for its maps, and the shares of Pinocchio's calls and of Eq. 4 in it."""
+    made = _sample(name, ROWS)
+    found, Q = resolve(made.scene, made.robot), made.configurations(0)
+    block, armature = Q[:BLOCK], found.joint_model.armature
+    equation = found.equation(dynamics(made.robot, block, armature), False)
+
+    def seconds(run: Any, count: int) -> float:
+        return timed(run, budget)[1].median / count
+
+    row = seconds(lambda: _written(made, InProcess(), 0), ROWS)
+    maps = seconds(lambda: [shock_maps(found, Q[k : k + 4096]) for k in range(0, len(Q), 4096)], len(Q))
+    calls = seconds(lambda: dynamics(made.robot, block, armature), len(block))
+    solution = seconds(lambda: solve_impact(equation.H, equation.J_c, equation.b, equation.terms), len(block))
+    shares = (f"{100.0 * part / row:.0f}" for part in (calls, solution))
+    size = len(made.robot.bodies) * made.robot.model.nv
+    return name, str(size), f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares
+
+
+def _sample(name: str, rows: int) -> Sweep:
+    """Random postures of a robot, with the shock at the origin of its base."""
+    robot, scene = landing(known_robot(name), SWEPT[name])
+    return sweep_of(scene, robot, sample=rows, prove=0, at=[robot.bodies[0].name])
+
+
+def _in_processes(made: Sweep, jobs: int) -> float:
+    """Time for a sweep in so many processes, after they have started [s]; one has a process too, so that both do the same."""
+    with executor(jobs, processes=True) as workers:
+        # Long enough to keep a worker busy until the other one has started as well.
+        for future in [workers.submit(time.sleep, 0.5) for _ in range(jobs)]:
+            future.result()
+        start = time.perf_counter()
+        _written(made, workers, 4 * jobs)
+        return time.perf_counter() - start
+
+
+def _written(made: Sweep, workers: Executor, ahead: int) -> int:
+    """Compute a sweep and write it into a folder that is removed; the number of rows."""
+    with tempfile.TemporaryDirectory() as folder:
+        open_sweep(made, Path(folder), "parquet", False)
+        return sum(write_parts(made, Path(folder), "parquet", workers, ahead))
