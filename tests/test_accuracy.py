@@ -11,8 +11,7 @@ from random_landings import random_landing
 from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc.bench.build import Link, bent, box, chain, robot_of
-from shockpc.bench.cases import FAMILIES, OBLIQUE
+from shockpc.bench.cases import FAMILIES, OBLIQUE, Link, bent, box, chain, robot_of
 from shockpc.errors import SceneError, ShockError
 from shockpc.exact.balls import balls
 from shockpc.exact.proof import Enclosure

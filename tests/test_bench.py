@@ -10,8 +10,7 @@ import pytest
 from commands import good, run
 from trees import known_robot
 
-from shockpc.bench.build import chain
-from shockpc.bench.cases import FAMILIES, FOOTED, feet_of, landing
+from shockpc.bench.cases import FAMILIES, FOOTED, chain, feet_of, landing
 from shockpc.bench.costs import package_costs
 from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN
@@ -27,6 +26,7 @@ from shockpc.results.accuracy import double_error
 from shockpc.robot.catalogue import catalogue
 from shockpc.robot.robot import load_robot
 from shockpc.scene import Scene, Strike
+from shockpc.show.files import MANIFEST
 from shockpc.show.tables.sheets import Sheet
 
 
@@ -171,12 +171,9 @@ def test_postures_are_those_of_mujoco(name):
 def test_the_clock_counts_its_runs():
     """One run without a budget; with one, at least three besides the first."""
     count = itertools.count()
-    result, timing = timed(lambda: next(count), budget=0.0)
-    assert (result, timing.runs) == (0, 1)
-    result, timing = timed(lambda: next(count), budget=1e-9)
-    assert (result, timing.runs) == (4, 3)
-    assert timing.low <= timing.median <= timing.high
-    assert timed(lambda: next(count), budget=60.0)[1].runs == 1000
+    for budget, runs in ((0.0, 1), (1e-9, 3), (60.0, 1000)):
+        assert len(timed(lambda: next(count), budget)[1]) == runs
+    assert next(count) == 1 + 4 + 1001
 
 
 def test_names_of_cases_are_unique():
@@ -220,7 +217,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setattr("shockpc.bench.run.package_costs", lambda budget: Sheet("costs", ("what",), [("a command",)]))
     monkeypatch.setattr("shockpc.bench.costs.ROWS", 32)
     run_suite(tmp_path, ("corners", "knee"), budget=0.0)
-    assert {path.name for path in tmp_path.iterdir()} == {"report.md", "cases.csv", "error-against-run-time.svg"}
+    assert {path.name for path in tmp_path.iterdir()} == {"report.md", "cases.csv", "error-against-run-time.svg", MANIFEST}
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
     titles = ("### Corners", "### Knee", "### Costs", "### Many postures", "### Sweeps", "### Limits")
     for text in (*titles, "| a command |", ", pin 4.", *OUTCOMES, "| 4 | sticking | 1.1e-16 | "):
@@ -234,7 +231,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
 
 
 def test_a_command_that_fails_is_reported(monkeypatch):
-    monkeypatch.setattr("shockpc.bench.costs.COMMANDS", {"analyze nothing": ("nothing", None)})
+    monkeypatch.setattr("shockpc.bench.costs.ANALYZE", ("-m", "shockpc", "analyze", "nothing"))
     with pytest.raises(SolveError, match=r"^a process of the benchmark failed .*analyze nothing.*: shockpc: "):
         package_costs(0.0)
 
@@ -243,7 +240,7 @@ def test_bench_of_one_s_own_robot(capfd, tmp_path):
     """`shockpc bench robot --contact foot` prints a row for each method, and writes the table and the chart if asked to."""
     out = good(capfd, "bench", "solo12", "--contact", "FL_FOOT", "--out", tmp_path)
     assert [line.split("  ")[0] for line in out.splitlines()[4:-2]] == [*DIRECT, *MUJOCO]
-    assert {path.name for path in tmp_path.iterdir()} == {"landing.csv", "landing.md", "error-against-run-time.svg"}
+    assert {path.name for path in tmp_path.iterdir()} == {"landing.csv", "landing.md", "error-against-run-time.svg", MANIFEST}
 
 
 def test_a_contact_needs_a_robot(capfd):

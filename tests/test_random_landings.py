@@ -9,8 +9,7 @@ from proof_check import MET, body_errors, check, excess
 from random_landings import random_landing
 from trees import known_robot
 
-from shockpc.bench.build import Link, box, robot_of
-from shockpc.bench.cases import FAMILIES
+from shockpc.bench.cases import FAMILIES, Link, box, robot_of
 from shockpc.errors import ShockError
 from shockpc.model.contact import Contact
 from shockpc.profile import shock_profile

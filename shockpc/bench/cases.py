@@ -1,23 +1,41 @@
-"""The cases: families of landings that one parameter makes harder."""
+"""The cases: families of landings that one parameter makes harder, on known robots and on lists of links, loaded as URDF."""
 
 import functools
 import math
+import os
 import re
+import tempfile
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.bench.build import Link, bent, box, chain, known_robot, robot_of, rod
+from shockpc.core.spatial import Array
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
-__all__ = ["FAMILIES", "FOOTED", "OBLIQUE", "Case", "Family", "feet_of", "landing"]
+__all__ = [
+    "FAMILIES",
+    "FOOTED",
+    "OBLIQUE",
+    "Case",
+    "Family",
+    "Link",
+    "bent",
+    "box",
+    "chain",
+    "feet_of",
+    "known_robot",
+    "landing",
+    "robot_of",
+]
 
+BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)
 OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))
 X, Y, Z = np.eye(3)
 ORIGIN = np.zeros(3)
@@ -42,6 +60,28 @@ LIMBS = {"ankle": (3.0, None, 0.5), "toe": (3.0, 1.0, None), "arm": (3.0, 1.0, 0
 BASES = {"free base": ("free", STICKING), "fixed base": ("fixed", STICKING), "fixed base, foot slides": ("fixed", ("z",))}
 Built = tuple[Robot, Scene]
 Build = Callable[[Any, Any], Built]
+
+
+class Link(NamedTuple):
+    """A body and the joint that carries it.
+
+    Attributes:
+        parent: index of the link that carries the joint; −1 for the root, whose joint is the free base.
+        kind: "revolute", "continuous" or "prismatic"; not used for the root.
+        origin: (3,) of the joint in the parent's frame [m].
+        axis: (3,) unit vector of the joint; the axes of parent and link are parallel at q = 0.
+        mass: [kg]
+        com: (3,) in the link's frame [m].
+        inertia: (3, 3) about the centre of mass [kg m²].
+    """
+
+    parent: int
+    kind: str
+    origin: Array
+    axis: Array
+    mass: float
+    com: Array
+    inertia: Array
 
 
 class Case(NamedTuple):
@@ -93,6 +133,72 @@ FAMILIES: dict[str, Family] = {}
 """All families by name."""
 
 
+def rod(mass: float, along: Array) -> tuple[Array, Array]:
+    """Centre of mass (3,) and inertia (3, 3) of a rod from the link's origin to `along`, as thick as a fiftieth of its length."""
+    length = float(np.linalg.norm(along))
+    u = along / length
+    across = mass * length**2 * (1.0 / 12.0 + 1.0 / 10000.0)
+    return 0.5 * along, across * (np.eye(3) - np.outer(u, u)) + mass * length**2 / 5000.0 * np.outer(u, u)
+
+
+def box(mass: float, sides: tuple[float, float, float]) -> Array:
+    """Inertia (3, 3) of a box about its centre [kg m²]. Args: sides [m]."""
+    squares = np.square(sides)
+    return np.asarray(mass / 12.0 * np.diag(squares.sum() - squares))
+
+
+@functools.cache
+def known_robot(name: str) -> Robot:
+    """A robot by its name, loaded once."""
+    return load_robot(name)
+
+
+def robot_of(links: list[Link], name: str = "tree") -> Robot:
+    """Write the links as a file and load it. Link i is called "link<i>" and its joint "joint<i>"; the first link is the root.
+
+    Raises:
+        RobotError: the links are not a robot.
+    """
+    lines = [f'<robot name="{name}">']
+    for i, link in enumerate(links):
+        moments = " ".join(f'i{"xyz"[r]}{"xyz"[c]}="{float(link.inertia[r, c])!r}"' for r in range(3) for c in range(r, 3))
+        lines.append(
+            f'<link name="link{i}"><inertial><origin xyz="{_numbers(link.com)}"/><mass value="{float(link.mass)!r}"/>'
+            f"<inertia {moments}/></inertial></link>"
+        )
+    for i, link in enumerate(links[1:], start=1):
+        limit = "" if link.kind == "continuous" else '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
+        lines.append(
+            f'<joint name="joint{i}" type="{link.kind}"><parent link="link{link.parent}"/><child link="link{i}"/>'
+            f'<origin xyz="{_numbers(link.origin)}"/><axis xyz="{_numbers(link.axis)}"/>{limit}</joint>'
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.urdf"
+        path.write_text("\n".join([*lines, "</robot>"]), encoding="utf-8")
+        return load_robot(os.fspath(path))
+
+
+def _numbers(values: Array) -> str:
+    """Numbers with all digits."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+def chain(masses: Array, lengths: Array) -> Robot:
+    """A chain of rods, each hinged to the end of the last; hinges turn about y, and every third about x."""
+    origins = [ORIGIN, *(length * Z for length in lengths[:-1])]
+    links = [
+        Link(i - 1, "revolute", origin, X if i % 3 == 2 else Y, mass, *rod(mass, length * Z))
+        for i, (mass, length, origin) in enumerate(zip(masses, lengths, origins, strict=True))
+    ]
+    return robot_of(links, "chain")
+
+
+def bent(robot: Robot, scale: float = 1.0) -> Posture:
+    """A chain that is bent at every joint, by angles that repeat."""
+    joints = {name: scale * BEND[i % len(BEND)] for i, name in enumerate(robot.joint_names)}
+    return Posture(base_rpy_deg=(0.0, 25.0, 0.0), joints=joints)
+
+
 def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any) -> Built:
     """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by name."""
     contact = tuple(Contact(frame=one) if isinstance(one, str) else one for one in contacts)
@@ -137,12 +243,9 @@ def _mass_ratio(variant: tuple[bool, bool], ratio: float) -> Built:
 def _knee(variant: tuple[Any, Any], angle: float) -> Built:
     """A knee that straightens, struck along the leg, which then does not yield; on a fixed base the landing has no solution."""
     base, directions = variant
-    trunk = Link(-1, "", ORIGIN, Y, 20.0, np.array([0.05, 0.0, 0.2]), box(20.0, (0.3, 0.3, 0.5)))
-    thigh = Link(0, "revolute", ORIGIN, Y, 4.0, *rod(4.0, -0.5 * Z))
-    shank = Link(1, "revolute", -0.5 * Z, Y, 2.0, *rod(2.0, -0.5 * Z))
-    posture = Posture(joints={"joint1": -0.5 * angle, "joint2": angle})
-    foot = Contact(frame="link2", offset=(0.0, 0.0, -0.5), directions=directions)
-    return landing(robot_of([trunk, thigh, shank], "leg"), foot, strike=Strike(), base=base, posture=posture)
+    posture = Posture(reference="neutral", joints={"hind_hip": -0.5 * angle, "hind_knee": angle})
+    foot = Contact(frame="hind_foot", directions=directions)
+    return landing(known_robot("quadruped"), foot, strike=Strike(), base=base, posture=posture)
 
 
 @_family("number of links [-]", {"struck at the end": 0.0, "struck in the middle": 0.5}, (10, 50, 200))

@@ -1,12 +1,11 @@
 """What the package costs: a warm analysis in this process, the command in processes of its own, and rows of sweeps."""
 
 import functools
-import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from concurrent.futures import Executor
 from pathlib import Path
 from statistics import median
@@ -14,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.bench.build import known_robot
-from shockpc.bench.cases import landing
+from shockpc.bench.cases import known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import double_jumps
 from shockpc.core.impulse import solve_impact
@@ -35,54 +33,52 @@ from shockpc.studies.sweep.study import Sweep, sweep_of
 
 __all__ = ["package_costs", "sweep_costs"]
 
-LANDINGS = {
-    "ANYmal B, one foot": ("anymal_b", ("LF_FOOT",), 3.0),
-    "Talos, both feet": ("talos", ("left_sole_link", "right_sole_link"), 12.0),
-}
-"""Robot, feet and target [ms] of the analyses that are timed."""
+LANDINGS = (
+    ("ANYmal B, one foot", "anymal_b", ("LF_FOOT",), "3 ms"),
+    ("Talos, both feet", "talos", ("left_sole_link", "right_sole_link"), "12 ms"),
+)
+"""Name, robot, feet and target of the analyses that are timed."""
 
-COMMANDS = {
-    "analyze anymal_b --contact LF_FOOT --format json": ("the bodies' jumps and all derived numbers, no figure", "1.6 × import"),
-    "analyze anymal_b --contact LF_FOOT --out DIR": ("with figures, tables and the scene as files", None),
-}
-"""Commands that are timed, what they compute, and their targets; the difference is what leaving out saves."""
-
-SWEPT = {"hyq": "lf_foot", "anymal_b": "LF_FOOT", "talos": "left_sole_link"}
-"""Robots of the sweeps and the frame that strikes."""
+IMPORT = ("-c", "import pinocchio")
+ANALYZE = ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT", "--format", "json")
 
 RUNS = 5
 """Of each command."""
 
+SWEPT = {"hyq": "lf_foot", "anymal_b": "LF_FOOT", "talos": "left_sole_link"}
+"""Robots of the sweeps and the frame that strikes."""
+
 ROWS = 16384
 """Of each sweep; sixteen times as many where processes are compared."""
 
-BLOCK = 256
-"""Postures whose parts are timed."""
-
 
 def package_costs(budget: float) -> Sheet:
-    """Warm analyses in this process, and commands against `import pinocchio` in alternating processes.
-
-    Args:
-        budget: time to spend on each clock in this process [s].
+    """Warm analyses, and commands against `import pinocchio` in alternating processes. Args: budget for each clock [s].
 
     Raises:
         SolveError: a process failed; the text is the last line of its output.
     """
     rows: list[tuple[Cell, ...]] = []
-    for name, (robot_name, feet, target) in LANDINGS.items():
+
+    def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
+        rows.append((what, f"{1e3 * median(timed(run, budget)[1]):.3g}", target, None))
+
+    for name, robot_name, feet, target in LANDINGS:
         robot, scene = landing(known_robot(robot_name), *feet)
+        add(f"shock_profile, {name}", functools.partial(shock_profile, scene, robot), target)
         _with_everything(scene, robot)  # reads the meshes, once
-        for what, run, aim in (
-            ("shock_profile", shock_profile, f"{target:g} ms"),
-            ("shock_profile with all derived numbers", _with_everything, None),
-        ):
-            seconds = timed(functools.partial(run, scene, robot), budget)[1].median
-            rows.append((f"{what}, {name}", f"{1e3 * seconds:.3g}", aim, None))
+        add(f"shock_profile with all derived numbers, {name}", functools.partial(_with_everything, scene, robot))
     robot, scene = landing(known_robot("anymal_b"), "LF_FOOT")
-    seconds = timed(functools.partial(_double_percussion, resolve(scene, robot)), budget)[1].median
-    rows.append(("steps 1-3 in double precision, ANYmal B, one foot", f"{1e3 * seconds:.3g}", "0.25 ms", None))
-    return Sheet("run time of the package", ("what", "median [ms]", "target", "× import"), [*rows, *_commands()])
+    add(
+        "steps 1-3 in double precision, ANYmal B, one foot", functools.partial(_double_percussion, resolve(scene, robot)), "0.25 ms"
+    )
+
+    times = np.median([[_process_time(arguments) for arguments in (IMPORT, ANALYZE)] for _ in range(RUNS)], axis=0)
+    for what, aim, seconds in zip(
+        ("import pinocchio", "shockpc analyze --format json"), (None, "1.6 × import"), times, strict=True
+    ):
+        rows.append((what, f"{1e3 * seconds:.3g}", aim, f"{seconds / times[0]:.2f}"))
+    return Sheet("run time of the package", ("what", "median [ms]", "target", "× import"), rows)
 
 
 def _with_everything(scene: Scene, robot: Robot) -> list[object]:
@@ -99,37 +95,18 @@ def _double_percussion(found: Landing) -> Array:
     return np.asarray(percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc)
 
 
-def _commands() -> Iterator[tuple[Cell, ...]]:
-    """A row for `import pinocchio` and for each command."""
-    with tempfile.TemporaryDirectory() as folder:
-        rows: dict[str, tuple[list[str], str | None]] = {"python -c 'import pinocchio'": (["-c", "import pinocchio"], None)}
-        for words, (what, target) in COMMANDS.items():
-            rows[f"shockpc {words}: {what}"] = (["-m", "shockpc", *words.replace("DIR", folder).split()], target)
-        seconds: dict[str, list[float]] = {name: [] for name in rows}
-        for _ in range(RUNS):
-            for name, (arguments, _) in rows.items():
-                seconds[name].append(timed(functools.partial(_run, arguments), 0.0)[1].median)
-    medians = {name: median(found) for name, found in seconds.items()}
-    base = next(iter(medians.values()))
-    for name, (_, target) in rows.items():
-        yield name, f"{1e3 * medians[name]:.3g}", target, f"{medians[name] / base:.2f}"
-
-
-def _run(arguments: list[str]) -> None:
-    """A Python process that has to succeed."""
-    environment = os.environ | {"MPLBACKEND": "agg"}
-    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False, env=environment)
+def _process_time(arguments: tuple[str, ...]) -> float:
+    """Run time of a Python process that has to succeed [s]."""
+    start = time.perf_counter()
+    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no output"])[-1]
         raise SolveError(f"a process of the benchmark failed ({' '.join(arguments)}): {last}")
+    return time.perf_counter() - start
 
 
 def sweep_costs(budget: float) -> Sheet:
-    """Rows of sweeps of three robots against the maps alone, what dominates them, and two processes against one.
-
-    Args:
-        budget: time to spend on each clock [s].
-    """
+    """Rows of sweeps against the maps alone, what dominates them, and two processes against one. Args: budget for a clock [s]."""
     one, two = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
         "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
@@ -144,19 +121,24 @@ def _sweep_row(name: str, budget: float) -> tuple[Cell, ...]:
     """Time for one row of a sample, for its maps, and the shares of Pinocchio's calls and of Eq. 4 in it."""
     made = _sample(name, ROWS)
     found, Q = resolve(made.scene, made.robot), made.configurations(0)
-    block, armature = Q[:BLOCK], found.joint_model.armature
+    block, armature = Q[:256], found.joint_model.armature
     equation = found.equation(dynamics(made.robot, block, armature), False)
-
-    def seconds(run: Any, count: int) -> float:
-        return timed(run, budget)[1].median / count
-
-    row = seconds(lambda: _written(made, InProcess(), 0), ROWS)
-    maps = seconds(lambda: [shock_maps(found, Q[k : k + 4096]) for k in range(0, len(Q), 4096)], len(Q))
-    calls = seconds(lambda: dynamics(made.robot, block, armature), len(block))
-    solution = seconds(lambda: solve_impact(equation.H, equation.J_c, equation.b, equation.terms), len(block))
-    shares = (f"{100.0 * part / row:.0f}" for part in (calls, solution))
-    size = len(made.robot.bodies) * made.robot.model.nv
-    return name, str(size), f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares
+    row, maps, calls, solution = (
+        median(timed(run, budget)[1]) / count
+        for run, count in (
+            (lambda: _written(made, InProcess(), 0), ROWS),
+            (lambda: shock_maps(found, Q[:4096]), len(Q[:4096])),
+            (lambda: dynamics(made.robot, block, armature), len(block)),
+            (lambda: solve_impact(equation.H, equation.J_c, equation.b, equation.terms), len(block)),
+        )
+    )
+    times = (
+        f"{1e6 * row:.1f}",
+        f"{1e6 * maps:.1f}",
+        f"{row / maps:.2f}",
+        *(f"{100.0 * part / row:.0f}" for part in (calls, solution)),
+    )
+    return name, str(len(made.robot.bodies) * made.robot.model.nv), *times
 
 
 def _sample(name: str, rows: int) -> Sweep:

@@ -15,7 +15,7 @@ from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.accuracy import double_error
 
-__all__ = ["ACCURATE", "OUTCOMES", "Result", "Timing", "measure", "timed"]
+__all__ = ["ACCURATE", "OUTCOMES", "Result", "measure", "timed"]
 
 ACCURATE = 1e-9
 """Largest error of a result that counts as accurate, relative to the motion of each body."""
@@ -36,15 +36,6 @@ OUTCOMES = {
 """Outcomes of a method on a case."""
 
 
-class Timing(NamedTuple):
-    """Run time: median of all runs, first and third quartile [s], and number of runs."""
-
-    median: float
-    low: float
-    high: float
-    runs: int
-
-
 class Result(NamedTuple):
     """Result of a method on a case.
 
@@ -54,7 +45,7 @@ class Result(NamedTuple):
         outcome: a key of `OUTCOMES`.
         error: largest over the bodies, relative to the body's own motion [1]; the proven bound for the package's printed numbers;
             None without numbers or without a reference.
-        timing: None if it failed.
+        seconds: run time of each run [s]; none if it failed.
         message: why it failed.
     """
 
@@ -62,31 +53,29 @@ class Result(NamedTuple):
     method: str
     outcome: str
     error: float | None = None
-    timing: Timing | None = None
+    seconds: tuple[float, ...] = ()
     message: str = ""
 
 
-def timed(run: Callable[[], Any], budget: float) -> tuple[Any, Timing]:
-    """Run until the budget is spent, three to a thousand times unless one run is long, and give the last result.
+def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]]:
+    """Run until the budget is spent, three to a thousand times unless one run is long.
 
     The first run loads and fills caches; it counts only if it is not repeated.
 
     Args:
         run: the work.
         budget: time to spend [s]; at zero it runs once.
+
+    Returns: the last result, and the time of each run [s].
     """
-    start = time.perf_counter()
-    result = run()
-    first = time.perf_counter() - start
-    if first > max(LONG, budget) or budget <= 0.0:
-        return result, Timing(first, first, first, 1)
     seconds: list[float] = []
-    while len(seconds) < 3 or (sum(seconds) < budget and len(seconds) < 1000):
+    while len(seconds) < 4 or (sum(seconds[1:]) < budget and len(seconds) <= 1000):
         start = time.perf_counter()
         result = run()
         seconds.append(time.perf_counter() - start)
-    low, median, high = (float(value) for value in np.quantile(seconds, (0.25, 0.5, 0.75)))
-    return result, Timing(median, low, high, len(seconds))
+        if budget <= 0.0 or seconds[0] > max(LONG, budget):
+            return result, tuple(seconds)
+    return result, tuple(seconds[1:])
 
 
 def measure(case: Case, methods: Mapping[str, Method], budget: float) -> list[Result]:
@@ -110,21 +99,18 @@ def measure(case: Case, methods: Mapping[str, Method], budget: float) -> list[Re
 
 
 def _solved(system: System, proof: Proof | None, method: Method, budget: float) -> tuple[Any, ...]:
-    """Outcome, error, run time and message of one method on one system; the proof is None where there is no answer."""
+    """Outcome, error, run times and message of one method on one system; the proof is None where there is no answer."""
     try:
         with np.errstate(all="ignore"):
             prepared = method(system)
-            raw, timing = timed(prepared.run, budget)
+            raw, seconds = timed(prepared.run, budget)
             jumps = prepared.read(raw)
-    except UnsuitedError as reason:
-        return "unsuited", None, None, str(reason)
-    except ShockError as refusal:
-        return "refused", None, None, str(refusal)
-    except np.linalg.LinAlgError as failure:
-        return "exception", None, None, str(failure)
+    except (ShockError, np.linalg.LinAlgError) as failure:
+        kinds = {UnsuitedError: "unsuited", np.linalg.LinAlgError: "exception"}
+        return kinds.get(type(failure), "refused"), None, (), str(failure)
     if not np.all(np.isfinite(jumps)):
-        return "not finite", None, timing
+        return "not finite", None, seconds
     if proof is None:
-        return "unfounded", None, timing
+        return "unfounded", None, seconds
     error = float(proof.bounds.max()) if isinstance(raw, ShockProfile) else double_error(system.landing, proof, jumps)
-    return "accurate" if error <= ACCURATE else "approximate" if prepared.approximates else "inaccurate", error, timing
+    return "accurate" if error <= ACCURATE else "approximate" if prepared.approximates else "inaccurate", error, seconds

@@ -70,17 +70,13 @@ def mujoco_posture(system: System, peer: Any, q: Array) -> Array:
     return np.asarray(found)
 
 
-def _velocities(peer: Any, data: Any) -> Array:
-    """Angular velocity of every body, and velocity of its joint's origin (nb, 6), body axes, from `data.cvel`."""
-    found = np.empty((peer.nbody - 1, 6))
-    for i, velocity in enumerate(found, start=1):
+def _jumps(system: System, peer: Any, data: Any) -> Array:
+    """Jumps (nb, 6) of the bodies from `data.cvel`."""
+    motions, velocity = [pin.Motion.Zero()], np.empty(6)
+    for i in range(1, peer.nbody):
         mujoco.mj_objectVelocity(peer, data, mujoco.mjtObj.mjOBJ_XBODY, i, velocity, 1)
-    return found
-
-
-def _jumps(system: System, velocities: Array) -> Array:
-    """Jumps (nb, 6) at the bodies' frames. Args: velocities as from `_velocities`."""
-    return system.jumps([pin.Motion.Zero(), *(pin.Motion(v[3:], v[:3]) for v in velocities)])
+        motions.append(pin.Motion(velocity[3:], velocity[:3]))
+    return system.jumps(motions)
 
 
 def _place(peer: Any, data: Any, q: Array) -> None:
@@ -102,7 +98,7 @@ def _simulation(tau: float, system: System) -> Prepared:
     data, before = mujoco.MjData(peer), system.v.copy()
     before[:3] = pin.Quaternion(landing.q[3:7]).matrix() @ system.v[:3]
 
-    def run() -> Array:
+    def run() -> None:
         mujoco.mj_resetData(peer, data)
         data.qvel[:] = before
         mujoco.mj_step(peer, data, 40)
@@ -110,9 +106,8 @@ def _simulation(tau: float, system: System) -> Prepared:
         data.qvel -= before
         _place(peer, data, peer.qpos0)
         mujoco.mj_comVel(peer, data)
-        return _velocities(peer, data)
 
-    return Prepared(run, functools.partial(_jumps, system), approximates=True)
+    return Prepared(run, lambda _: _jumps(system, peer, data), approximates=True)
 
 
 def batch_in_mujoco(system: System, Q: Array) -> Prepared:
@@ -154,7 +149,7 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
             _place(peer, data, q)
             for axis in range(3):
                 data.cvel[1:] = raw[k, axis]
-                maps[k, ..., axis] = _jumps(system, _velocities(peer, data))
+                maps[k, ..., axis] = _jumps(system, peer, data)
         return maps
 
     return Prepared(run, read)

@@ -1,4 +1,4 @@
-"""The report: a chart of error against run time, tables of the results and of the costs; Markdown and CSV."""
+"""The report: a chart of error against run time, tables of the results; Markdown and CSV."""
 
 import importlib.metadata
 import os
@@ -10,15 +10,16 @@ from itertools import groupby
 from pathlib import Path
 from statistics import median
 
+import numpy as np
+
 from shockpc.bench.cases import FAMILIES, Family
 from shockpc.bench.measure import ACCURATE, OUTCOMES, Result
 from shockpc.bench.methods import DIRECT
-from shockpc.show.figure.error_time import save_error_time
-from shockpc.show.files import make_folder, write_text
+from shockpc.show.figure.error_time import error_time_svg
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown
 
-__all__ = ["landing_sheet", "methods_sheet", "write_landing", "write_report"]
+__all__ = ["CHART", "chart", "landing_sheet", "methods_sheet", "report_files"]
 
 CHART = "error-against-run-time.svg"
 LIBRARIES = ("shockpc", "pin", "numpy", "python-flint", "mujoco", "example-robot-data")
@@ -35,72 +36,61 @@ REFERENCE = (
     "thread, without the first run; those of `shockpc, proven` include the proof"
 )
 
-LIMITS = (
-    "Bodies are rigid and the impact takes no time; a real one takes milliseconds",
-    "contacts stick or slide along given directions; whether friction suffices is reported, not enforced",
-    "a drive is free, has a reflected inertia, or is locked; gearboxes that slip are not modelled",
-    "all contacts come to rest together, in all directions; restitution is Newton's, for each contact",
-    "masses and placements are taken as exact; their own uncertainty is usually the larger error by far",
-    "impulses of contacts whose rows are dependent are not unique, and are not given",
-)
-"""What the numbers of the report do not cover."""
+LIMITS = """### Limits of the method
+
+Bodies are rigid and the impact takes no time; a real one takes milliseconds. Contacts stick or slide along given directions;
+whether friction suffices is reported, not enforced. A drive is free, has a reflected inertia, or is locked; gearboxes that slip are
+not modelled. All contacts come to rest together, in all directions; restitution is Newton's, for each contact. Masses and
+placements are taken as exact; their own uncertainty is usually the larger error by far. Impulses of contacts whose rows are
+dependent are not unique, and are not given.
+"""
 
 
-def write_report(results: Sequence[Result], sheets: Sequence[Sheet], seconds: float, folder: Path) -> None:
-    """Write report.md, error-against-run-time.svg and cases.csv.
+def report_files(results: Sequence[Result], sheets: Sequence[Sheet], seconds: float) -> dict[str, str | bytes]:
+    """The files of the report, by name.
 
     Args:
         results: of all cases, family by family, by every method.
         sheets: further tables.
         seconds: duration of the whole [s].
-        folder: made if it does not exist.
-
-    Raises:
-        OutputError: the folder cannot be written.
     """
-    make_folder(folder)
-    _save_chart(results, folder)
-    write_text(folder / "cases.csv", as_csv(_results_sheet(results)))
     families = [_family_sheet(FAMILIES[name], list(own)) for name, own in groupby(results, lambda one: one.case.family)]
+    installed = {one.name: one.version for one in importlib.metadata.distributions()}
+    versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
     threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
     facts = (
-        f"versions: {', '.join(map(_version, LIBRARIES))}, Python {platform.python_version()}",
+        f"versions: {', '.join(versions)}, Python {platform.python_version()}",
         f"machine: {_processor()}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}",
         f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {seconds:.0f} s for {len({one.case for one in results})} cases",
         REFERENCE,
         *NOTES,
     )
-    parts = [
-        "# Error against run time\n",
-        "".join(f"- {fact}\n" for fact in facts),
-        f"![error against run time]({CHART})\n",
-        *map(as_markdown, (methods_sheet(results), *families, *sheets)),
-        f"### Limits of the method\n\n{'; '.join(LIMITS)}.\n",
+    tables = map(as_markdown, (methods_sheet(results), *families, *sheets))
+    listed = "".join(f"- {fact}\n" for fact in facts)
+    report = "\n".join(["# Error against run time\n", listed, f"![error against run time]({CHART})\n", *tables, LIMITS])
+    header = ("family", "variant", "value", "method", "outcome", "error", "low_s", "median_s", "high_s", "runs", "message")
+    rows = [
+        (*one.case[:3], one.method, one.outcome, one.error, *_quartiles(one), float(len(one.seconds)), one.message)
+        for one in results
     ]
-    write_text(folder / "report.md", "\n".join(parts))
+    return {"report.md": report, "cases.csv": as_csv(Sheet("", header, rows)), CHART: chart(results)}
 
 
-def write_landing(results: Sequence[Result], folder: Path) -> None:
-    """Write the table of one landing (landing.csv, landing.md) and the chart.
-
-    Raises:
-        OutputError: the folder cannot be written.
-    """
-    make_folder(folder)
-    _save_chart(results, folder)
-    write_text(folder / "landing.csv", as_csv(landing_sheet(results)))
-    write_text(folder / "landing.md", as_markdown(landing_sheet(results)))
+def chart(results: Iterable[Result]) -> bytes:
+    """Error against run time of every method on every case, as SVG."""
+    series: dict[str, list[tuple[float, float]]] = {}
+    for one in results:
+        if one.error is not None:
+            series.setdefault(one.method.split(", τ")[0], []).append((median(one.seconds), one.error))
+    return error_time_svg("Error against run time; for shockpc's printed numbers the proven bound", series, ACCURATE)
 
 
-def landing_sheet(results: Sequence[Result]) -> Sheet:
+def landing_sheet(results: Iterable[Result]) -> Sheet:
     """All methods on one landing."""
     rows: list[tuple[Cell, ...]] = []
     for one in results:
-        clock: tuple[Cell, ...] = (None, None)
-        if one.timing:
-            clock = (_micro(one.timing.median), f"{_micro(one.timing.low)}–{_micro(one.timing.high)}")
-        rows.append((one.method, _largest([one]), *clock, one.outcome, one.message or None))
-    header = ("method", "error [-]", "median run time [µs]", "quartiles [µs]", "outcome", "remark")
+        rows.append((one.method, _largest([one]), *map(_micro, _quartiles(one)), one.outcome, one.message or None))
+    header = ("method", "error [-]", "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
     return Sheet("error against run time on this landing", header, rows, NOTES)
 
 
@@ -110,8 +100,8 @@ def methods_sheet(results: Sequence[Result]) -> Sheet:
     for name in dict.fromkeys(one.method for one in results):
         own = [one for one in results if one.method == name]
         counted = Counter(one.outcome for one in own)
-        times = [one.timing.median for one in own if one.timing]
-        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(times)) if times else None, _largest(own)))
+        middle = median(median(one.seconds) for one in own if one.seconds)
+        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(middle), _largest(own)))
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
     return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, (note,))
 
@@ -119,46 +109,15 @@ def methods_sheet(results: Sequence[Result]) -> Sheet:
 def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
     """One family: a column for each method, and a row for each case that one of them does not solve."""
     rows: list[tuple[Cell, ...]] = []
-    total = 0
-    for case, group in groupby(results, lambda one: one.case):
-        total += 1
-        own = {one.method: one for one in group}
-        if any(one.outcome not in ("accurate", "approximate", "unsuited") for one in own.values()):
-            errors = (None if name not in own else _largest([own[name]]) or own[name].outcome for name in DIRECT)
-            rows.append((case.value, case.variant, *errors))
+    cases = [list(own) for _, own in groupby(results, lambda one: one.case)]
+    for case in cases:
+        if any(one.outcome not in ("accurate", "approximate", "unsuited") for one in case):
+            cells = {one.method: _largest([one]) or one.outcome for one in case}
+            rows.append((case[0].case.value, case[0].case.variant, *map(cells.get, DIRECT)))
     note = family.about
-    if len(rows) < total:
-        note += f"; {total - len(rows)} of {total} cases are not listed: every method that can take them is accurate"
+    if len(rows) < len(cases):
+        note += f"; {len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate"
     return Sheet(f"{family.name}: error", (family.parameter, "variant", *DIRECT), rows, (note,))
-
-
-def _results_sheet(results: Iterable[Result]) -> Sheet:
-    """Every case by every method, for a spreadsheet."""
-    header = ("family", "variant", "value", "method", "outcome", "error", "median_s", "low_s", "high_s", "runs", "message")
-    rows = [
-        (*one.case[:3], one.method, one.outcome, one.error, *map(float, one.timing), one.message)
-        if one.timing
-        else (*one.case[:3], one.method, one.outcome, one.error, None, None, None, None, one.message)
-        for one in results
-    ]
-    return Sheet("every case by every method", header, rows)
-
-
-def _save_chart(results: Iterable[Result], folder: Path) -> None:
-    """Draw error against run time of every method on every case."""
-    series: dict[str, list[tuple[float, float]]] = {}
-    for one in results:
-        if one.error is not None and one.timing:
-            series.setdefault(one.method.split(", τ")[0], []).append((one.timing.median, one.error))
-    save_error_time(folder / CHART, "Error against run time; for shockpc's printed numbers the proven bound", series, ACCURATE)
-
-
-def _version(name: str) -> str:
-    """Name and version of an installed distribution."""
-    try:
-        return f"{name} {importlib.metadata.version(name)}"
-    except importlib.metadata.PackageNotFoundError:
-        return f"{name} not installed"
 
 
 def _processor() -> str:
@@ -169,9 +128,14 @@ def _processor() -> str:
     return (names or [platform.processor() or platform.machine()])[0]
 
 
-def _micro(seconds: float) -> str:
+def _quartiles(one: Result) -> list[float | None]:
+    """First quartile, median and third quartile of the run times [s]."""
+    return np.quantile(one.seconds, (0.25, 0.5, 0.75)).tolist() if one.seconds else [None] * 3
+
+
+def _micro(seconds: float | None) -> str | None:
     """A time in microseconds."""
-    return f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:.0f}"
+    return None if seconds is None else f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:.0f}"
 
 
 def _largest(results: Iterable[Result]) -> str | None:

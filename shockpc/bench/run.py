@@ -1,7 +1,7 @@
 """The benchmark: the standing suite, and one landing of one's own."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from shockpc.bench.cases import FAMILIES, Case
@@ -9,12 +9,13 @@ from shockpc.bench.costs import package_costs, sweep_costs
 from shockpc.bench.measure import measure
 from shockpc.bench.methods import DIRECT
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.bench.report import landing_sheet, methods_sheet, write_landing, write_report
+from shockpc.bench.report import CHART, chart, landing_sheet, methods_sheet, report_files
 from shockpc.bench.throughput import throughput
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.show.files import make_folder
+from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Sheet
+from shockpc.show.tables.text import as_csv, as_markdown
 
 __all__ = ["PARTS", "SIMULATED", "bench_landing", "run_suite"]
 
@@ -26,7 +27,7 @@ PARTS = (*FAMILIES, "costs", "many postures", "sweeps")
 
 
 def run_suite(
-    out: Path, families: Sequence[str] = tuple(FAMILIES), budget: float = 0.003, progress: Callable[[str], None] = lambda part: None
+    out: Path, families: Iterable[str] = tuple(FAMILIES), budget: float = 0.003, progress: Callable[[str], None] = lambda part: None
 ) -> list[Sheet]:
     """Measure every case of every family and write the report into a folder.
 
@@ -42,19 +43,16 @@ def run_suite(
         OutputError: the folder cannot be written.
         SolveError: a command failed.
     """
-    start = time.perf_counter()
-    make_folder(out)
-    results = []
+    start, results, sheets = time.perf_counter(), [], []
     for name in families:
         for case in FAMILIES[name].cases():
             simulated = list(MUJOCO.items())[1::2] if case[:3] in SIMULATED else []
             results += measure(case, DIRECT | dict(simulated), budget)
         progress(name)
-    sheets = []
     for name, table in (("costs", package_costs), ("many postures", throughput), ("sweeps", sweep_costs)):
         sheets.append(table(100.0 * budget))
         progress(name)
-    write_report(results, sheets, time.perf_counter() - start, out)
+    write_folder(out, report_files(results, sheets, time.perf_counter() - start))
     return [methods_sheet(results), *sheets]
 
 
@@ -71,6 +69,7 @@ def bench_landing(robot: Robot, scene: Scene, out: Path | None = None, budget: f
         OutputError: the folder cannot be written.
     """
     results = measure(Case("landing", robot.name, "", lambda: (robot, scene)), DIRECT | MUJOCO, budget)
+    sheet = landing_sheet(results)
     if out is not None:
-        write_landing(results, out)
-    return landing_sheet(results)
+        write_folder(out, {"landing.csv": as_csv(sheet), "landing.md": as_markdown(sheet), CHART: chart(results)})
+    return sheet

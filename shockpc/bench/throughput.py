@@ -1,12 +1,13 @@
 """Many postures of one landing: the batched path against Pinocchio and MuJoCo in a Python loop."""
 
+import math
 from collections.abc import Callable
+from statistics import median
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.build import chain, known_robot
-from shockpc.bench.cases import landing
+from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import Prepared
 from shockpc.bench.mujoco_peer import batch_in_mujoco
@@ -20,7 +21,6 @@ __all__ = ["PEERS", "many_system", "postures", "throughput"]
 
 STRUCK = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0"}
 """Robots and the frame that strikes."""
-
 
 MANY = 512
 """Postures."""
@@ -53,8 +53,7 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
     """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
     model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
     frame = model.getFrameId(system.landing.scene.contact[0].frame)
-    out = np.empty((len(Q), model.nv))
-    before = np.zeros((len(Q), model.nv))
+    out, before = np.empty((len(Q), model.nv)), np.zeros((len(Q), model.nv))
     before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
 
     def run() -> Array:
@@ -83,36 +82,27 @@ PEERS: dict[str, Callable[[System, Array], Prepared]] = {
 
 
 def throughput(budget: float) -> Sheet:
-    """Compare the results of all peers in many postures, and their run times.
-
-    Args:
-        budget: time to spend on each clock [s].
-    """
-    rows = [row for name in STRUCK for row in _rows(name, budget)]
+    """Compare the results of all peers in many postures, and their run times. Args: budget for each clock [s]."""
+    rows: list[tuple[Cell, ...]] = []
+    for name in STRUCK:
+        system = many_system(name)
+        Q = postures(system, MANY)
+        batched = _batched(system, Q)
+        maps = batched.read(batched.run())
+        jump = (maps @ system.landing.before.velocity)[..., None]
+        base = math.nan
+        for peer, prepare in PEERS.items():
+            try:
+                prepared = prepare(system, Q)
+            except UnsuitedError as reason:
+                rows.append((name, peer, None, None, None, str(reason)))
+                continue
+            raw, times = timed(prepared.run, budget)
+            result = prepared.read(raw)
+            own = maps if result.shape[-1] == 3 else jump
+            difference = np.max(np.abs(result - own).max(axis=(1, 2, 3)) / np.abs(own).max(axis=(1, 2, 3)))
+            seconds = median(times) / MANY
+            base = seconds if prepare is _bare_loop else base
+            rows.append((name, peer, f"{1e6 * seconds:.1f}", f"{seconds / base:.2f}", f"{difference:.1e}", None))
     header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
     return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
-
-
-def _rows(name: str, budget: float) -> list[tuple[Cell, ...]]:
-    """A row for every peer on one robot."""
-    system = many_system(name)
-    Q = postures(system, MANY)
-    batched = _batched(system, Q)
-    maps = batched.read(batched.run())
-    jump = (maps @ system.landing.before.velocity)[..., None]
-    rows: list[tuple[Cell, ...]] = []
-    base = None
-    for peer, prepare in PEERS.items():
-        try:
-            prepared = prepare(system, Q)
-        except UnsuitedError as reason:
-            rows.append((name, peer, None, None, None, str(reason)))
-            continue
-        raw, timing = timed(prepared.run, budget)
-        result = prepared.read(raw)
-        own = maps if result.shape[-1] == 3 else jump
-        difference = float((np.abs(result - own).max(axis=(1, 2, 3)) / np.abs(own).max(axis=(1, 2, 3))).max())
-        seconds = timing.median / MANY
-        base = base or seconds
-        rows.append((name, peer, f"{1e6 * seconds:.1f}", f"{seconds / base:.2f}", f"{difference:.1e}", None))
-    return rows
