@@ -20,20 +20,9 @@ from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike
 
 __all__ = [
-    "FAMILIES",
-    "FOOTED",
-    "OBLIQUE",
-    "Case",
-    "Family",
-    "Link",
-    "bent",
-    "box",
-    "chain",
-    "feet_of",
-    "known_robot",
-    "landing",
+    "FAMILIES", "FOOTED", "OBLIQUE", "Case", "Family", "Link", "bent", "box", "chain", "feet_of", "known_robot", "landing",
     "robot_of",
-]
+]  # fmt: skip
 
 BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)
 OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))
@@ -85,14 +74,7 @@ class Link(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One landing of a family.
-
-    Attributes:
-        family: name of the family.
-        variant: of the landing.
-        value: of the parameter, as text.
-        build: returns the robot and the scene.
-    """
+    """One landing of a family: the names of family and variant, the value of the parameter, and what builds robot and scene."""
 
     family: str
     variant: str

@@ -94,11 +94,7 @@ def _reduced(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _one_restitution(system: System) -> float:
-    """The restitution that Pinocchio's functions take.
-
-    Raises:
-        UnsuitedError: restitutions differ, or something is held that would have to be at rest before the impact.
-    """
+    """The restitution that Pinocchio's functions take; they take no system where something else is held."""
     e = {contact.restitution for contact in system.landing.contacts}
     if len(e) > 1:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")

@@ -15,13 +15,13 @@ try:
 except ImportError:
     mujoco = None
 
-__all__ = ["MUJOCO", "batch_in_mujoco", "mujoco_model", "mujoco_posture"]
+__all__ = ["MUJOCO", "batch_in_mujoco"]
 
 KINDS = {"free": "FREE", "ball": "BALL", "prismatic": "SLIDE", "revolute": "HINGE", "continuous": "HINGE"}
 """MuJoCo's joint for a kind of ours."""
 
 
-def mujoco_model(system: System, tau: float | None = None) -> Any:
+def _model(system: System, tau: float | None = None) -> Any:
     """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing.
 
     Args:
@@ -63,13 +63,6 @@ def mujoco_model(system: System, tau: float | None = None) -> Any:
         raise UnsuitedError(f"MuJoCo refuses the model: {str(refusal).strip().splitlines()[0]}") from None
 
 
-def mujoco_posture(system: System, peer: Any, q: Array) -> Array:
-    """Pinocchio's q in MuJoCo's layout, with the base where it is in the landing."""
-    found = peer.qpos0.copy()
-    mujoco.mj_integratePos(peer, found, pin.difference(system.model, system.landing.q, q), 1.0)
-    return np.asarray(found)
-
-
 def _jumps(system: System, peer: Any, data: Any) -> Array:
     """Jumps (nb, 6) of the bodies from `data.cvel`."""
     motions, velocity = [pin.Motion.Zero()], np.empty(6)
@@ -93,7 +86,7 @@ def _simulation(tau: float, system: System) -> Prepared:
         raise UnsuitedError("MuJoCo is used here for contacts of free robots without loops")
     if any(c.restitution or len(c.directions) != 3 or len(c.moments) for c in landing.contacts):
         raise UnsuitedError("MuJoCo is used here for sticking points without restitution")
-    peer = mujoco_model(system, tau)
+    peer = _model(system, tau)
     peer.opt.timestep = tau / 2.0
     data, before = mujoco.MjData(peer), system.v.copy()
     before[:3] = pin.Quaternion(landing.q[3:7]).matrix() @ system.v[:3]
@@ -111,21 +104,18 @@ def _simulation(tau: float, system: System) -> Prepared:
 
 
 def batch_in_mujoco(system: System, Q: Array) -> Prepared:
-    """The impulsive equation with MuJoCo's matrices for three strike directions, one posture after another.
-
-    M, the Jacobian of a point and M⁻¹ by MuJoCo's sparse factor; one pass for each direction gives the velocities of all bodies.
+    """The impulsive equation of one sticking point with MuJoCo's matrices and sparse factor, for three strike directions.
 
     Args:
-        system: one sticking point on a free robot.
-        Q: (N, nq) postures in Pinocchio's layout.
-
-    Returns: run gives MuJoCo's velocities (N, 3, nb, 6), world axes at the robot's centre of mass; read converts them to maps
-    (N, nb, 6, 3).
+        system: a free robot on one foot.
+        Q: (N, nq) postures in Pinocchio's layout, with the base where it is in the landing.
     """
     ((body, foot),) = system.contact_points()
-    peer = mujoco_model(system)
+    peer = _model(system)
     data, nv = mujoco.MjData(peer), peer.nv
-    postures = [mujoco_posture(system, peer, q) for q in Q]
+    postures = np.tile(peer.qpos0, (len(Q), 1))
+    for posture, q in zip(postures, Q, strict=True):
+        mujoco.mj_integratePos(peer, posture, pin.difference(system.model, system.landing.q, q), 1.0)
     J, H_J = np.zeros((3, nv)), np.zeros((3, nv))
     out = np.empty((len(Q), 3, peer.nbody - 1, 6))
 

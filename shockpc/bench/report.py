@@ -1,6 +1,7 @@
 """The report: a chart of error against run time, tables of the results; Markdown and CSV."""
 
 import importlib.metadata
+import math
 import os
 import platform
 from collections import Counter
@@ -100,8 +101,8 @@ def methods_sheet(results: Sequence[Result]) -> Sheet:
     for name in dict.fromkeys(one.method for one in results):
         own = [one for one in results if one.method == name]
         counted = Counter(one.outcome for one in own)
-        middle = median(median(one.seconds) for one in own if one.seconds)
-        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(middle), _largest(own)))
+        middle = [median(one.seconds) for one in own if one.seconds]
+        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(middle or [math.nan])), _largest(own)))
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
     return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, (note,))
 
