@@ -155,9 +155,7 @@ def test_the_independent_solution_knows_the_beam():
 
 def the(beginning) -> Claim:
     """The one claim whose section and statement begin so."""
-    (found,) = (
-        claim for figure in FIGURES for claim in figure.claims if f"{claim.section}: {claim.statement}".startswith(beginning)
-    )
+    (found,) = (claim for figure in FIGURES for claim in figure.claims if claim.statement.startswith(beginning))
     return found
 
 
@@ -230,10 +228,9 @@ def test_every_claim_has_its_outcome():
 def test_an_outcome_follows_from_the_value():
     """Strictly between the bounds; NaN never holds; what does not change the outcome is no alternative."""
     claim = Claim(
-        "it is so",
+        "here: it is so",
         "size [1]",
         lambda size=1.0: size,
-        section="here",
         interpretation="small",
         above=0.5,
         below=2.0,

@@ -20,10 +20,9 @@ class Claim:
     """A claim of the paper. It holds if its value lies strictly between two bounds.
 
     Attributes:
-        statement: what the paper says.
+        statement: section, equation, figure or footnote of the paper, and what it says there.
         quantity: name and unit of the value.
         compute: function that returns the value; without arguments under the interpretation.
-        section: section, equation, figure or footnote of the paper.
         interpretation: how the statement is made computable, including the choice of what the text leaves open.
         above, below: bounds of the value.
         options: other interpretations.
@@ -33,7 +32,6 @@ class Claim:
     quantity: str
     compute: Callable[..., float]
     _: KW_ONLY
-    section: str
     interpretation: str
     above: float = -math.inf
     below: float = math.inf

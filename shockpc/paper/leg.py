@@ -149,26 +149,26 @@ def _moved_imu(case: int = 0) -> float:
     return float(new / old)
 
 
-chain = functools.partial(Claim, section="Section 3.4", interpretation="cases A to F as drawn", options=OPEN)
-level = functools.partial(Claim, section="Section 3.4", interpretation="leg upright, foot level and struck along its normal")
+chain = functools.partial(Claim, interpretation="cases A to F as drawn", options=OPEN)
+level = functools.partial(Claim, interpretation="leg upright, foot level and struck along its normal")
 
 LEG_CLAIMS = (
     chain(
-        "when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
+        "Section 3.4: when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
         "smallest distance of the CoPc in front of the lower leg, over its length [1]",
         lambda **how: min(_lower_leg_centre(p)[0] for p in cases(**how)[:5]),
         above=ROUNDING,
         interpretation="cases A to E as drawn",
     ),
     chain(
-        "upper bodies are generally subject to less shock",
+        "Section 3.4: upper bodies are generally subject to less shock",
         "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
         _rise,
         below=1.0 - ROUNDING,
         options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": 0.0}},
     ),
     chain(
-        "the CoPc of a body tends to move toward the next joint in the chain",
+        "Section 3.4: the CoPc of a body tends to move toward the next joint in the chain",
         "largest distance of the CoPc from the joint above over that from the joint below [1]",
         _nearer,
         below=1.0 - ROUNDING,
@@ -176,80 +176,73 @@ LEG_CLAIMS = (
         options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": 0.0}},
     ),
     level(
-        "a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
+        "Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
         "largest shock above the foot, a third of which lies behind the ankle [1]",
         _above_foot,
         below=ROUNDING,
         options={"foot ends at the ankle": {"heel": "0"}, "struck 15° from the normal": {"strike": 15.0}},
     ),
     level(
-        "two slender bodies hinged perpendicularly can each mitigate one translational component of the shock",
+        "Section 3.4: two slender bodies hinged perpendicularly can each mitigate one translational component of the shock",
         "largest shock of the lower leg over that without the foot [1]",
         _one_component,
         below=0.5,
         options={"struck 45° from the normal": {"strike": 45.0}},
     ),
     chain(
-        "for a body at the end of the chain, the CoPc lies at 2/3 of a slender body",
+        "Section 3.4: for a body at the end of the chain, the CoPc lies at 2/3 of a slender body",
         "largest deviation along the body, over its length [1]",
         lambda **how: max(_off_eq_1(p, *list(leg_lines(p).items())[-1]) for p in cases(**how)),
         below=ROUNDING,
     ),
     Claim(
-        "the effect of the torso on the shock of the legs is minimal (C against D)",
+        "Section 4.1: the effect of the torso on the shock of the legs is minimal (C against D)",
         "largest change of shock on the middle lines of the legs [1]",
         _torso_changes,
         below=0.25,
-        section="Section 4.1",
         interpretation="both struck at 75°; 0.25 is one step of the colour scale",
         options={"both struck at 45°": {"strike": 45.0}, "both struck at 15°": {"strike": 15.0}},
     ),
     chain(
-        "flattening the impact brings the CoPc of the lower leg closer to the body (A to C)",
+        "Section 4.1: flattening the impact brings the CoPc of the lower leg closer to the body (A to C)",
         "largest ratio of its distance from the body to that in the case before [1]",
         _approach,
         below=1.0,
-        section="Section 4.1",
     ),
     chain(
-        "the foot reduces the shock of all links by more than 80 % (E against F)",
+        "Section 4.1: the foot reduces the shock of all links by more than 80 % (E against F)",
         "smallest reduction of the largest shock on a link [%]",
         lambda **how: min(reductions(**how).values()),
         above=80.0,
-        section="Section 4.1",
         interpretation="both struck at 15°, lower leg vertical, ankle's 75° counted from the knee",
     ),
     chain(
-        "the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
+        "Footnote 4: the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
         "largest friction coefficient that a contact needs [1]",
         _friction,
         below=1.0,
-        section="Footnote 4",
     ),
     Claim(
-        "moving the IMU from the middle of the lower leg forward and down lowers its shock",
+        "Figure 4: moving the IMU from the middle of the lower leg forward and down lowers its shock",
         "shock at the new place over that at the old one [1]",
         _moved_imu,
         below=1.0,
-        section="Figure 4",
         interpretation="case A; moved by a tenth of the length both ways",
         options={"case B": {"case": 1}, "case C": {"case": 2}},
     ),
     chain(
-        "the torso is well described by Eq. 1",
+        "Section 5: the torso is well described by Eq. 1",
         "largest distance of its CoPc from 2/3 of the length, over the length [1]",
         lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(*torso, in_plane) for torso in _torsos(figure_5, **how)),
         below=0.05,
-        section="Section 5",
         interpretation="distance along the torso, cases D to F as drawn",
         options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},
     ),
     chain(
-        "sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
+        "Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
         "largest distance of the place of least shock from 3/4 of the torso, over its length [1]",
         _off_three_quarters,
         below=0.25,
-        section="Section 5",
         interpretation="cases D to F as drawn",
         options=OPEN | {"Figure 5": {"figure_5": True}},
     ),

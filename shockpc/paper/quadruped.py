@@ -98,13 +98,11 @@ def _mirrored(hind: float = 1.0, nose: float = 15.0, front: float = -1.0) -> flo
     return float(np.abs(np.array(one) - np.array(other)[:, ::-1]).max())
 
 
-drawn = functools.partial(
-    Claim, section="Section 4.3", interpretation="hind knee forward, front knee backward, nose up, as drawn", options=OPEN
-)
+drawn = functools.partial(Claim, interpretation="hind knee forward, front knee backward, nose up, as drawn", options=OPEN)
 
 QUADRUPED_CLAIMS = (
     drawn(
-        "the torso is relatively free of shock",
+        "Section 4.3: the torso is relatively free of shock",
         "largest shock on the middle line of the torso [1]",
         lambda angles=(20.0, 30.0), **how: _torso(*angles, **how),
         below=0.25,
@@ -112,38 +110,36 @@ QUADRUPED_CLAIMS = (
         options=OPEN | {"legs bent by 10°": {"angles": (10.0,)}, "legs bent by 0°": {"angles": (0.0,)}},
     ),
     drawn(
-        "this changes as the legs approach a singular configuration",
+        "Section 4.3: this changes as the legs approach a singular configuration",
         "smallest ratio of the torso's largest shock to that with legs bent by 10° more [1]",
         lambda **how: min(_torso(a, **how) / _torso(b, **how) for a, b in itertools.pairwise(ANGLES)),
         above=1.0,
     ),
     drawn(
-        "the CoPc of the torso moves towards the front as the robot lands with more extended legs",
+        "Section 4.3: the CoPc of the torso moves towards the front as the robot lands with more extended legs",
         "smallest step of the CoPc to the front from one panel to the next, over the torso's length [1]",
         _step_forward,
         above=0.0,
     ),
     drawn(
-        "at 10° the shock in the front side is more than a factor of two lower than in the back side",
+        "Section 4.3: at 10° the shock in the front side is more than a factor of two lower than in the back side",
         "shock at the back end of the torso over that at its front end [1]",
         lambda **how: float(np.divide(*_on_torso(quadruped(10.0, **how), 2))),
         above=2.0,
     ),
     Claim(
-        "the front leg does not significantly influence shock in the rest of the robot",
+        "Section 4.3: the front leg does not significantly influence shock in the rest of the robot",
         "largest relative change of shock when the front leg is left out [1]",
         _without_front,
         below=0.05,
-        section="Section 4.3",
         interpretation="both ends of the torso and the hind leg; a change of 5 % counts as an influence",
         options={place: {"places": (place,)} for place in PLACES},
     ),
     Claim(
-        "gearbox and rotor inertia will in most cases not have to be included",
+        "Section 3.1.2: gearbox and rotor inertia will in most cases not have to be included",
         "largest shock of the torso over that with free joints [1]",
         _geared,
         below=1.05,
-        section="Section 3.1.2",
         interpretation="0.05 kg m² reflected at every joint, legs bent by 30°; a change of 5 % counts",
         options={
             "0.005 kg m² at every joint": {"armature": {"*": 0.005}},
@@ -152,7 +148,7 @@ QUADRUPED_CLAIMS = (
         },
     ),
     drawn(
-        "the pattern is mirrored when the robot lands on its front legs",
+        "Section 4.3: the pattern is mirrored when the robot lands on its front legs",
         "largest difference of the torso's shock from the mirrored landing [1]",
         _mirrored,
         below=ROUNDING,
