@@ -67,7 +67,7 @@ def _on_screw_axis(at: tuple[float, ...] = (1.0, 0.04, 0.04), velocity: tuple[fl
 
 
 def _off_eq_2(profile: ShockProfile) -> float:
-    shock, x = along(profile, "beam", (0.0 * TIP, TIP)), np.linspace(0.0, 1.0, 41)
+    shock, x = along(profile, "beam"), np.linspace(0.0, 1.0, 41)
     return float(np.abs(shock - np.abs(x - profile.copc[0, 0]) / profile.ropc[0]).max())
 
 

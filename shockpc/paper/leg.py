@@ -3,20 +3,18 @@
 import functools
 import itertools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from shockpc.core.beam import centre_of_percussion
 from shockpc.paper.claim import ROUNDING, Claim, Options
-from shockpc.paper.landings import Line, along, changed, land, line_shock, scene
-from shockpc.paper.quadruped import ANGLES, QUADRUPED_LINES, quadruped
+from shockpc.paper.landings import along, changed, land, largest, middle_lines, scene
+from shockpc.paper.quadruped import ANGLES, quadruped
 from shockpc.result import ShockProfile
 
-__all__ = ["LEG_CLAIMS", "cases", "leg_lines", "reductions"]
-
-SEGMENT = np.array([0.0, 0.0, 0.4])
-"""A segment of the leg, upward [m]."""
+__all__ = ["LEG_CLAIMS", "cases", "reductions"]
 
 UPRIGHT_KNEE = -15.0
 """Knee angle at which the lower leg is vertical: the upper leg is at 15 degrees [deg]."""
@@ -50,87 +48,74 @@ def cases(
     return tuple(found)
 
 
-def leg_lines(profile: ShockProfile) -> dict[str, Line]:
-    """The middle lines of foot, lower leg, upper leg and torso, each from its lower end to its upper one."""
-    spans = {"foot": (-0.5, 0.0), "lower_leg": (-1.0, 0.0), "upper_leg": (-1.0, 0.0), "torso": (0.0, 1.5)}
-    return {body: (low * SEGMENT, high * SEGMENT) for body, (low, high) in spans.items() if body in profile.bodies}
-
-
 def reductions(**how: Any) -> dict[str, float]:
     """By how much case F lowers the largest shock of every link of case E [%]; arguments as for `cases`."""
-    without, with_foot = map(_largest, cases(**how)[4:])
+    without, with_foot = map(largest, cases(**how)[4:])
     return {body: 100.0 * (1.0 - with_foot[body] / shock) for body, shock in without.items()}
-
-
-def _largest(profile: ShockProfile) -> dict[str, float]:
-    """Largest shock on the middle line of every body [1]."""
-    return {body: line_shock(profile, body, line) for body, line in leg_lines(profile).items()}
 
 
 def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
     """Distance of the lower leg's CoPc in front of its line, and from the nearest point of it, over its length [1]."""
-    front, _, height = profile.copc[profile.bodies.index("lower_leg")] / SEGMENT[2]
+    front, _, height = profile.copc[profile.bodies.index("lower_leg")] / 0.4
     return float(front), math.hypot(front, max(height, -1.0 - height, 0.0))
 
 
-def _shown(figure_5: float | None, **how: Any) -> list[tuple[ShockProfile, dict[str, Line]]]:
-    """Cases A to F, or the quadruped with leg segments at that angle, with the middle lines of the chain."""
-    if figure_5 is not None:
-        return [(quadruped(figure_5), QUADRUPED_LINES)]
-    return [(profile, leg_lines(profile)) for profile in cases(**how)]
+def _shown(figure_5: float | None, **how: Any) -> Sequence[ShockProfile]:
+    """Cases A to F, or the quadruped with leg segments at that angle."""
+    return cases(**how) if figure_5 is None else [quadruped(figure_5)]
 
 
 def _rise(figure_5: float | None = None, on_line: bool = False, **how: Any) -> float:
     """Largest ratio of the shock of a body to that of the body below it."""
     ratios = []
-    for profile, lines in _shown(figure_5, **how):
+    for profile in _shown(figure_5, **how):
         at_com = dict(zip(profile.bodies, map(float, profile.shock_com), strict=True))
-        shock = [line_shock(profile, body, line) if on_line else at_com[body] for body, line in lines.items()]
+        shock = [on_its_line if on_line else at_com[body] for body, on_its_line in largest(profile).items()]
         ratios += [upper / lower for lower, upper in itertools.pairwise(shock)]
     return max(ratios)
 
 
 def _nearer(body: str = "upper_leg", figure_5: float | None = None, **how: Any) -> float:
     """Distance of a CoPc from the joint above over that from the joint below: by Eq. 2 the ratio of the shocks there."""
-    found = [(profile, lines[body]) for profile, lines in _shown(figure_5, **how) if body in lines and "torso" in lines]
-    return max(float(np.divide(*along(profile, body, line, 2)[::-1])) for profile, line in found)
+    found = [profile for profile in _shown(figure_5, **how) if "torso" in profile.bodies]
+    return max(float(np.divide(*along(profile, body, 2)[::-1])) for profile in found)
 
 
 def _above_foot(heel: str = "0.1", strike: float = 0.0) -> float:
     level = cases(steep=strike, ankle=90.0)[5]
-    shock = _largest(land(changed(level.scene, xacro={"heel": heel})))
+    shock = largest(land(changed(level.scene, xacro={"heel": heel})))
     return max(shock[body] for body in shock if body != "foot")
 
 
 def _one_component(strike: float = 0.0) -> float:
-    without, with_foot = map(_largest, cases(steep=strike, ankle=90.0)[4:])
+    without, with_foot = map(largest, cases(steep=strike, ankle=90.0)[4:])
     return with_foot["lower_leg"] / without["lower_leg"]
 
 
-def _off_eq_1(profile: ShockProfile, body: str, line: Line, in_plane: bool = False) -> float:
-    """Distance of a CoPc from 2/3 of a body's line, along the line or in the plane, over its length [1]."""
-    axis = line[1] - line[0]
-    off = profile.copc[profile.bodies.index(body)] - line[0] - centre_of_percussion(0.5, 1.0 / math.sqrt(12.0)) * axis
+def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float:
+    """Distance of a CoPc from 2/3 of a body's middle line, along the line or in the plane, over its length [1]."""
+    low, high = middle_lines(profile)[body]
+    axis = high - low
+    off = profile.copc[profile.bodies.index(body)] - low - centre_of_percussion(0.5, 1.0 / math.sqrt(12.0)) * axis
     return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
 
 
-def _torsos(figure_5: bool, **how: Any) -> list[tuple[ShockProfile, str, Line]]:
-    """The torsos of cases D to F or of Figure 5, with their middle lines."""
-    shown = [one for angle in ANGLES for one in _shown(angle)] if figure_5 else _shown(None, **how)[3:]
-    return [(profile, "torso", lines["torso"]) for profile, lines in shown]
+def _torsos(figure_5: bool, **how: Any) -> Sequence[ShockProfile]:
+    """Cases D to F, or the panels of Figure 5."""
+    return [quadruped(angle) for angle in ANGLES] if figure_5 else cases(**how)[3:]
 
 
 def _off_three_quarters(figure_5: bool = False, **how: Any) -> float:
-    places = [float(np.argmin(along(*torso, 121))) / 120.0 for torso in _torsos(figure_5, **how)]
+    places = [float(np.argmin(along(profile, "torso", 121))) / 120.0 for profile in _torsos(figure_5, **how)]
     return max(abs(place - 0.75) for place in places)
 
 
 def _torso_changes(strike: float = 75.0) -> float:
-    shocks = [
-        np.stack([along(profile, body, leg_lines(profile)[body]) for body in ("lower_leg", "upper_leg")])
+    without, with_torso = (
+        np.stack([along(profile, body) for body in ("lower_leg", "upper_leg")])
         for profile in cases(strikes=(15.0, 45.0, strike))[2:4]
-    ]
-    return float(np.abs(shocks[1] - shocks[0]).max())
+    )
+    return float(np.abs(with_torso - without).max())
 
 
 def _approach(**how: Any) -> float:
@@ -192,7 +177,7 @@ LEG_CLAIMS = (
     chain(
         "Section 3.4: for a body at the end of the chain, the CoPc lies at 2/3 of a slender body",
         "largest deviation along the body, over its length [1]",
-        lambda **how: max(_off_eq_1(p, *list(leg_lines(p).items())[-1]) for p in cases(**how)),
+        lambda **how: max(_off_eq_1(p, list(middle_lines(p))[-1]) for p in cases(**how)),
         below=ROUNDING,
     ),
     Claim(
@@ -233,7 +218,7 @@ LEG_CLAIMS = (
     chain(
         "Section 5: the torso is well described by Eq. 1",
         "largest distance of its CoPc from 2/3 of the length, over the length [1]",
-        lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(*torso, in_plane) for torso in _torsos(figure_5, **how)),
+        lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(p, "torso", in_plane) for p in _torsos(figure_5, **how)),
         below=0.05,
         interpretation="distance along the torso, cases D to F as drawn",
         options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},

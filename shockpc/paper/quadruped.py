@@ -8,22 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.spatial import Array
 from shockpc.model.joint_model import Joints
 from shockpc.paper.claim import ROUNDING, Claim, Options
-from shockpc.paper.landings import Line, along, changed, land, scene
+from shockpc.paper.landings import along, changed, land, scene
 from shockpc.result import ShockProfile
 
-__all__ = ["ANGLES", "QUADRUPED_CLAIMS", "QUADRUPED_LINES", "quadruped"]
+__all__ = ["ANGLES", "QUADRUPED_CLAIMS", "quadruped"]
 
 ANGLES = (0.0, 10.0, 20.0, 30.0)
 """Angles of the leg segments from the vertical [deg]."""
-
-HALF, SEGMENT = np.array([0.4, 0.0, 0.0]), np.array([0.0, 0.0, -0.4])
-QUADRUPED_LINES: dict[str, Line] = {
-    "hind_lower_leg": (SEGMENT, 0.0 * SEGMENT), "hind_upper_leg": (SEGMENT, 0.0 * SEGMENT), "torso": (-HALF, HALF),
-}  # fmt: skip
-"""The middle lines of hind leg and torso, from the ground up [m]."""
 
 OPEN: Options = {
     "hind knee backward": {"hind": -1.0},
@@ -57,14 +50,9 @@ def quadruped(
     return land(changed(scene("fig5_00"), joints, base_pitch_deg=-nose, xacro=xacro, contact={"frame": foot}))
 
 
-def _on_torso(profile: ShockProfile, count: int) -> Array:
-    """Shock (count,) along the middle line of the torso, from back to front [1]."""
-    return along(profile, "torso", QUADRUPED_LINES["torso"], count)
-
-
 def _torso(*angles: float, **how: Any) -> float:
     """Largest shock on the torso over landings at these angles [1]."""
-    return max(float(_on_torso(quadruped(angle, **how), 2).max()) for angle in angles)
+    return max(float(along(quadruped(angle, **how), "torso", 2).max()) for angle in angles)
 
 
 def _step_forward(**how: Any) -> float:
@@ -79,7 +67,7 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
     for angle in ANGLES:
         shocks = []
         for profile in (quadruped(angle), quadruped(angle, front_leg=False)):
-            lower, upper, torso = (along(profile, body, line, 21) for body, line in QUADRUPED_LINES.items())
+            lower, upper, torso = (along(profile, body, 21) for body in ("hind_lower_leg", "hind_upper_leg", "torso"))
             shocks.append(dict(zip(PLACES, (torso[:1], torso[-1:], np.stack([lower, upper])), strict=True)))
         changes += [np.abs(shocks[0][place] - shocks[1][place]).max(-1) / shocks[0][place].max(-1) for place in places]
     return float(max(change.max() for change in changes))
@@ -88,13 +76,13 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
 def _geared(angle: float = 30.0, **joints: Any) -> float:
     free = quadruped(angle)
     resisting = land(replace(free.scene, joints=Joints(**joints or {"armature": {"*": 0.05}})))
-    return float(_on_torso(resisting, 2).max() / _on_torso(free, 2).max())
+    return float(along(resisting, "torso", 2).max() / along(free, "torso", 2).max())
 
 
 def _mirrored(hind: float = 1.0, nose: float = 15.0, front: float = -1.0) -> float:
     """Difference from the landing of the robot turned about on its front leg: hind becomes front, nose up nose down."""
-    one = [_on_torso(quadruped(angle, hind, nose, front), 21) for angle in ANGLES]
-    other = [_on_torso(quadruped(angle, -front, -nose, -hind, "front_foot"), 21) for angle in ANGLES]
+    one = [along(quadruped(angle, hind, nose, front), "torso", 21) for angle in ANGLES]
+    other = [along(quadruped(angle, -front, -nose, -hind, "front_foot"), "torso", 21) for angle in ANGLES]
     return float(np.abs(np.array(one) - np.array(other)[:, ::-1]).max())
 
 
@@ -124,7 +112,7 @@ QUADRUPED_CLAIMS = (
     drawn(
         "Section 4.3: at 10° the shock in the front side is more than a factor of two lower than in the back side",
         "shock at the back end of the torso over that at its front end [1]",
-        lambda **how: float(np.divide(*_on_torso(quadruped(10.0, **how), 2))),
+        lambda **how: float(np.divide(*along(quadruped(10.0, **how), "torso", 2))),
         above=2.0,
     ),
     Claim(

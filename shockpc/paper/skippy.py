@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.paper.claim import Claim, Options
-from shockpc.paper.landings import changed, land, line_shock, scene
+from shockpc.paper.landings import changed, land, largest, scene
 from shockpc.result import ShockProfile
 from shockpc.scene import GRAVITY
 
@@ -79,7 +79,7 @@ def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockP
 
 def _largest(profile: ShockProfile) -> float:
     """Largest shock on the torso [1]."""
-    return line_shock(profile, "torso", (np.zeros(3), profile.robot.frame("head").offset))
+    return largest(profile)["torso"]
 
 
 def _at_imus(profile: ShockProfile) -> float:
