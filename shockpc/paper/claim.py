@@ -1,12 +1,15 @@
-"""A claim of the paper as a record: what it says, how it is interpreted, what is computed, and when it holds."""
+"""Claims of the paper and its figures as records: what is said, how it is interpreted, what is computed, and when it holds."""
 
 import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
-__all__ = ["ROUNDING", "Claim", "Options"]
+from shockpc.paper.landings import land
+from shockpc.result import ShockProfile
+
+__all__ = ["ROUNDING", "Claim", "Options", "Panel", "PaperFigure"]
 
 ROUNDING = 1e-11
 """Bound on rounding errors in lengths and shocks of order 1."""
@@ -59,3 +62,35 @@ class Claim:
         if math.isinf(self.above):
             return f"below {self.below:g}"
         return f"above {self.above:g}" if math.isinf(self.below) else f"between {self.above:g} and {self.below:g}"
+
+
+class Panel(NamedTuple):
+    """One panel of a figure: the letter or angle under it, the name of its scene file without ".toml", and what it shows."""
+
+    label: str
+    scene: str
+    words: str
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure of the paper that is drawn from a model.
+
+    Attributes:
+        number: in the paper.
+        title: short description.
+        note: what is assumed or not given in the paper.
+        panels: from left to right.
+        claims: those that the models of the figure decide, in the paper's order.
+    """
+
+    number: int
+    title: str
+    note: str
+    panels: tuple[Panel, ...]
+    claims: tuple[Claim, ...]
+
+    @cached_property
+    def profiles(self) -> tuple[ShockProfile, ...]:
+        """The shock profile of every panel."""
+        return tuple(land(panel.scene) for panel in self.panels)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.beam import centre_of_percussion
-from shockpc.paper.claim import ROUNDING, Claim, Options
+from shockpc.paper.claim import ROUNDING, Claim, Options, Panel, PaperFigure
 from shockpc.paper.landings import along, changed, land, largest, middle_lines, scene
 from shockpc.paper.quadruped import ANGLES, quadruped
 from shockpc.result import ShockProfile
 
-__all__ = ["LEG_CLAIMS", "cases", "reductions"]
+__all__ = ["LEG", "cases", "reductions"]
 
 UPRIGHT_KNEE = -15.0
 """Knee angle at which the lower leg is vertical: the upper leg is at 15 degrees [deg]."""
@@ -137,99 +137,111 @@ def _moved_imu(case: int = 0) -> float:
 chain = functools.partial(Claim, interpretation="cases A to F as drawn", options=OPEN)
 level = functools.partial(Claim, interpretation="leg upright, foot level and struck along its normal")
 
-LEG_CLAIMS = (
-    chain(
-        "Section 3.4: when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
-        "smallest distance of the CoPc in front of the lower leg, over its length [1]",
-        lambda **how: min(_lower_leg_centre(p)[0] for p in cases(**how)[:5]),
-        above=ROUNDING,
-        interpretation="cases A to E as drawn",
+LEG = PaperFigure(
+    2,
+    "a human leg",
+    "The text gives neither the strike angles nor the angle of the lower leg; the scene files state the values chosen here.",
+    (
+        Panel("A", "fig2_a", "walking"),
+        Panel("B", "fig2_b", "running"),
+        Panel("C", "fig2_c", "climbing stairs"),
+        Panel("D", "fig2_d", "C with a torso"),
+        Panel("E", "fig2_e", "steep, with a torso"),
+        Panel("F", "fig2_f", "E with a foot"),
     ),
-    chain(
-        "Section 3.4: upper bodies are generally subject to less shock",
-        "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
-        _rise,
-        below=1.0 - ROUNDING,
-        options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": 0.0}},
-    ),
-    chain(
-        "Section 3.4: the CoPc of a body tends to move toward the next joint in the chain",
-        "largest distance of the CoPc from the joint above over that from the joint below [1]",
-        _nearer,
-        below=1.0 - ROUNDING,
-        interpretation="upper leg, cases D to F as drawn",
-        options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": 0.0}},
-    ),
-    level(
-        "Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
-        "largest shock above the foot, a third of which lies behind the ankle [1]",
-        _above_foot,
-        below=ROUNDING,
-        options={"foot ends at the ankle": {"heel": "0"}, "struck 15° from the normal": {"strike": 15.0}},
-    ),
-    level(
-        "Section 3.4: two slender bodies hinged perpendicularly can each mitigate one translational component of the shock",
-        "largest shock of the lower leg over that without the foot [1]",
-        _one_component,
-        below=0.5,
-        options={"struck 45° from the normal": {"strike": 45.0}},
-    ),
-    chain(
-        "Section 3.4: for a body at the end of the chain, the CoPc lies at 2/3 of a slender body",
-        "largest deviation along the body, over its length [1]",
-        lambda **how: max(_off_eq_1(p, list(middle_lines(p))[-1]) for p in cases(**how)),
-        below=ROUNDING,
-    ),
-    Claim(
-        "Section 4.1: the effect of the torso on the shock of the legs is minimal (C against D)",
-        "largest change of shock on the middle lines of the legs [1]",
-        _torso_changes,
-        below=0.25,
-        interpretation="both struck at 75°; 0.25 is one step of the colour scale",
-        options={"both struck at 45°": {"strike": 45.0}, "both struck at 15°": {"strike": 15.0}},
-    ),
-    chain(
-        "Section 4.1: flattening the impact brings the CoPc of the lower leg closer to the body (A to C)",
-        "largest ratio of its distance from the body to that in the case before [1]",
-        _approach,
-        below=1.0,
-    ),
-    chain(
-        "Section 4.1: the foot reduces the shock of all links by more than 80 % (E against F)",
-        "smallest reduction of the largest shock on a link [%]",
-        lambda **how: min(reductions(**how).values()),
-        above=80.0,
-        interpretation="both struck at 15°, lower leg vertical, ankle's 75° counted from the knee",
-    ),
-    chain(
-        "Footnote 4: the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
-        "largest friction coefficient that a contact needs [1]",
-        _friction,
-        below=1.0,
-    ),
-    Claim(
-        "Figure 4: moving the IMU from the middle of the lower leg forward and down lowers its shock",
-        "shock at the new place over that at the old one [1]",
-        _moved_imu,
-        below=1.0,
-        interpretation="case A; moved by a tenth of the length both ways",
-        options={"case B": {"case": 1}, "case C": {"case": 2}},
-    ),
-    chain(
-        "Section 5: the torso is well described by Eq. 1",
-        "largest distance of its CoPc from 2/3 of the length, over the length [1]",
-        lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(p, "torso", in_plane) for p in _torsos(figure_5, **how)),
-        below=0.05,
-        interpretation="distance along the torso, cases D to F as drawn",
-        options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},
-    ),
-    chain(
-        "Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
-        "largest distance of the place of least shock from 3/4 of the torso, over its length [1]",
-        _off_three_quarters,
-        below=0.25,
-        interpretation="cases D to F as drawn",
-        options=OPEN | {"Figure 5": {"figure_5": True}},
+    (
+        chain(
+            "Section 3.4: when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
+            "smallest distance of the CoPc in front of the lower leg, over its length [1]",
+            lambda **how: min(_lower_leg_centre(p)[0] for p in cases(**how)[:5]),
+            above=ROUNDING,
+            interpretation="cases A to E as drawn",
+        ),
+        chain(
+            "Section 3.4: upper bodies are generally subject to less shock",
+            "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
+            _rise,
+            below=1.0 - ROUNDING,
+            options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": 0.0}},
+        ),
+        chain(
+            "Section 3.4: the CoPc of a body tends to move toward the next joint in the chain",
+            "largest distance of the CoPc from the joint above over that from the joint below [1]",
+            _nearer,
+            below=1.0 - ROUNDING,
+            interpretation="upper leg, cases D to F as drawn",
+            options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": 0.0}},
+        ),
+        level(
+            "Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
+            "largest shock above the foot, a third of which lies behind the ankle [1]",
+            _above_foot,
+            below=ROUNDING,
+            options={"foot ends at the ankle": {"heel": "0"}, "struck 15° from the normal": {"strike": 15.0}},
+        ),
+        level(
+            "Section 3.4: two slender bodies hinged perpendicularly can each mitigate one translational component of the shock",
+            "largest shock of the lower leg over that without the foot [1]",
+            _one_component,
+            below=0.5,
+            options={"struck 45° from the normal": {"strike": 45.0}},
+        ),
+        chain(
+            "Section 3.4: for a body at the end of the chain, the CoPc lies at 2/3 of a slender body",
+            "largest deviation along the body, over its length [1]",
+            lambda **how: max(_off_eq_1(p, list(middle_lines(p))[-1]) for p in cases(**how)),
+            below=ROUNDING,
+        ),
+        Claim(
+            "Section 4.1: the effect of the torso on the shock of the legs is minimal (C against D)",
+            "largest change of shock on the middle lines of the legs [1]",
+            _torso_changes,
+            below=0.25,
+            interpretation="both struck at 75°; 0.25 is one step of the colour scale",
+            options={"both struck at 45°": {"strike": 45.0}, "both struck at 15°": {"strike": 15.0}},
+        ),
+        chain(
+            "Section 4.1: flattening the impact brings the CoPc of the lower leg closer to the body (A to C)",
+            "largest ratio of its distance from the body to that in the case before [1]",
+            _approach,
+            below=1.0,
+        ),
+        chain(
+            "Section 4.1: the foot reduces the shock of all links by more than 80 % (E against F)",
+            "smallest reduction of the largest shock on a link [%]",
+            lambda **how: min(reductions(**how).values()),
+            above=80.0,
+            interpretation="both struck at 15°, lower leg vertical, ankle's 75° counted from the knee",
+        ),
+        chain(
+            "Footnote 4: the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
+            "largest friction coefficient that a contact needs [1]",
+            _friction,
+            below=1.0,
+        ),
+        Claim(
+            "Figure 4: moving the IMU from the middle of the lower leg forward and down lowers its shock",
+            "shock at the new place over that at the old one [1]",
+            _moved_imu,
+            below=1.0,
+            interpretation="case A; moved by a tenth of the length both ways",
+            options={"case B": {"case": 1}, "case C": {"case": 2}},
+        ),
+        chain(
+            "Section 5: the torso is well described by Eq. 1",
+            "largest distance of its CoPc from 2/3 of the length, over the length [1]",
+            lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(p, "torso", in_plane) for p in _torsos(figure_5, **how)),
+            below=0.05,
+            interpretation="distance along the torso, cases D to F as drawn",
+            options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},
+        ),
+        chain(
+            "Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
+            "largest distance of the place of least shock from 3/4 of the torso, over its length [1]",
+            _off_three_quarters,
+            below=0.25,
+            interpretation="cases D to F as drawn",
+            options=OPEN | {"Figure 5": {"figure_5": True}},
+        ),
     ),
 )
-"""The claims, in the paper's order."""

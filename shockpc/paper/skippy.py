@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.paper.claim import Claim, Options
+from shockpc.paper.claim import Claim, Options, Panel, PaperFigure
 from shockpc.paper.landings import changed, land, largest, scene
 from shockpc.result import ShockProfile
 from shockpc.scene import GRAVITY
 
-__all__ = ["ASSUMED", "SKIPPY_CLAIMS", "above_contact", "skippy"]
+__all__ = ["ASSUMED", "SKIPPY", "above_contact", "skippy"]
 
 ASSUMED = {
     "torso_mass": 1.5,
@@ -106,52 +106,57 @@ drawn = functools.partial(
     options=OPEN,
 )
 
-SKIPPY_CLAIMS = (
-    drawn(
-        "Section 4.2: the radius of percussion of the torso is as large as 10 m",
-        "RoPc of the torso [m]",
-        lambda **how: float(skippy(**how).ropc[0]),
-        above=10.0,
-    ),
-    drawn(
-        "Section 4.2: nowhere on the torso does shock exceed 6 % of the applied shock",
-        "largest shock on the middle line of the torso [%]",
-        lambda **how: 100.0 * _largest(skippy(**how)),
-        below=6.0,
-    ),
-    drawn(
-        "Section 4.2: two mounting locations near the CoPc receive less than 2 % of the applied shock",
-        "larger shock of the middle and 3/4 of the torso [%]",
-        lambda **how: 100.0 * _at_imus(skippy(**how)),
-        below=2.0,
-    ),
-    drawn(
-        "Section 4.2: the CoPc of the torso falls outside the physical body",
-        "distance of the CoPc from the middle line over half the thickness of the torso [1]",
-        lambda **how: _off_line(skippy(**how)) / (0.5 * float(scene("fig3").xacro["side"])),
-        above=1.0,
-    ),
-    drawn(
-        "Section 4.2: so little shock reaches the torso because foot and leg are nearly perpendicular",
-        "largest shock on the torso with 30° between foot and leg, over that as drawn [1]",
-        lambda **how: _largest(skippy(**how | {"ankle": 30.0})) / _largest(skippy(**how)),
-        above=2.0,
-    ),
-    drawn(
-        "Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two locations significantly",
-        "larger shock of the two [%]",
-        lambda **how: 100.0 * max(_at_imus(_landing(*landing, **how)) for landing in LANDINGS),
-        below=2.0,
-        interpretation="strikes at ±30°, somersaults and a swinging foot both ways; still below 2 %",
-    ),
-    Claim(
-        "Footnote 5: an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration",
-        "largest reading of its axes in a vertical jump over that of the rotated IMU [1]",
-        _rotated_imu,
-        above=1.0,
-        below=math.sqrt(2.0) * (1.0 + 1e-12),
-        interpretation="torso upright, rotated about its forward axis",
-        options={"torso leaning, rotated about the axis across the sagittal plane": {"leaning": True, "axes": (2, 0)}},
+SKIPPY = PaperFigure(
+    3,
+    "Skippy",
+    "Assumed, not published with the paper: all masses, most lengths, the drive, and the IMU locations a and b.",
+    (Panel("Skippy", "fig3", "after a vertical jump"),),
+    (
+        drawn(
+            "Section 4.2: the radius of percussion of the torso is as large as 10 m",
+            "RoPc of the torso [m]",
+            lambda **how: float(skippy(**how).ropc[0]),
+            above=10.0,
+        ),
+        drawn(
+            "Section 4.2: nowhere on the torso does shock exceed 6 % of the applied shock",
+            "largest shock on the middle line of the torso [%]",
+            lambda **how: 100.0 * _largest(skippy(**how)),
+            below=6.0,
+        ),
+        drawn(
+            "Section 4.2: two mounting locations near the CoPc receive less than 2 % of the applied shock",
+            "larger shock of the middle and 3/4 of the torso [%]",
+            lambda **how: 100.0 * _at_imus(skippy(**how)),
+            below=2.0,
+        ),
+        drawn(
+            "Section 4.2: the CoPc of the torso falls outside the physical body",
+            "distance of the CoPc from the middle line over half the thickness of the torso [1]",
+            lambda **how: _off_line(skippy(**how)) / (0.5 * float(scene("fig3").xacro["side"])),
+            above=1.0,
+        ),
+        drawn(
+            "Section 4.2: so little shock reaches the torso because foot and leg are nearly perpendicular",
+            "largest shock on the torso with 30° between foot and leg, over that as drawn [1]",
+            lambda **how: _largest(skippy(**how | {"ankle": 30.0})) / _largest(skippy(**how)),
+            above=2.0,
+        ),
+        drawn(
+            "Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two locations significantly",
+            "larger shock of the two [%]",
+            lambda **how: 100.0 * max(_at_imus(_landing(*landing, **how)) for landing in LANDINGS),
+            below=2.0,
+            interpretation="strikes at ±30°, somersaults and a swinging foot both ways; still below 2 %",
+        ),
+        Claim(
+            "Footnote 5: an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration",
+            "largest reading of its axes in a vertical jump over that of the rotated IMU [1]",
+            _rotated_imu,
+            above=1.0,
+            below=math.sqrt(2.0) * (1.0 + 1e-12),
+            interpretation="torso upright, rotated about its forward axis",
+            options={"torso leaning, rotated about the axis across the sagittal plane": {"leaning": True, "axes": (2, 0)}},
+        ),
     ),
 )
-"""The claims, in the paper's order."""

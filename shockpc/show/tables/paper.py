@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from shockpc.paper.claim import Claim
-from shockpc.paper.figures import PaperFigure
+from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.landings import scene
 from shockpc.scene import scene_text
 from shockpc.show.files import write_folder
