@@ -60,25 +60,25 @@ def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
     return float(front), math.hypot(front, max(height, -1.0 - height, 0.0))
 
 
-def _shown(figure_5: float | None, **how: Any) -> Sequence[ShockProfile]:
-    """Cases A to F, or the quadruped with leg segments at that angle."""
-    return cases(**how) if figure_5 is None else [quadruped(figure_5)]
+def _shown(torso: bool = False, figure_5: Sequence[float] = (), **how: Any) -> list[ShockProfile]:
+    """Cases A to F, or the quadruped with leg segments at some angles; those with a torso, or all."""
+    found = [quadruped(angle) for angle in figure_5] or cases(**how)
+    return [profile for profile in found if "torso" in profile.bodies or not torso]
 
 
-def _rise(figure_5: float | None = None, on_line: bool = False, **how: Any) -> float:
+def _rise(on_line: bool = False, **how: Any) -> float:
     """Largest ratio of the shock of a body to that of the body below it."""
     ratios = []
-    for profile in _shown(figure_5, **how):
+    for profile in _shown(**how):
         at_com = dict(zip(profile.bodies, map(float, profile.shock_com), strict=True))
         shock = [on_its_line if on_line else at_com[body] for body, on_its_line in largest(profile).items()]
         ratios += [upper / lower for lower, upper in itertools.pairwise(shock)]
     return max(ratios)
 
 
-def _nearer(body: str = "upper_leg", figure_5: float | None = None, **how: Any) -> float:
+def _nearer(body: str = "upper_leg", **how: Any) -> float:
     """Distance of a CoPc from the joint above over that from the joint below: by Eq. 2 the ratio of the shocks there."""
-    found = [profile for profile in _shown(figure_5, **how) if "torso" in profile.bodies]
-    return max(float(np.divide(*along(profile, body, 2)[::-1])) for profile in found)
+    return max(float(np.divide(*along(profile, body, 2)[::-1])) for profile in _shown(torso=True, **how))
 
 
 def _above_foot(heel: str = "0.1", strike: float = 0.0) -> float:
@@ -100,13 +100,8 @@ def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float
     return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
 
 
-def _torsos(figure_5: bool, **how: Any) -> Sequence[ShockProfile]:
-    """Cases D to F, or the panels of Figure 5."""
-    return [quadruped(angle) for angle in ANGLES] if figure_5 else cases(**how)[3:]
-
-
-def _off_three_quarters(figure_5: bool = False, **how: Any) -> float:
-    places = [float(np.argmin(along(profile, "torso", 121))) / 120.0 for profile in _torsos(figure_5, **how)]
+def _off_three_quarters(**how: Any) -> float:
+    places = [float(np.argmin(along(profile, "torso", 121))) / 120.0 for profile in _shown(torso=True, **how)]
     return max(abs(place - 0.75) for place in places)
 
 
@@ -162,7 +157,8 @@ LEG = PaperFigure(
             "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
             _rise,
             below=1.0 - ROUNDING,
-            options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": 0.0}},
+            options=OPEN
+            | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": (0.0,)}},
         ),
         chain(
             "Section 3.4: the CoPc of a body tends to move toward the next joint in the chain",
@@ -170,7 +166,7 @@ LEG = PaperFigure(
             _nearer,
             below=1.0 - ROUNDING,
             interpretation="upper leg, cases D to F as drawn",
-            options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": 0.0}},
+            options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": (0.0,)}},
         ),
         level(
             "Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
@@ -230,10 +226,10 @@ LEG = PaperFigure(
         chain(
             "Section 5: the torso is well described by Eq. 1",
             "largest distance of its CoPc from 2/3 of the length, over the length [1]",
-            lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(p, "torso", in_plane) for p in _torsos(figure_5, **how)),
+            lambda in_plane=False, **how: max(_off_eq_1(p, "torso", in_plane) for p in _shown(torso=True, **how)),
             below=0.05,
             interpretation="distance along the torso, cases D to F as drawn",
-            options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},
+            options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": ANGLES}},
         ),
         chain(
             "Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
@@ -241,7 +237,7 @@ LEG = PaperFigure(
             _off_three_quarters,
             below=0.25,
             interpretation="cases D to F as drawn",
-            options=OPEN | {"Figure 5": {"figure_5": True}},
+            options=OPEN | {"Figure 5": {"figure_5": ANGLES}},
         ),
     ),
 )

@@ -77,9 +77,9 @@ def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockP
     return land(changed(still.scene, strike=strike))
 
 
-def _largest(profile: ShockProfile) -> float:
+def _torso(**how: Any) -> float:
     """Largest shock on the torso [1]."""
-    return largest(profile)["torso"]
+    return largest(skippy(**how))["torso"]
 
 
 def _at_imus(profile: ShockProfile) -> float:
@@ -121,7 +121,7 @@ SKIPPY = PaperFigure(
         drawn(
             "Section 4.2: nowhere on the torso does shock exceed 6 % of the applied shock",
             "largest shock on the middle line of the torso [%]",
-            lambda **how: 100.0 * _largest(skippy(**how)),
+            lambda **how: 100.0 * _torso(**how),
             below=6.0,
         ),
         drawn(
@@ -139,7 +139,7 @@ SKIPPY = PaperFigure(
         drawn(
             "Section 4.2: so little shock reaches the torso because foot and leg are nearly perpendicular",
             "largest shock on the torso with 30° between foot and leg, over that as drawn [1]",
-            lambda **how: _largest(skippy(**how | {"ankle": 30.0})) / _largest(skippy(**how)),
+            lambda **how: _torso(**how | {"ankle": 30.0}) / _torso(**how),
             above=2.0,
         ),
         drawn(
