@@ -12,6 +12,8 @@ from shockpc.core.spatial import Array
 
 try:
     import mujoco
+
+    mujoco.set_mju_user_warning(lambda text: None)  # by default it writes to standard error and into a file
 except ImportError:
     mujoco = None
 
@@ -37,6 +39,7 @@ def _model(system: System, tau: float | None = None) -> Any:
     model, spec, data = system.model, mujoco.MjSpec(), system.model.createData()
     pin.forwardKinematics(model, data, system.landing.q)
     spec.option.gravity, spec.option.solver, spec.option.tolerance = np.zeros(3), mujoco.mjtSolver.mjSOL_NEWTON, 1e-12
+    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_AUTORESET  # an unstable simulation ends in NaN
     bodies = [spec.worldbody]
     for i, joint in enumerate(system.landing.robot.joints, start=1):
         if joint.kind not in KINDS:

@@ -17,10 +17,7 @@ from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Sheet
 from shockpc.show.tables.text import as_csv, as_markdown
 
-__all__ = ["PARTS", "SIMULATED", "bench_landing", "run_suite"]
-
-SIMULATED = {("robots", "one foot", "anymal_b"), ("robots", "all feet", "talos"), ("corners", "sticking", "4")}
-"""Cases that are simulated as well."""
+__all__ = ["PARTS", "bench_landing", "run_suite"]
 
 PARTS = (*FAMILIES, "costs", "many postures", "sweeps")
 """Parts of the suite."""
@@ -46,8 +43,7 @@ def run_suite(
     start, results, sheets = time.perf_counter(), [], []
     for name in families:
         for case in FAMILIES[name].cases():
-            simulated = list(MUJOCO.items())[1::2] if case[:3] in SIMULATED else []
-            results += measure(case, DIRECT | dict(simulated), budget)
+            results += measure(case, DIRECT | MUJOCO, budget)
         progress(name)
     for name, table in (("costs", package_costs), ("many postures", throughput), ("sweeps", sweep_costs)):
         sheets.append(table(100.0 * budget))
