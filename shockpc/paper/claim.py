@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ __all__ = ["ROUNDING", "Claim", "Options", "Panel", "PaperFigure"]
 ROUNDING = 1e-11
 """Bound on rounding errors in lengths and shocks of order 1."""
 
+Compute = Callable[..., float]
 Options = dict[str, dict[str, Any]]
 """Other interpretations or conditions by name, each as arguments of a claim's function."""
 
@@ -33,8 +34,7 @@ class Claim:
 
     statement: str
     quantity: str
-    compute: Callable[..., float]
-    _: KW_ONLY
+    compute: Compute
     interpretation: str
     above: float = -math.inf
     below: float = math.inf
@@ -88,9 +88,18 @@ class PaperFigure:
     title: str
     note: str
     panels: tuple[Panel, ...]
-    claims: tuple[Claim, ...]
+    claims: list[Claim] = field(default_factory=list)
 
     @cached_property
     def profiles(self) -> tuple[ShockProfile, ...]:
         """The shock profile of every panel."""
         return tuple(land(panel.scene) for panel in self.panels)
+
+    def claim(self, quantity: str, **record: Any) -> Callable[[Compute], Compute]:
+        """Make a function that computes a value a claim, whose statement is its docstring; other arguments as in `Claim`."""
+
+        def add(compute: Compute) -> Compute:
+            self.claims.append(Claim((compute.__doc__ or "").removesuffix("."), quantity, compute, **record))
+            return compute
+
+        return add
