@@ -353,7 +353,7 @@ def test_every_panel_has_its_scene_and_every_scene_computes():
     assert {path.stem for path in (own_robots_folder() / "scenes").glob("*.toml")} == panels | {"five_bar"}
     for stem in panels | {"five_bar"}:
         profile = land(stem)
-        assert not profile.health.warnings
+        assert {warning.kind for warning in profile.health.warnings} <= {"height"}, "the beam is no foot, and nothing else is wrong"
         assert profile.health.error_bound < 1e-11
         assert abs(profile.contacts[0].point[2]) < 1e-4
 
@@ -398,7 +398,7 @@ def test_the_command_writes_what_it_computes(capfd, tmp_path):
     scenes = {f"fig1_{letter}.toml" for letter in "abcd"}
     files = scenes | {"bodies.csv", "claims.csv", "figure1.png", "figure1.svg", "paper.md", MANIFEST}
     assert {path.name for path in (tmp_path / "paper").iterdir()} == files
-    again = good(capfd, "analyze", tmp_path / "paper" / "fig1_c.toml", "--format", "csv")
+    again = run(capfd, "analyze", tmp_path / "paper" / "fig1_c.toml", "--format", "csv").out
     assert again.splitlines()[1].startswith("percussion,beam,1.5")
     assert "![Figure 1: a slender beam on a slider](figure1.svg)" in (tmp_path / "paper" / "paper.md").read_text()
     rows = (tmp_path / "paper" / "claims.csv").read_text().splitlines()
