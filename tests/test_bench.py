@@ -208,7 +208,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
         assert text in report
     assert "| 1 | sticking | " not in report, "every method solves it"
     rows = list(csv.DictReader((tmp_path / "cases.csv").read_text(encoding="utf-8").splitlines()))
-    assert [row["outcome"] for row in rows if row["method"] == PROVEN] == ["accurate"] * 6 + ["refused", "accurate"] * 2
+    assert [row["outcome"] for row in rows if row["method"] == PROVEN] == ["accurate"] * 7 + ["refused", "refused", "accurate"] * 2
     chart = (tmp_path / "error-against-run-time.svg").read_text(encoding="utf-8")
     for name in (PROVEN, "null space (Eq. 7)", "run time [µs]", "simulated in MuJoCo"):
         assert name in chart

@@ -221,9 +221,9 @@ def _mass_ratio(variant: tuple[bool, bool], ratio: float) -> Built:
     return landing(robot, "link0" if at_root else Contact(frame="link5", offset=(0.0, 0.0, 0.4)), posture=bent(robot))
 
 
-@_family("knee angle [rad]", BASES, (0.0, 1e-9))
+@_family("knee angle [rad]", BASES, (0.0, 1e-9, 1e-5))
 def _knee(variant: tuple[Any, Any], angle: float) -> Built:
-    """A knee that straightens, struck along the leg, which then does not yield; on a fixed base the landing has no solution."""
+    """A knee that straightens, struck along the leg, which then does not yield: on a fixed base there is no solution or verdict."""
     base, directions = variant
     posture = Posture(reference="neutral", joints={"hind_hip": -0.5 * angle, "hind_knee": angle})
     foot = Contact(frame="hind_foot", directions=directions)

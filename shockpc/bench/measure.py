@@ -29,8 +29,8 @@ OUTCOMES = {
     "approximate": "its contact is soft or damped, and the error depends on how much",
     "not finite": "NaN or infinity",
     "exception": "an exception of a library",
-    "refused": "an error message: the landing has no unique solution",
-    "unfounded": "numbers for a landing that has no unique solution",
+    "refused": "an error message: the landing has no unique solution, or the posture is singular or nearly so",
+    "unfounded": "numbers for such a landing",
     "unsuited": "the method cannot take such a landing",
 }
 """Outcomes of a method on a case."""
