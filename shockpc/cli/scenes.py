@@ -10,7 +10,7 @@ import typer
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.parse import Setting, vector
 from shockpc.errors import SceneError
-from shockpc.model.contact import Contact, match_frames
+from shockpc.model.contact import Contact, landing_frames, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
@@ -25,7 +25,9 @@ Record = TypeVar("Record", Contact, Posture, Joints, Strike)
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
-def scenes_from(robot: str, options: SceneOptions, trace: Trace, on_each_foot: bool = False) -> tuple[Robot, list[Scene]]:
+def scenes_from(
+    robot: str, options: SceneOptions, trace: Trace | None = None, on_each_foot: bool = False
+) -> tuple[Robot, list[Scene]]:
     """The robot, and one scene for each landing that the options describe. An option replaces what a scene file says.
 
     Args:
@@ -48,7 +50,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace, on_each_foot: b
         xacro={**scene.xacro, **dict(options.xacro)},
         packages={**scene.packages, **dict(options.package)},
     )
-    with trace.stage("robot file"):
+    with (trace or Trace()).stage("robot file"):
         loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
     scene = dataclasses.replace(
         scene,
@@ -67,8 +69,8 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace, on_each_foot: b
     return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options, on_each_foot)]
 
 
-def one_scene(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot, Scene]:
-    """The robot and the landing of a command that is about one landing.
+def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, Scene]:
+    """The robot and the landing of a command that is about one landing of it.
 
     Raises:
         ShockError: as for `scenes_from`, or the options describe several landings.
@@ -76,7 +78,7 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot, S
     loaded, scenes = scenes_from(robot, options, trace)
     if len(scenes) > 1:
         listed = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes[:6])
-        raise SceneError(f"this command is about one landing, but --contact describes {len(scenes)}: {listed}; name one of them")
+        raise SceneError(f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {listed}; name one --contact')
     return loaded, scenes[0]
 
 
@@ -106,27 +108,10 @@ def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
         known = feet(robot)
         listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
         raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}')
-    landings: list[tuple[str, ...]] = []
-    for text in options.contact:
-        parts = [(text,)] if text in robot.frames else [match_frames(robot, part) for part in _names(text)]
-        if len(parts) > 1:
-            landings.append(tuple(dict.fromkeys(frame for part in parts for frame in part)))
-        else:
-            landings += [(frame,) for frame in parts[0]]
+    landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
     if options.together:
-        landings = [tuple(frame for landing in landings for frame in landing)]
-    return list(dict.fromkeys(tuple(dict.fromkeys(landing)) for landing in landings))
-
-
-def _names(text: str) -> list[str]:
-    """The names or patterns in A+B."""
-    names = [part.strip() for part in text.split("+")]
-    if not all(names):
-        raise SceneError(f'--contact: "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
-    twice = [name for k, name in enumerate(names) if name in names[:k]]
-    if twice:
-        raise SceneError(f'--contact: "{text}" names "{twice[0]}" twice; remove one of them')
-    return names
+        landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
+    return list(dict.fromkeys(landings))
 
 
 def _with_contacts(scene: Scene, options: SceneOptions, frames: tuple[str, ...] | None) -> Scene:
@@ -194,6 +179,6 @@ def point_from(robot: Robot, text: str, option: str) -> Point:
     if not colon or text in robot.frames:
         return Point(frame=text)
     try:
-        return Point(frame=frame, offset=vector("0,0,0.1")(offset))
+        return Point(frame=frame, offset=vector(offset, "X,Y,Z"))
     except typer.BadParameter as refusal:
         raise SceneError(f"{option} {frame}: {refusal.message}") from None
