@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -9,7 +10,7 @@ import typer
 
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.parse import Setting, vector
-from shockpc.errors import SceneError
+from shockpc.errors import SceneError, ShockError
 from shockpc.model.contact import Contact, landing_frames, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
@@ -107,11 +108,23 @@ def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
             return [(foot,) for foot in each_foot(robot)]
         known = feet(robot)
         listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
-        raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}')
+        first = _with_contacts(scene, options, known[:1] or robot.links[-1:])
+        asked = f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}'
+        raise SceneError(asked + _reach(first, robot))
     landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
     if options.together:
         landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
     return list(dict.fromkeys(landings))
+
+
+def _reach(scene: Scene, robot: Robot) -> str:
+    """How far a contact's link reaches below the contact point, as the end of a message; empty if it does not."""
+    from shockpc.landing import resolve
+    from shockpc.results.plausibility import heights
+
+    with suppress(ShockError):
+        return "".join(f"; {one}" for one in heights(resolve(scene, robot)))
+    return ""
 
 
 def _with_contacts(scene: Scene, options: SceneOptions, frames: tuple[str, ...] | None) -> Scene:
