@@ -79,7 +79,9 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     loaded, scenes = scenes_from(robot, options, trace)
     if len(scenes) > 1:
         listed = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes[:6])
-        raise SceneError(f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {listed}; name one --contact')
+        raise SceneError(
+            f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {listed}; name one --contact'
+        )
     return loaded, scenes[0]
 
 
