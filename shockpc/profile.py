@@ -23,14 +23,17 @@ from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import Equation
 from shockpc.result import ShockMaps, ShockProfile, Solution
 from shockpc.results.proof import proven
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene
+from shockpc.robot.robot import Robot
+from shockpc.scene import Scene, robot_of
 from shockpc.trace import Trace
 
 __all__ = ["impact_jumps", "joined", "needs_proof", "shock_maps", "shock_profile"]
 
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
+
+SWIFT = 1e4
+"""Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
 
 ILL_CONDITIONED = 1e6
 """Condition above which rounding may show above 1e-9 of a body's motion."""
@@ -49,7 +52,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     """
     trace = trace or Trace()
     with trace.stage("robot file"):
-        robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+        robot = robot or robot_of(scene)
     with one_thread(robot.model.nv):
         with trace.stage("landing: posture, contacts, joint model"):
             landing = resolve(scene, robot)
@@ -99,7 +102,7 @@ def needs_proof(landing: Landing, equation: Equation, impact: Impact) -> tuple[A
     condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
-    prove = condition > ILL_CONDITIONED
+    prove = (condition > ILL_CONDITIONED) | ~(np.abs(impact.delta_qd).max(axis=(1, 2)) < SWIFT)
     prove[list(impact.choices)] = True
     return condition, prove
 

@@ -18,7 +18,7 @@ from commands import good, run
 from hypothesis import given
 from hypothesis import strategies as st
 
-from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene
+from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene, shock_profile
 from shockpc.model.closure import Closure, Place
 from shockpc.model.joint_model import Joints, Rotor
 from shockpc.scene import check_scene, scene_schema, scene_table, scene_text
@@ -223,11 +223,12 @@ def test_scenes_from_python_are_checked_as_files_are(snapshot):
         {"posture": Posture(joints={"knee": True})},
         {"posture": Posture(base_position=(1e200, 0.0, 0.0))},
         {"joints": None},
+        {"robot": 3},
     ]
     messages = []
     for part in parts:
         with pytest.raises(SceneError) as refusal:
-            check_scene(Scene(**({"robot": "leg", "contact": "heel"} | part)))
+            shock_profile(Scene(**({"robot": "leg", "contact": "heel"} | part)))
         messages.append(str(refusal.value))
     assert messages == snapshot
 

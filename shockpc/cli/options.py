@@ -74,7 +74,7 @@ class SceneOptions(RobotOptions):
     ] = None
     base: Annotated[
         Literal["free", "planar", "fixed"] | None,
-        _in_posture("How the base may move; by default free, or fixed where the robot file fixes it."),
+        _in_posture("How the base may move; by default free, or fixed where the file fixes it or its root link is called world."),
     ] = None
     assemble: Annotated[
         tuple[str, ...], _in_posture("The only joints that may move to close loops, by name or glob.", "JOINT")

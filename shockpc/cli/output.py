@@ -8,6 +8,7 @@ from pathlib import Path
 from shockpc.cli.options import OutputOptions
 from shockpc.cli.scenes import ROBOT_SUFFIXES
 from shockpc.errors import OutputError, SceneError, UnknownName
+from shockpc.printed import listed
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
@@ -66,8 +67,9 @@ def body_pattern(robot: Robot, pattern: str) -> str:
     if not carriers:
         raise UnknownName("body", pattern, names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     if len(carriers) > 1:
-        listed = ", ".join(f'"{name}"' for name in carriers)
-        raise SceneError(f'--bodies: no body matches "{pattern}", and links that match are part of {listed}; name one of these')
+        raise SceneError(
+            f'--bodies: no body matches "{pattern}", and links that match are part of {listed(carriers)}; name one of these'
+        )
     return carriers[0]
 
 

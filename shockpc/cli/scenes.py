@@ -15,8 +15,8 @@ from shockpc.model.contact import Contact, landing_frames, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Point, Scene, Strike, plane_of
+from shockpc.robot.robot import Robot
+from shockpc.scene import Point, Scene, Strike, plane_of, robot_of
 from shockpc.trace import Trace
 
 __all__ = ["ROBOT_SUFFIXES", "is_scene_file", "one_scene", "point_from", "scenes_from"]
@@ -52,7 +52,7 @@ def scenes_from(
         packages={**scene.packages, **dict(options.package)},
     )
     with (trace or Trace()).stage("robot file"):
-        loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+        loaded = robot_of(scene)
     scene = dataclasses.replace(
         scene,
         base=options.base or scene.base,
@@ -109,9 +109,9 @@ def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
         if on_each_foot:
             return [(foot,) for foot in each_foot(robot)]
         known = feet(robot)
-        listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
+        names = ", ".join(f'"{name}"' for name in known[:8] or robot.links[-1:])
         first = _with_contacts(scene, options, known[:1] or robot.links[-1:])
-        asked = f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}'
+        asked = f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {names}'
         raise SceneError(asked + _reach(first, robot))
     landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
     if options.together:
