@@ -46,7 +46,7 @@ def inertia_warning(file: str, robot: str, bodies: Iterable[tuple[str, float, Ar
     if not odd:
         return ()
     return (
-        f"{file}: no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of the other two, and not "
-        "all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+        f"{file}: no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of the other two, and "
+        "not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
         f"shockpc robots {robot}",
     )
