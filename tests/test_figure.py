@@ -402,11 +402,21 @@ def test_bodies_without_shapes(tmp_path, monkeypatch):
     assert drawn.box
     assert drawn.region.area == pytest.approx(6 * 0.1 / 3)
     written = words(draw(profile))
-    assert {"box of the inertia: the file has no shape", "not drawn, without shape and inertia: empty"} <= set(written)
+    assert "box of the inertia: there is no shape to draw" in written
+    assert "not drawn, neither shape nor valid inertia: empty" in written
     monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
     profile = shock_profile(scene)
-    assert "no body of this robot has a shape or an inertia to draw" in words(draw(profile))
+    assert "no body of this robot has a shape, or an inertia that a body can have" in words(draw(profile))
     assert outside(draw(profile)) == []
+
+
+def test_missing_meshes_are_named(tmp_path):
+    """Their bodies are drawn as boxes, and the figure says that the files are missing, not that there are none."""
+    visual = '<visual><geometry><mesh filename="package://bare/trunk.stl"/></geometry></visual>'
+    (tmp_path / "bare.urdf").write_text(BARE.replace("</inertial>", f"</inertial>{visual}", 1))
+    contact = (Contact(frame="trunk", offset=(0.2, 0.0, -0.2)),)
+    written = words(draw(shock_profile(Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(model="locked")))))
+    assert {"meshes that are missing or cannot be read: trunk.stl", "box of the inertia: there is no shape to draw"} <= set(written)
 
 
 def test_motion_out_of_the_plane_is_reported(anymal, beam):

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
+from shockpc.robot.geometry import outline
 from shockpc.show.figure.bodies import draw_bodies
 from shockpc.show.figure.canvas import add_axes, new_page, render
 from shockpc.show.figure.marks import draw_marks, letter
@@ -61,7 +62,13 @@ def draw(profile: ShockProfile) -> Figure:
     coordinates(picture, window, profile)
     signs = draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers)
     if all(drawn.region.is_empty for drawn in view.drawn):
-        picture.text(0.5, 0.9, "no body of this robot has a shape or an inertia to draw", ha="center", transform=picture.transAxes)
+        picture.text(
+            0.5,
+            0.9,
+            "no body of this robot has a shape, or an inertia that a body can have",
+            ha="center",
+            transform=picture.transAxes,
+        )
     _title(page, profile, y + HEAD - 0.14, x + COLUMN - MARGIN)
     colour_bar(figure, LEFT, 0.48, width)
     y = table(page, x, y, (0.0, 0.2, 1.65, 2.08, 2.68, COLUMN), rows)
@@ -101,7 +108,7 @@ def _body_rows(profile: ShockProfile, numbers: dict[int, int]) -> list[tuple[str
     rows: list[tuple[str, ...]] = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
     for i, number in list(numbers.items())[:ROWS]:
         low, high = profile.shock_min[i], profile.shock_max[i]
-        shock = f"{low:.2f}–{high:.2f}" if np.isfinite(high) else f"{profile.shock_com[i]:.2f}"
+        shock = f"{_shock(low)}–{_shock(high)}" if np.isfinite(high) else _shock(profile.shock_com[i])
         centre = ("none", "") if profile.translates[i] else map(_metres, to_plane(profile.copc_world[i], profile.plane))
         rows.append((str(number), printable(profile.bodies[i], 16), *centre, _metres(float(profile.ropc[i])), shock))
     if len(numbers) > ROWS:
@@ -116,7 +123,7 @@ def _point_rows(profile: ShockProfile) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
     for k, point in enumerate(profile.points[:ROWS]):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
-        rows.append((letter(k), printable(point.frame, 24), peak, f"{point.shock:.2f}"))
+        rows.append((letter(k), printable(point.frame, 24), peak, _shock(point.shock)))
     if len(profile.points) > ROWS:
         rows.append(("", f"and {len(profile.points) - ROWS} more", "", ""))
     return rows
@@ -133,10 +140,18 @@ def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[s
         )
     unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
     if unseen:
-        notes.append(f"not drawn, without shape and inertia: {few(unseen, 3)}")
+        notes.append(f"not drawn, neither shape nor valid inertia: {few(unseen, 3)}")
+    lost = [printable(shape.mesh.rpartition("/")[2], 24) for shape in outline(profile.robot, "visual").unread if shape.mesh]
+    if lost:
+        notes.append(f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}")
     if profile.scene.pulse is not None and profile.points:
         notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
     return [part for note in notes for part in textwrap.wrap(note, 58)]
+
+
+def _shock(value: float) -> str:
+    """A shock in at most seven characters."""
+    return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"
 
 
 def _metres(value: float) -> str:

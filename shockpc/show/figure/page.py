@@ -32,7 +32,7 @@ WORDS = {
     "joint": "joint",
     "sensor": "sensor or point",
     "outlined": "body in front of the struck limb",
-    "box": "box of the inertia: the file has no shape",
+    "box": "box of the inertia: there is no shape to draw",
 }
 """What the signs mean."""
 

@@ -31,7 +31,7 @@ class Drawn(NamedTuple):
         field: shock over the plane.
         outlined: whether only its edge is drawn, because it is in front of a body between contact and base.
         far: whether it is behind the base.
-        box: whether the silhouette is that of its inertia, because the file has no shape for it.
+        box: whether the silhouette is that of its inertia, because there is no shape of it to draw.
     """
 
     body: int

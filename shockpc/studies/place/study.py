@@ -16,9 +16,9 @@ from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.points import Spot, spots
 from shockpc.robot.geometry import Kind, outline
-from shockpc.robot.robot import Robot, load_robot
+from shockpc.robot.robot import Robot
 from shockpc.robot.surface import HalfSpaces, facets, half_spaces
-from shockpc.scene import GRAVITY, Point, Scene
+from shockpc.scene import GRAVITY, Point, Scene, robot_of
 from shockpc.studies.place.cone import Cell, Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
@@ -194,7 +194,7 @@ def place(
     if others:
         raise StudyError(f'the scenes are of different robots, "{scenes[0].robot}" and "{others[0]}"; give scenes of one robot')
     one = scenes[0]
-    robot = robot or load_robot(one.robot, xacro=one.xacro, packages=one.packages, srdf=one.srdf)
+    robot = robot or robot_of(one)
     i = 0 if body is None else robot.frame(body).body
     if i < 0:
         raise StudyError(f'"{body}" is fixed to the world, so it has no shock; name a body that moves')

@@ -22,8 +22,8 @@ from shockpc.landing import Landing, resolve
 from shockpc.profile import shock_profile
 from shockpc.results.geometry import body_pieces
 from shockpc.results.points import Spot, spots
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Point, Scene, plane_of
+from shockpc.robot.robot import Robot
+from shockpc.scene import Point, Scene, plane_of, robot_of
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.columns import Targets, columns, proven_columns, solve
 from shockpc.studies.sweep.variation import Variation, each_of, variation
@@ -423,7 +423,7 @@ def sweep(
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be
             computed is no error: its message is in the chunk.
     """
-    robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    robot = robot or robot_of(scene)
     made = sweep_of(scene, robot, vary, **options)
     return in_order(
         executor or InProcess(),
