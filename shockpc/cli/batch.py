@@ -1,7 +1,6 @@
 """`shockpc batch`: many robots, each landing on each of its feet."""
 
 import functools
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -57,12 +56,13 @@ def batch(
     Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With --contact, only
     matching feet strike; a scene lands as it says. Ends with exit code 3 if some landings cannot be computed.
     """
+    from shockpc.cli.output import give
     from shockpc.cli.progress import progress
     from shockpc.errors import StudyError
     from shockpc.executor import executor
     from shockpc.robot.catalogue import robots_of_set
-    from shockpc.show.batch import batch_files, batch_text
-    from shockpc.show.files import check_folder, write_folder
+    from shockpc.show.files import check_folder
+    from shockpc.show.reports.batch import batch_report
     from shockpc.studies import batch as study
 
     names = list(dict.fromkeys([*(robots or ()), *(name for one in set_ or () for name in robots_of_set(one))]))
@@ -75,9 +75,7 @@ def batch(
     with executor(min(jobs or 1, len(names))) as pool:
         read = functools.partial(_landings, options)
         found = study.batch(names, read, pool, _thumbnail if figures else None, progress("robots computed", len(names)))
-    if out is not None:
-        write_folder(out, batch_files(found))
-    sys.stdout.write(batch_text(found, format_))
+    give(batch_report(found), format_, out)
     if found.failures:
         raise typer.Exit(INCOMPLETE)
 

@@ -1,7 +1,6 @@
 """`shockpc compare`: designs side by side."""
 
 import dataclasses
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -48,10 +47,11 @@ def compare(
 
     The options of the landing hold for every design. One --contact is for all; with as many as there are designs, each has its own.
     """
+    from shockpc.cli.output import give
     from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
-    from shockpc.show.compare import compare_files, compare_text
-    from shockpc.show.files import check_folder, write_folder
+    from shockpc.show.files import check_folder
+    from shockpc.show.reports.compare import compare_report
     from shockpc.studies.compare import compare as study
     from shockpc.studies.compare import design_with
 
@@ -65,10 +65,7 @@ def compare(
         _design(name, options if own is None else dataclasses.replace(options, contact=[own[k]])) for k, name in enumerate(designs)
     ]
     every += [design_with(every[0], one) for one in changes]
-    found = study(every)
-    if out is not None:
-        write_folder(out, compare_files(found))
-    sys.stdout.write(compare_text(found, format_))
+    give(compare_report(study(every)), format_, out)
 
 
 def _design(name: str, options: SceneOptions) -> "Design":

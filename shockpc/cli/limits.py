@@ -1,7 +1,6 @@
 """`shockpc limits`: joint limits that keep the shock at a point below a bound."""
 
 import math
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -55,12 +54,9 @@ def limits(
     ] = None,
 ) -> None:
     """Find the values of a joint that keep the shock at a point below a bound."""
-    import json
-
-    from shockpc.cli.output import check_places
+    from shockpc.cli.output import check_places, give
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.limits import intervals_sheet, limits_document, limits_report, limits_text, write_limits
-    from shockpc.show.tables.text import as_csv
+    from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
     from shockpc.trace import Trace
 
@@ -78,12 +74,4 @@ def limits(
         step=None if step is None else unit * step,
         robot=loaded,
     )
-    if out is not None:
-        write_limits(found, out)
-    if format_ == "json":
-        text = json.dumps(limits_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    elif format_ == "csv":
-        text = as_csv(intervals_sheet(found))
-    else:
-        text = limits_report(found) if format_ == "markdown" else limits_text(found)
-    sys.stdout.write(text)
+    give(limits_report(found), format_, out)

@@ -3,15 +3,19 @@
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from shockpc.cli.scenes import ROBOT_SUFFIXES
 from shockpc.errors import OutputError, SceneError, UnknownName
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.show.files import check_folder
+from shockpc.show.files import check_folder, write_folder
 
-__all__ = ["body_pattern", "check_places", "file_names", "scene_files", "shown"]
+if TYPE_CHECKING:
+    from shockpc.show.reports.report import Report
+
+__all__ = ["body_pattern", "check_places", "file_names", "give", "scene_files", "shown"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
@@ -71,15 +75,19 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
         from shockpc.show.document import to_json
 
         return to_json(profiles)
-    from shockpc.show.tables.text import csv_report, markdown_report, text_report
+    from shockpc.show.reports.landing import landings_text
 
-    if format_ == "markdown":
-        return markdown_report(profiles, bodies)
     if format_ == "csv":
         for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
             sys.stderr.write(f"shockpc: warning: {warning}\n")
-        return csv_report(profiles, bodies)
-    return text_report(profiles, bodies)
+    return landings_text(profiles, format_, bodies)
+
+
+def give(report: "Report", format_: str, out: Path | None) -> None:
+    """Write the files of a report into a folder, if one is given, and print it in a format."""
+    if out is not None:
+        write_folder(out, report.files())
+    sys.stdout.write(report.text(format_))
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

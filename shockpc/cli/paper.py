@@ -25,7 +25,7 @@ def paper(
     """Recompute the figures of the paper and check its claims."""
     from shockpc.paper.figures import paper_figures
     from shockpc.show.files import check_folder
-    from shockpc.show.tables.paper import paper_text, write_paper
+    from shockpc.show.reports.paper import paper_text, write_paper
 
     chosen = paper_figures(figures or ())
     if out is not None:

@@ -1,6 +1,5 @@
 """`shockpc place`: where on a body a sensor sees least shock."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -97,9 +96,10 @@ def place(
     the body is exact, with its gap stated; the shock at the places is proven. With --pulse and --range-g, also how much of a
     sensor's range is left along each axis, and how to turn it.
     """
+    from shockpc.cli.output import give
     from shockpc.cli.progress import progress
-    from shockpc.show.files import check_folder, write_folder
-    from shockpc.show.place import place_files, place_text
+    from shockpc.show.files import check_folder
+    from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
 
     if out is not None:
@@ -118,10 +118,7 @@ def place(
         apart=apart,
         progress=progress("landings computed", len(landings)),
     )
-    text = place_text(found, format_)
-    if out is not None:
-        write_folder(out, place_files(found))
-    sys.stdout.write(text)
+    give(place_report(found), format_, out)
     if found.failures:
         raise typer.Exit(INCOMPLETE)
 

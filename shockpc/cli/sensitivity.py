@@ -32,18 +32,9 @@ def sensitivity(
     ] = False,
 ) -> None:
     """Compute how masses, inertias, joint angles and the strike change the shock."""
-    import json
-
-    from shockpc.cli.output import check_places
+    from shockpc.cli.output import check_places, give
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.sensitivity import (
-        effects_sheet,
-        sensitivity_document,
-        sensitivity_report,
-        sensitivity_text,
-        write_sensitivity,
-    )
-    from shockpc.show.tables.text import as_csv
+    from shockpc.show.reports.sensitivity import sensitivity_report
     from shockpc.studies.sensitivity import sensitivity as study
     from shockpc.trace import Trace
 
@@ -51,15 +42,7 @@ def sensitivity(
     check_places(out, None)
     loaded, scene = one_scene(robot, options, trace)
     found = study(scene, point_from(loaded, at, "--at"), loaded, trace)
-    if out is not None:
-        with trace.stage("files and figure"):
-            write_sensitivity(found, out)
-    if format_ == "json":
-        text = json.dumps(sensitivity_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    elif format_ == "csv":
-        text = as_csv(effects_sheet(found))
-    else:
-        text = sensitivity_report(found) if format_ == "markdown" else sensitivity_text(found, max(most, 1))
-    sys.stdout.write(text)
+    with trace.stage("output"):
+        give(sensitivity_report(found, max(most, 1)), format_, out)
     if explain:
         sys.stderr.write(trace.text())

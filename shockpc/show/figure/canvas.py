@@ -48,10 +48,11 @@ def add_axes(figure: Figure, left: float, bottom: float, width: float, height: f
     return figure.add_axes((left / w, bottom / h, width / w, height / h))
 
 
-def render(draw: Callable[[], Figure], formulas: bool = False) -> dict[str, bytes]:
-    """Draw a figure in matplotlib's default settings and return its files, "svg" and "png": the same bytes every time.
+def render(name: str, draw: Callable[[], Figure], formulas: bool = False) -> dict[str, bytes]:
+    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and <name>.png: the same bytes every time.
 
     Args:
+        name: of the files.
         draw: makes the figure.
         formulas: whether texts between dollar signs are formulas, as in the ticks of logarithmic axes.
     """
@@ -65,4 +66,4 @@ def render(draw: Callable[[], Figure], formulas: bool = False) -> dict[str, byte
         figure.set_dpi(DPI)
         pixels: Any = FigureCanvasAgg(figure)
         pixels.print_png(png, metadata={"Software": "shockpc"})
-    return {"svg": svg.getvalue(), "png": png.getvalue()}
+    return {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}

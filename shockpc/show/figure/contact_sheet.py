@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array
 from shockpc.printed import printable
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
-from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.marks import arrow
 from shockpc.show.figure.page import colour_bar, line
 from shockpc.show.figure.palette import INK, PAPER
@@ -20,7 +20,7 @@ from shockpc.show.figure.view import View, view_of
 from shockpc.show.figure.window import velocities_in_plane
 from shockpc.studies.batch import Batch, BatchRow
 
-__all__ = ["Thumbnail", "contact_sheet", "draw_contact_sheet", "thumbnail"]
+__all__ = ["Thumbnail", "draw_contact_sheet", "thumbnail"]
 
 COLUMNS = 8
 """Most pictures in a line."""
@@ -58,11 +58,6 @@ def thumbnail(profile: ShockProfile) -> Thumbnail:
     drawn = tuple(one._replace(region=shapely.simplify(one.region, view.size / FINE)) for one in view.drawn)
     contacts = to_plane(np.stack([contact.point for contact in profile.contacts]), profile.plane)
     return Thumbnail(view._replace(drawn=drawn), contacts, velocities_in_plane(profile))
-
-
-def contact_sheet(batch: Batch) -> dict[str, bytes]:
-    """The sheet as SVG and PNG, by file name."""
-    return {f"sheet.{format_}": data for format_, data in render(lambda: draw_contact_sheet(batch)).items()}
 
 
 def draw_contact_sheet(batch: Batch) -> Figure:

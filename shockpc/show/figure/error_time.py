@@ -42,7 +42,7 @@ def save_error_time(path: Path, title: str, series: dict[str, list[tuple[float, 
         figure.legend(loc="outside right upper", fontsize=7.5)
         return figure
 
-    write_text(path, render(draw, formulas=True)["svg"])
+    write_text(path, render("chart", draw, formulas=True)["chart.svg"])
 
 
 def _text(name: str) -> str:

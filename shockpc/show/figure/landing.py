@@ -9,24 +9,21 @@ from matplotlib.figure import Figure
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
-from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.marks import draw_marks, letter
 from shockpc.show.figure.page import LINE, colour_bar, coordinates, key, line, table
 from shockpc.show.figure.silhouette import to_plane
-from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.view import View, numbered, view_of
 from shockpc.show.figure.window import windows_of
 from shockpc.show.header import joint_model_text, posture_text, strike_text
 
-__all__ = ["draw", "landing_figure", "numbered"]
+__all__ = ["draw_landing"]
 
 MOST, LEAST = (5.4, 6.4), (3.4, 2.2)
 """Largest and smallest sides of the picture [inches]."""
 
 MARGIN, LEFT, HEAD, FOOT, COLUMN = 0.2, 0.62, 0.86, 1.0, 3.3
 """Room around everything, for the vertical coordinate, the title, the colour bar, and the column beside the picture [inches]."""
-
-FEW = 6
-"""A robot with up to this many bodies has all of them numbered."""
 
 ROWS = 14
 """Most bodies, and most sensors, that are listed."""
@@ -38,12 +35,7 @@ OUT_OF_PLANE = 0.1
 """Share of a body's motion out of the plane above which the figure says so [1]."""
 
 
-def landing_figure(profile: ShockProfile) -> dict[str, bytes]:
-    """The figure of a landing as SVG and PNG, by file name."""
-    return {f"shock.{format_}": data for format_, data in render(lambda: draw(profile)).items()}
-
-
-def draw(profile: ShockProfile) -> Figure:
+def draw_landing(profile: ShockProfile) -> Figure:
     """Draw the robot in its plane; e1 points right, e2 up, nearer limbs cover farther ones.
 
     Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in the plane it does not depend on
@@ -85,14 +77,6 @@ def _title(page: Axes, profile: ShockProfile, y: float, width: float) -> None:
     words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
     line(page, MARGIN, y - 0.25, "; ".join(words), 8.0, width)
     line(page, MARGIN, y - 0.43, f"joint model: {joint_model_text(profile)}", 8.0, width)
-
-
-def numbered(profile: ShockProfile, view: View) -> list[int]:
-    """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
-    bodies = profile.robot.bodies
-    if len(bodies) <= FEW:
-        return list(range(len(bodies)))
-    return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
 
 
 def _body_rows(profile: ShockProfile, numbers: dict[int, int]) -> list[tuple[str, ...]]:

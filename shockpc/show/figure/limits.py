@@ -6,12 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import render
 from shockpc.show.figure.palette import BANDS, INK, PAPER
 from shockpc.show.header import contact_name
 from shockpc.studies.limits import ShockLimits
 
-__all__ = ["draw_limits", "limits_figure"]
+__all__ = ["draw_limits"]
 
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Limits of the bands as multiples of the bound; the last band is open."""
@@ -23,11 +22,6 @@ ALLOWED = "#2f7d4f"
 
 SAMPLES = (600, 211)
 """Postures and strike angles of the map, at most."""
-
-
-def limits_figure(found: ShockLimits) -> dict[str, bytes]:
-    """The map as SVG and PNG, by file name."""
-    return {f"limits.{format_}": data for format_, data in render(lambda: draw_limits(found)).items()}
 
 
 def draw_limits(found: ShockLimits) -> Figure:
@@ -48,7 +42,7 @@ def draw_limits(found: ShockLimits) -> Figure:
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
     axes.plot([scale * found.own[0]], [math.degrees(found.own[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK)
     for end in found.file_limits:
-        if math.isfinite(end):
+        if found.range[0] <= end <= found.range[1]:
             for one in (axes, strip):
                 one.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
     for interval in found.limits[-1].allowed:

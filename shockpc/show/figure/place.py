@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.printed import printable
 from shockpc.robot.geometry import Shape, inertia_box, outline
 from shockpc.show.figure.bodies import paint
-from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.labels import Labels
 from shockpc.show.figure.marks import SIGNS, letter
 from shockpc.show.figure.page import LINE, line, table
@@ -27,7 +27,7 @@ from shockpc.show.header import count, joint_model_text, posture_text
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
-__all__ = ["draw_place", "place_figure"]
+__all__ = ["draw_place"]
 
 ROOM = 6.6
 """Largest width and height of the views together [inches]."""
@@ -65,11 +65,6 @@ class _View(NamedTuple):
 
 
 SIDE, TOP, FRONT = _View("side", (0, 2), 1), _View("top", (0, 1), 2), _View("front", (1, 2), 0)
-
-
-def place_figure(study: PlaceStudy) -> dict[str, bytes]:
-    """The figure of a placement as SVG and PNG, by file name."""
-    return {f"place.{format_}": data for format_, data in render(lambda: draw_place(study)).items()}
 
 
 def draw_place(study: PlaceStudy) -> Figure:

@@ -10,12 +10,11 @@ from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import render
 from shockpc.show.figure.palette import BANDS, INK, PAPER, band
 from shockpc.studies.sweep.summary import Extent, SweepSummary
 from shockpc.studies.sweep.variation import Variation
 
-__all__ = ["sweep_figure"]
+__all__ = ["draw_sweep"]
 
 COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
 MOST = 8
@@ -28,23 +27,19 @@ COLOUR_MAP = "YlGnBu"
 """Light to dark, as the bands of the other figures."""
 
 
-def sweep_figure(summary: SweepSummary) -> dict[str, bytes]:
-    """The figure of a sweep as files by name, "sweep.svg" and "sweep.png"."""
+def draw_sweep(summary: SweepSummary) -> Figure:
+    """Draw the figure of a sweep."""
     extents = [one for one in summary.extents if one.greatest_row >= 0]
     axes = list(summary.sweep.axes)
-
-    def draw() -> Figure:
-        if not extents:
-            figure = Figure(figsize=(5.0, 1.0), facecolor=PAPER)
-            figure.text(0.5, 0.5, "no landing could be computed", ha="center", va="center")
-            return figure
-        if extents[0].values is None:
-            return _distributions(summary, extents[:MOST])
-        if len(axes) == 1:
-            return _curves(summary, axes[0], extents[:MOST])
-        return (_families if axes[0].kind == "contact" else _maps)(summary, axes, extents[:MAPS])
-
-    return {f"sweep.{kind}": content for kind, content in render(draw).items()}
+    if not extents:
+        figure = Figure(figsize=(5.0, 1.0), facecolor=PAPER)
+        figure.text(0.5, 0.5, "no landing could be computed", ha="center", va="center")
+        return figure
+    if extents[0].values is None:
+        return _distributions(summary, extents[:MOST])
+    if len(axes) == 1:
+        return _curves(summary, axes[0], extents[:MOST])
+    return (_families if axes[0].kind == "contact" else _maps)(summary, axes, extents[:MAPS])
 
 
 def _label(one: Extent) -> str:

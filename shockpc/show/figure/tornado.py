@@ -4,13 +4,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import render
 from shockpc.show.figure.palette import BANDS, INK, PAPER
 from shockpc.show.header import contact_name
-from shockpc.show.sensitivity import effect_words, step_words
+from shockpc.show.reports.sensitivity import effect_words, step_words
 from shockpc.studies.sensitivity import ShockSensitivity
 
-__all__ = ["draw_tornado", "tornado_figure"]
+__all__ = ["draw_tornado"]
 
 MOST = 16
 """Bars."""
@@ -20,11 +19,6 @@ UP, DOWN = BANDS[6], BANDS[4]
 
 HEIGHT = 0.24
 """Of one bar with the space around it [inches]."""
-
-
-def tornado_figure(found: ShockSensitivity) -> dict[str, bytes]:
-    """The chart as SVG and PNG, by file name."""
-    return {f"sensitivity.{format_}": data for format_, data in render(lambda: draw_tornado(found)).items()}
 
 
 def draw_tornado(found: ShockSensitivity) -> Figure:

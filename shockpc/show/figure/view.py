@@ -14,7 +14,10 @@ from shockpc.robot.robot import Robot
 from shockpc.show.figure.field import Field, field_of
 from shockpc.show.figure.silhouette import Region, silhouette, to_plane
 
-__all__ = ["Drawn", "View", "view_of"]
+__all__ = ["Drawn", "View", "numbered", "view_of"]
+
+FEW = 6
+"""A robot with up to this many bodies has all of them numbered."""
 
 RESOLUTION = 1e-3
 """Largest distance of a silhouette from the true one, as a share of the robot's size in the figure."""
@@ -84,6 +87,14 @@ def view_of(profile: ShockProfile) -> View:
         every = to_plane(np.concatenate(world), plane)
         bounds = np.concatenate([every.min(axis=0), every.max(axis=0)])
     return View(tuple(drawn), tuple(sorted(struck)), bounds[:2], bounds[2:])
+
+
+def numbered(profile: ShockProfile, view: View) -> list[int]:
+    """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
+    bodies = profile.robot.bodies
+    if len(bodies) <= FEW:
+        return list(range(len(bodies)))
+    return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
 
 
 @functools.lru_cache(maxsize=4)
