@@ -410,8 +410,10 @@ def test_bodies_without_shapes(tmp_path, monkeypatch):
     assert {"box of the inertia: the file has no shape", "not drawn, without shape and inertia: empty"} <= set(written)
     monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
     profile = shock_profile(scene)
-    assert "no body of this robot has a shape or an inertia to draw" in words(draw_landing(profile))
-    assert outside(draw_landing(profile)) == []
+    with style.context(STYLE, after_reset=True):
+        figure = draw_landing(profile)
+        assert "no body of this robot has a shape or an inertia to draw" in words(figure)
+        assert outside(figure) == []
 
 
 def test_motion_out_of_the_plane_is_reported(anymal, beam):

@@ -10,7 +10,7 @@ from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
 from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.marks import draw_marks, letter
-from shockpc.show.figure.page import LINE, colour_bar, coordinates, key, line
+from shockpc.show.figure.page import LINE, coordinates, key, line, plane_names, shock_bar
 from shockpc.show.figure.silhouette import to_plane
 from shockpc.show.figure.view import numbered, view_of
 from shockpc.show.figure.window import Window, windows_of
@@ -69,13 +69,13 @@ def draw_panels(
     x, signs = LEFT + (width - LEFT - MARGIN - across) / 2.0, set()
     for k, (profile, view, window) in enumerate(zip(profiles, views, windows, strict=True)):
         picture = add_axes(drawing, x, bottom, widths[k], height)
-        coordinates(picture, window, profile, first=k == 0)
+        coordinates(picture, window, plane_names(profile), left=k == 0)
         signs |= draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers[k])
         middle, y = x + widths[k] / 2.0, bottom - 0.42
         page.text(middle, y, labels[k], fontsize=10, fontweight="bold", ha="center", va="top")
         page.text(middle, y - 0.17, "\n".join(under[k]), fontsize=7, ha="center", va="top", linespacing=1.25)
         x += widths[k] + GAP
-    colour_bar(drawing, LEFT, foot - 0.1, BAR)
+    shock_bar(drawing, LEFT, foot - 0.1, BAR)
     key(page, signs, (LEFT + BAR + 0.4, foot))
     for k, text in enumerate(words):
         line(page, MARGIN, foot - FOOT - LINE * k, text, 7.5, width - 2.0 * MARGIN)

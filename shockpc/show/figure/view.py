@@ -14,7 +14,7 @@ from shockpc.robot.robot import Robot
 from shockpc.show.figure.field import Field, field_of
 from shockpc.show.figure.silhouette import Region, silhouette, to_plane
 
-__all__ = ["Drawn", "View", "numbered", "view_of"]
+__all__ = ["Drawn", "View", "body_shapes", "numbered", "view_of"]
 
 FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
@@ -107,7 +107,7 @@ def _silhouettes(
     """
     plane, state = plane_from(normal), dynamics(robot, np.array([q]))
     rotation, position = state.rotation[0], state.position[0] + state.origin[0]
-    shapes = _shapes(robot)
+    shapes = body_shapes(robot)
     world = tuple(_points(robot, i, pieces) @ rotation[i].T + position[i] for i, (pieces, _) in enumerate(shapes))
     size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
     regions = [silhouette(pieces, rotation[i], position[i], plane, RESOLUTION * size) for i, (pieces, _) in enumerate(shapes)]
@@ -117,7 +117,7 @@ def _silhouettes(
     return tuple(closed), world, tuple(boxed for _, boxed in shapes), size
 
 
-def _shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
+def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
     """The shapes of each body, visual rather than collision, and whether they are only the box of its inertia."""
     visual = outline(robot, "visual").shapes
     collision = outline(robot, "collision").shapes if not all(visual) else visual
