@@ -30,6 +30,8 @@ from shockpc.results.energy import Energy, energy, gained
 from shockpc.results.geometry import shock_ranges
 from shockpc.results.loads import JointLoad, joint_loads
 from shockpc.results.percussion import BodyPercussion, body_percussion
+from shockpc.results.placement import Placement, placement
+from shockpc.results.plausibility import implausible
 from shockpc.results.points import PointShock, point_shocks, saturated
 from shockpc.results.speed import Speed, normalising_speed
 from shockpc.robot.robot import Robot
@@ -135,15 +137,20 @@ class ShockProfile:
         """What closing the loops changed; None without loops."""
         return self.landing.assembly
 
+    @derived
+    def placement(self) -> Placement:
+        """Frames of the bodies."""
+        return placement(self.landing, self.proof)
+
     @property
     def position(self) -> Array:
         """Origins (nb, 3) of the body frames, world [m]."""
-        return read_only(self.landing.state.position[0] + self.landing.state.origin[0])
+        return read_only(self.placement.position)
 
     @property
     def rotation(self) -> Array:
         """Orientations (nb, 3, 3) of the body frames, body to world."""
-        return read_only(self.landing.state.rotation[0])
+        return read_only(self.placement.rotation)
 
     @property
     def delta_qd(self) -> Array:
@@ -318,6 +325,7 @@ class ShockProfile:
             warnings=(
                 *(Diagnostic("robot", self.robot.name, None, text) for text in self.robot.warnings),
                 *self.landing.warnings,
+                *implausible(self.landing, self.contacts),
                 *self._uncertain(),
                 *data,
                 *pulled(self.landing, self.proof),

@@ -31,7 +31,12 @@ KINDS = {
 }
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
-SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
+FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]] = {
+    pin.FrameType.BODY: "link",
+    pin.FrameType.OP_FRAME: "site",
+    pin.FrameType.SENSOR: "geom",
+}
+"""Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +104,7 @@ class Frame:
     """A named place on a body.
 
     Attributes:
-        name: link, joint or site.
+        name: link, joint, site or geom.
         body: index into `Robot.bodies`; −1 if it is fixed to the world.
         rotation: (3, 3) in the body frame.
         offset: (3,) origin in the body frame [m].
@@ -110,7 +115,7 @@ class Frame:
     body: int
     rotation: Array = field(repr=False)
     offset: Array = field(repr=False)
-    kind: Literal["link", "joint", "site"]
+    kind: Literal["link", "joint", "site", "geom"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,17 +196,16 @@ class Robot:
 
     @cached_property
     def frames(self) -> Mapping[str, Frame]:
-        """Every named place, by name; where a link and a joint or a site share a name it is the link's."""
+        """Every named place, by name; where a link shares its name with another it is the link's."""
         frames: dict[str, Frame] = {}
         for frame in sorted(self.model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
             index, place = frame.parentJoint - 1, frame.placement
             if index >= 0:
                 place = pin.SE3(self.bodies[index].rotation, self.bodies[index].offset).inverse() * place
-            kind: Literal["link", "joint", "site"] = "site" if frame.type in SITES else "joint"
-            if frame.type == pin.FrameType.BODY:
-                kind = "link"
             if frame.name != "universe" and frame.name not in frames:
-                frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
+                frames[frame.name] = Frame(
+                    frame.name, index, read_only(place.rotation), read_only(place.translation), FRAMES.get(frame.type, "joint")
+                )
         return frames
 
     @cached_property
