@@ -86,31 +86,34 @@ def check_sheet(check: Check, fold: bool = True, most: int | None = None, only_f
 
 
 def _outcomes(check: Check) -> Sheet:
-    """The same for a spreadsheet: in the order of the file, with a column for each number."""
+    """The same for a spreadsheet: in the order of the file, a column for each value of a record but the line."""
     header = (
         "case", "strike angle [deg]", "at", "metric", "unit", "value", "max", "min",
         "baseline", "baseline tolerance", "change [%]", "severity", "result", "reason",
     )  # fmt: skip
-    rows: list[tuple[Cell, ...]] = [
-        (
-            outcome.case,
-            outcome.strike_angle_deg,
-            outcome.at,
-            outcome.budget.metric,
-            METRICS[outcome.budget.metric].unit,
-            outcome.value,
-            outcome.budget.max,
-            outcome.budget.min,
-            outcome.baseline,
-            outcome.budget.baseline_tolerance,
-            None if outcome.change is None else 100.0 * outcome.change,
-            outcome.budget.severity,
-            outcome.status,
-            outcome.reason,
-        )
-        for outcome in check.outcomes
-    ]
+    rows = []
+    for outcome in check.outcomes:
+        found = _record(outcome)
+        change = None if outcome.change is None else 100.0 * outcome.change
+        rows.append(tuple((found | {"change": change}).values())[: len(header)])
     return Sheet(_summary_text(check), header, rows)
+
+
+def _record(outcome: Outcome) -> dict[str, Any]:
+    """One outcome; "inf" for an infinite number."""
+    budget = outcome.budget
+    return {
+        **record(outcome, "case", "strike_angle_deg", "at"),
+        "metric": budget.metric,
+        "unit": METRICS[budget.metric].unit,
+        "value": _number(outcome.value),
+        **record(budget, "max", "min"),
+        "baseline": _number(outcome.baseline),
+        "baseline_tolerance": budget.baseline_tolerance,
+        "change": outcome.change,
+        "severity": budget.severity,
+        **record(outcome, "status", "reason", "line"),
+    }
 
 
 def _summary_text(check: Check) -> str:
@@ -179,21 +182,7 @@ def _document(check: Check) -> dict[str, Any]:
         "exit_code": check.exit_code,
         "counts": {status.replace(" ", "_"): check.count(status) for status in ("passed", "exceeded", "not computed")},
         **record(check, "landings", "error_bound"),
-        "outcomes": [
-            {
-                **record(outcome, "case", "strike_angle_deg", "at"),
-                "metric": outcome.budget.metric,
-                "unit": METRICS[outcome.budget.metric].unit,
-                "value": _number(outcome.value),
-                **record(outcome.budget, "max", "min"),
-                "baseline": _number(outcome.baseline),
-                "baseline_tolerance": outcome.budget.baseline_tolerance,
-                "change": outcome.change,
-                "severity": outcome.budget.severity,
-                **record(outcome, "status", "reason", "line"),
-            }
-            for outcome in check.outcomes
-        ],
+        "outcomes": [_record(outcome) for outcome in check.outcomes],
         "notes": list(check.notes),
     }
 

@@ -10,7 +10,7 @@ from shockpc.model.joint_model import Joints, joint_model
 from shockpc.robot.robot import Robot
 from shockpc.robot.variant import changed_link, link_mass
 from shockpc.scene import Scene
-from shockpc.studies.sweep.variation import Variation
+from shockpc.studies.sweep.variation import ATTITUDE, Variation
 
 __all__ = ["applied"]
 
@@ -34,7 +34,7 @@ def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Sce
         return replace(scene, posture=replace(posture, joints_deg={**others, one.target: float(value)})), robot
     if one.kind.startswith("base-"):
         angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
-        angles[("base-roll", "base-pitch", "base-yaw").index(one.kind)] = float(value)
+        angles[list(ATTITUDE).index(one.kind)] = float(value)
         return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
     if one.kind in ("strike-angle", "speed"):
         strike = replace(strike, velocity=None, drop_height=None)
