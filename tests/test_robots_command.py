@@ -50,7 +50,7 @@ def test_mjcf_with_a_fixed_base(capfd, tmp_path):
     assert out.splitlines()[:6] == [
         "robot        arm, 1.5 kg, 2 moving bodies, 2 velocities",
         f"file         {tmp_path}/arm.xml",
-        "base         fixed in the file",
+        "base         fixed in the file; a <freejoint/> in its root body releases it",
         "feet         wheel",
         "sensors      tip_imu",
         "postures     up, neutral; neutral by default",

@@ -52,7 +52,8 @@ def build_mjcf(source: RobotSource) -> Built:
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
     model.lowerPositionLimit, model.upperPositionLimit = limits[order].T
     model.armature = _armature(m, file)[velocities]
-    if model.joints[1].shortname() == "JointModelFreeFlyer":
+    floats = model.joints[1].shortname() == "JointModelFreeFlyer"
+    if floats:
         extra = float(model.armature[0])
         model.armature[:6] = 0.0
         if extra:
@@ -61,13 +62,16 @@ def build_mjcf(source: RobotSource) -> Built:
                 f'{file}: joint "{model.names[1]}" is free and has armature {extra:g}, which adds {extra:g} kg and '
                 f'{extra:g} kg m² to the base, as in MuJoCo; if that is not meant, set armature="0" there or use a <freejoint/>',
             )
+    start, loops = pin.neutral(model), tuple(_loops(m, tree))
+    if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
+        start[:7] = m.qpos0[order][:7]
     postures, more = _postures(m, found.keys, order, file)
     return Built(
         model=model,
+        start=read_only(start),
         postures=postures,
         mimics=_mimics(m, tree, file),
-        loops=tuple(_loops(m, tree)),
-        drawn=read_only(m.qpos0[order]),
+        loops=loops,
         notes=(*found.warnings, *notes, *more),
     )
 

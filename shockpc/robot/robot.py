@@ -1,6 +1,7 @@
 """A robot: URDF, xacro or MJCF in, moving bodies and frames out. What cannot be computed is refused by name."""
 
 import fnmatch
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,7 +16,7 @@ from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning
 from shockpc.robot.mjcf_model import build_mjcf
 from shockpc.robot.source import RobotSource, read_source
-from shockpc.robot.urdf_model import build_urdf
+from shockpc.robot.urdf_model import WORLD, build_urdf
 
 __all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
 
@@ -98,6 +99,10 @@ class Joint:
         """Unit of its coordinate."""
         return "m" if self.kind == "prismatic" else "rad"
 
+    def value(self, q: Array) -> float:
+        """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
+        return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -125,19 +130,19 @@ class Robot:
     Attributes:
         source: the file's text and where it came from.
         model: the Pinocchio model; its first joint is the base's if `free_base`.
+        start: (nq,) configuration with neutral joints; a base that its file places stands there.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
-        drawn: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
         notes: warnings of the file's reader.
     """
 
     source: RobotSource
     model: pin.Model
+    start: Array
     postures: Mapping[str, Array]
     mimics: tuple[Mimic, ...]
     loops: tuple[Loop, ...]
-    drawn: Array | None
     notes: tuple[str, ...]
 
     def __repr__(self) -> str:
@@ -167,7 +172,12 @@ class Robot:
     @cached_property
     def free_base(self) -> bool:
         """Whether the base can move (every URDF; an MJCF whose root body has a free joint)."""
-        return bool(self.model.joints[1].shortname() == "JointModelFreeFlyer")
+        return self.joints[0].kind == "free"
+
+    @property
+    def usual_base(self) -> Literal["free", "fixed"]:
+        """How the base moves unless a scene says otherwise: a root link called "world" stands for the ground."""
+        return "free" if self.free_base and self.bodies[0].name != WORLD else "fixed"
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
@@ -224,6 +234,15 @@ class Robot:
         return next(joint for joint in self.joints if joint.name == name)
 
     @cached_property
+    def driven(self) -> np.ndarray:
+        """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
+        driven = np.ones(self.model.nv, dtype=bool)
+        for joint in self.joints:
+            driven[joint.v] = joint.kind != "free"
+        driven.flags.writeable = False
+        return driven
+
+    @cached_property
     def mass(self) -> float:
         """Of all bodies [kg]."""
         return sum(body.mass for body in self.bodies)
@@ -271,14 +290,6 @@ class Robot:
             moves[i, joint.v] = True
         moves.flags.writeable = False
         return moves
-
-    @cached_property
-    def start(self) -> Array:
-        """Neutral joints (nq,); a free base that its file ties to the world stands where the file draws it, for there it meets."""
-        q = np.array(pin.neutral(self.model))
-        if self.drawn is not None and self.free_base and any(-1 in loop.bodies for loop in self.loops):
-            q[:7] = self.drawn[:7]
-        return read_only(q)
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.

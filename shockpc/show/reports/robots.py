@@ -8,7 +8,7 @@ from shockpc.model.posture import reference_name
 from shockpc.printed import few, printable
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.robot import Robot
-from shockpc.show.header import bodies_text, count
+from shockpc.show.header import base_text, bodies_text, count
 from shockpc.show.tables.sheets import Cell, Sheet
 
 __all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
@@ -44,7 +44,7 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
     lines = {
         "robot": f"{robot.name}, {size}",
         "file": str(robot.source.path),
-        "base": "free by default; --base planar or --base fixed restrains it" if robot.free_base else "fixed in the file",
+        "base": base_text(robot, robot.usual_base),
         "feet": few(feet(robot), 12),
         "sensors": few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera",
         "postures": f"{postures}; {reference_name(robot, None)} by default",
