@@ -24,7 +24,7 @@ from shockpc.result import ShockProfile
 from shockpc.results.points import Spot
 from shockpc.robot.robot import Joint, Robot
 from shockpc.scene import Point, Scene
-from shockpc.studies.question import joint_value, moving_spot, strike_angle
+from shockpc.studies.question import moving_spot, strike_angle
 from shockpc.trace import Trace
 
 __all__ = ["Interval", "ShockLimits", "StrikeLimits", "limits"]
@@ -210,7 +210,7 @@ def limits(
             "allow a greater shock, or give another range with --range"
         )
     names = tuple(one.name for one in joints)
-    here = (joint_value(joints[0], landing.q), own)
+    here = (joints[0].value(landing.q), own)
     return ShockLimits(
         profile, spot.label, names, unit, max_shock, (low, high), file_limits, here, angles, step, values, gram, tuple(found),
         unreachable, inaccurate,
@@ -265,7 +265,7 @@ class _Sweep:
         landing = self._landing
         if not landing.loops:
             return values, np.stack([self.posture(value, landing.q) for value in values.tolist()]), ()
-        start = int(np.argmin(np.abs(values - joint_value(self._joints[0], landing.q))))
+        start = int(np.argmin(np.abs(values - self._joints[0].value(landing.q))))
         found: dict[float, Array] = {}
         refused: list[tuple[float, float, str]] = []
         for walk in (values[start:].tolist(), values[start::-1].tolist()):

@@ -35,7 +35,7 @@ from shockpc.results.points import Spot
 from shockpc.results.speed import speed_in
 from shockpc.robot.robot import Joint, Robot
 from shockpc.scene import Point, Scene
-from shockpc.studies.question import joint_value, moving_spot, strike_angle
+from shockpc.studies.question import moving_spot, strike_angle
 from shockpc.trace import Trace
 
 __all__ = ["Effect", "Kind", "ShockSensitivity", "sensitivity"]
@@ -299,7 +299,10 @@ def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
             reason = reason or "the lowest point of a contact jumps here"
         else:
             paths.append(path)
-        rows.append((joint.name, axis, joint_value(joint, landing.q), unit, len(paths) - 1, reason))
+        # A rotation about several axes has no value, and counts from where it is.
+        part = next((one for one in joint.parts if one.v.start == column), joint)
+        value = part.value(landing.q) if part.axis is not None else 0.0
+        rows.append((joint.name, axis, value, unit, len(paths) - 1, reason))
 
     def outputs(impact: ExactImpact) -> Balls:
         jump = impact.body_jumps[place.body, :, 3]
