@@ -45,7 +45,7 @@ def analyze(
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
             write_text(file, scene_text(profile.scene, file.parent))
         if output.out is not None:
-            from shockpc.show.folder import write_landings
+            from shockpc.show.reports.landing import write_landings
 
             write_landings(profiles, file_names(scenes), output.out, pattern)
         else:

@@ -43,7 +43,7 @@ def batch(
     from shockpc.errors import StudyError
     from shockpc.executor import executor
     from shockpc.robot.catalogue import robots_of_set
-    from shockpc.show.batch import batch_files, batch_text
+    from shockpc.show.reports.batch import batch_report
     from shockpc.studies import batch as study
 
     names = list(dict.fromkeys([*robots, *(name for one in set_ for name in robots_of_set(one))]))
@@ -55,7 +55,7 @@ def batch(
     with executor(min(jobs, len(names))) as pool:
         read = functools.partial(_landings, options)
         found = study.batch(names, read, pool, _thumbnail if figures else None, progress("robots computed", len(names)))
-    give(lambda: batch_files(found), functools.partial(batch_text, found), output)
+    give(batch_report(found), output)
     if found.failures:
         raise typer.Exit(INCOMPLETE)
 

@@ -100,8 +100,8 @@ def check(
 ) -> None:
     """Compare landings with budgets, as a gate in CI."""
     from shockpc.cli.progress import progress
-    from shockpc.show.check import append_summary, check_files, report_text
     from shockpc.show.files import write_folder, write_text
+    from shockpc.show.reports.check import append_summary, check_files, check_text
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.gate import check_budgets
@@ -115,9 +115,9 @@ def check(
         if one.format == "github":
             append_summary(found)
         if one.file is None:
-            sys.stdout.write(report_text(found, one.format))
+            sys.stdout.write(check_text(found, one.format))
         else:
-            write_text(one.file, report_text(found, one.format))
+            write_text(one.file, check_text(found, one.format))
     if options.out is not None:
         write_folder(options.out, check_files(found))
     if options.baseline is not None and options.update_baseline:

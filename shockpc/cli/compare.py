@@ -1,7 +1,6 @@
 """`shockpc compare`: designs side by side."""
 
 import dataclasses
-import functools
 from typing import TYPE_CHECKING, Annotated
 
 from shockpc.cli.declare import argument, group, takes_options
@@ -38,7 +37,7 @@ def compare(
     from shockpc.cli.output import check_out, give
     from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
-    from shockpc.show.compare import compare_files, compare_text
+    from shockpc.show.reports.compare import compare_report
     from shockpc.studies.compare import compare as study
     from shockpc.studies.compare import design_with
 
@@ -50,8 +49,7 @@ def compare(
     own = [dataclasses.replace(options, contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
     every = [_design(name, its) for name, its in zip(designs, own, strict=True)]
     every += [design_with(every[0], one) for one in changes]
-    found = study(every)
-    give(lambda: compare_files(found), functools.partial(compare_text, found), output)
+    give(compare_report(study(every)), output)
 
 
 def _design(name: str, options: SceneOptions) -> "Design":

@@ -1,7 +1,6 @@
 """`shockpc limits`: joint limits that keep the shock at a point below a bound."""
 
 import math
-import sys
 from typing import Annotated
 
 from shockpc.cli.declare import group, takes_options
@@ -33,12 +32,9 @@ def limits(
     output: OutputOptions,
 ) -> None:
     """Find the joint angles that keep the shock below a bound."""
-    import json
-
-    from shockpc.cli.output import check_out
+    from shockpc.cli.output import check_out, give
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.limits import intervals_sheet, limits_document, limits_report, limits_text, write_limits
-    from shockpc.show.tables.text import as_csv
+    from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
 
     check_out(output.out)
@@ -55,12 +51,4 @@ def limits(
         step=None if step is None else unit * step,
         robot=loaded,
     )
-    if output.out is not None:
-        write_limits(found, output.out)
-    if output.format == "json":
-        text = json.dumps(limits_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    elif output.format == "csv":
-        text = as_csv(intervals_sheet(found))
-    else:
-        text = limits_report(found) if output.format == "markdown" else limits_text(found)
-    sys.stdout.write(text)
+    give(limits_report(found), output)

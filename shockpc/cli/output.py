@@ -2,7 +2,6 @@
 
 import os
 import sys
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from shockpc.cli.options import OutputOptions
@@ -13,6 +12,7 @@ from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 from shockpc.show.files import check_folder, write_folder
+from shockpc.show.reports.report import Report
 
 __all__ = ["body_pattern", "check_file", "check_out", "file_names", "give", "scene_files", "shown"]
 
@@ -79,22 +79,19 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
         from shockpc.show.document import to_json
 
         return to_json(profiles)
-    from shockpc.show.tables.text import csv_report, markdown_report, text_report
+    from shockpc.show.reports.landing import landings_text
 
-    if format_ == "markdown":
-        return markdown_report(profiles, bodies)
     if format_ == "csv":
         for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
             sys.stderr.write(f"shockpc: warning: {warning}\n")
-        return csv_report(profiles, bodies)
-    return text_report(profiles, bodies)
+    return landings_text(profiles, format_, bodies)
 
 
-def give(files: Callable[[], Mapping[str, str | bytes]], text: Callable[[str], str], output: OutputOptions) -> None:
-    """Write the files of a study into a folder, if one is asked for, and print the study."""
+def give(report: Report, output: OutputOptions) -> None:
+    """Write the files of a report into a folder, if one is asked for, and print it."""
     if output.out is not None:
-        write_folder(output.out, files())
-    sys.stdout.write(text(output.format))
+        write_folder(output.out, report.files())
+    sys.stdout.write(report.text(output.format))
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

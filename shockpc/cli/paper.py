@@ -21,7 +21,7 @@ def paper(
     """Recompute the figures of the paper and check its claims."""
     from shockpc.cli.output import check_out
     from shockpc.paper.figures import paper_figures
-    from shockpc.show.tables.paper import paper_text, write_paper
+    from shockpc.show.reports.paper import paper_text, write_paper
 
     chosen = paper_figures(figures)
     check_out(out)

@@ -1,6 +1,5 @@
 """`shockpc place`: where on a body a sensor sees least shock."""
 
-import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -72,7 +71,7 @@ def place(
     """
     from shockpc.cli.output import check_out, give
     from shockpc.cli.progress import progress
-    from shockpc.show.place import place_files, place_text
+    from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
 
     check_out(output.out)
@@ -90,7 +89,7 @@ def place(
         apart=apart,
         progress=progress("landings computed", len(landings)),
     )
-    give(lambda: place_files(found), functools.partial(place_text, found), output)
+    give(place_report(found), output)
     if found.failures:
         raise typer.Exit(INCOMPLETE)
 

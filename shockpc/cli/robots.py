@@ -25,7 +25,7 @@ def _all() -> str:
     from shockpc.errors import ShockError
     from shockpc.robot.catalogue import catalogue
     from shockpc.robot.robot import load_robot
-    from shockpc.show.tables.robots import catalogue_row, catalogue_sheet
+    from shockpc.show.reports.robots import catalogue_row, catalogue_sheet
     from shockpc.show.tables.text import as_text
 
     rows = []
@@ -45,7 +45,7 @@ def _one(name: str, options: RobotOptions) -> str:
     """One robot, with the check-up of its file."""
     from shockpc.robot.checkup import check_robot
     from shockpc.robot.robot import load_robot
-    from shockpc.show.tables.robots import joints_sheet, links_sheet, robot_lines
+    from shockpc.show.reports.robots import joints_sheet, links_sheet, robot_lines
     from shockpc.show.tables.text import as_text
 
     robot = load_robot(name, xacro=dict(options.xacro), packages=dict(options.package))

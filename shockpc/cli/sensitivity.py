@@ -20,18 +20,9 @@ def sensitivity(
     explain: Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")] = False,
 ) -> None:
     """Rank masses, inertias and angles by effect on the shock."""
-    import json
-
-    from shockpc.cli.output import check_out
+    from shockpc.cli.output import check_out, give
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.sensitivity import (
-        effects_sheet,
-        sensitivity_document,
-        sensitivity_report,
-        sensitivity_text,
-        write_sensitivity,
-    )
-    from shockpc.show.tables.text import as_csv
+    from shockpc.show.reports.sensitivity import sensitivity_report
     from shockpc.studies.sensitivity import sensitivity as study
     from shockpc.trace import Trace
 
@@ -39,15 +30,7 @@ def sensitivity(
     check_out(output.out)
     loaded, scene = one_scene(robot, options, trace)
     found = study(scene, point_from(loaded, at, "--at"), loaded, trace)
-    if output.out is not None:
-        with trace.stage("files and figure"):
-            write_sensitivity(found, output.out)
-    if output.format == "json":
-        text = json.dumps(sensitivity_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    elif output.format == "csv":
-        text = as_csv(effects_sheet(found))
-    else:
-        text = sensitivity_report(found) if output.format == "markdown" else sensitivity_text(found, rows)
-    sys.stdout.write(text)
+    with trace.stage("output"):
+        give(sensitivity_report(found, rows), output)
     if explain:
         sys.stderr.write(trace.text())

@@ -131,19 +131,12 @@ def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> 
     """Print the summary, and write it with the figure; the number of rows that could not be computed."""
     import functools
 
-    from shockpc.show.figure.sweep import sweep_figure
     from shockpc.show.files import write_folder
     from shockpc.show.parts import read_column
-    from shockpc.show.tables.sweep import extents_sheet, sweep_markdown, sweep_text
-    from shockpc.show.tables.text import as_csv
+    from shockpc.show.reports.sweep import sweep_files, sweep_text
     from shockpc.studies.sweep.summary import summarise
 
     summary = summarise(made, functools.partial(read_column, made, out, format_))
-    files: dict[str, str | bytes] = {
-        **sweep_figure(summary),
-        "summary.md": sweep_markdown(summary, "sweep.svg"),
-        "summary.csv": as_csv(extents_sheet(summary)),
-    }
-    write_folder(out, files)
+    write_folder(out, sweep_files(summary))
     sys.stdout.write(sweep_text(summary))
     return summary.failed

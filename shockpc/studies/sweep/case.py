@@ -12,7 +12,7 @@ from shockpc.model.joint_model import Joints, joint_model
 from shockpc.robot.robot import Robot
 from shockpc.robot.variant import changed_link, link_mass
 from shockpc.scene import Scene
-from shockpc.studies.sweep.variation import OF_A_LINK, Variation, variation
+from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
 
 __all__ = ["applied", "scene_grid"]
 
@@ -36,7 +36,7 @@ def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Sce
         return replace(scene, posture=replace(posture, joints_deg={**others, one.target: float(value)})), robot
     if one.kind.startswith("base-"):
         angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
-        angles[("base-roll", "base-pitch", "base-yaw").index(one.kind)] = float(value)
+        angles[list(ATTITUDE).index(one.kind)] = float(value)
         return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
     if one.kind in ("strike-angle", "speed"):
         if strike.velocity is not None or strike.drop_height is not None:

@@ -9,7 +9,7 @@ from shockpc.model.contact import landing_frames
 from shockpc.robot.robot import Robot
 from shockpc.robot.variant import link_mass
 
-__all__ = ["Variation", "each_of", "variation"]
+__all__ = ["ATTITUDE", "Variation", "each_of", "variation"]
 
 STRIKE = {"strike-angle": "deg", "speed": "m/s"}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
