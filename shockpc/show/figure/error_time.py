@@ -1,6 +1,5 @@
 """Error against run time on logarithmic axes, for the benchmark."""
 
-from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -8,22 +7,18 @@ from matplotlib.figure import Figure
 from shockpc.printed import printable
 from shockpc.show.figure.canvas import new_chart, render
 from shockpc.show.figure.palette import CURVES, INK, PAPER
-from shockpc.show.files import write_text
 
-__all__ = ["save_error_time"]
+__all__ = ["error_time_svg"]
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 FLOOR = 1e-17
 """Errors below this are drawn here."""
 
 
-def save_error_time(path: Path, title: str, series: dict[str, list[tuple[float, float]]], accurate: float) -> None:
+def error_time_svg(title: str, series: dict[str, list[tuple[float, float]]], accurate: float) -> bytes:
     """Draw run time [s] and error [1] of the results of several methods, by the method's name, as SVG.
 
     A line shows the largest error of an accurate result.
-
-    Raises:
-        OutputError: the file cannot be written.
     """
 
     def draw() -> Figure:
@@ -40,7 +35,7 @@ def save_error_time(path: Path, title: str, series: dict[str, list[tuple[float, 
         figure.legend(loc="outside right upper")
         return figure
 
-    write_text(path, render("chart", draw, formulas=True)["chart.svg"])
+    return render("chart", draw, formulas=True)["chart.svg"]
 
 
 def _text(name: str) -> str:

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from shockpc.paper.claim import Claim
-from shockpc.paper.figures import PaperFigure
+from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.landings import scene
 from shockpc.scene import scene_text
 from shockpc.show.files import write_folder
@@ -29,7 +28,7 @@ def paper_text(figures: Sequence[PaperFigure]) -> str:
     }
     lines = ["claims of the paper: " + ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count), "─" * 8]
     for claim in claims:
-        lines += [f"{claim.section}: {claim.statement}", f"    {claim.quantity}, {claim.criterion}"]
+        lines += [claim.statement, f"    {claim.quantity}, {claim.criterion}"]
         lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
     return f"{as_text(_bodies_sheet(figures))}\n" + "\n".join(lines) + "\n"
 
@@ -79,7 +78,7 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
 def _claims_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     """One row for every claim, and one for each alternative interpretation that changes the outcome."""
     rows = [
-        (claim.section, claim.statement, interpretation, claim.quantity, claim.criterion, value, outcome)
+        (*claim.statement.partition(": ")[::2], interpretation, claim.quantity, claim.criterion, value, outcome)
         for figure in figures
         for claim in figure.claims
         for interpretation, value, outcome in _outcomes(claim)
