@@ -35,7 +35,7 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
 
 def com_velocity(robot: Robot, state: Dynamics, before: Motion) -> Array:
     """Velocity (N, 3) of the robot's centre of mass before the impact, world axes [m/s]."""
-    total = np.zeros((len(state.H), 3))
+    total = np.zeros((len(state.J), 3))
     for i, (mass, com) in enumerate(zip(robot.masses, robot.coms, strict=True)):
         twist = twist_before(state, before, i)
         total += mass * velocity_at(twist[:, :3], twist[:, 3:], state.position[:, i] + state.rotation[:, i] @ com)
