@@ -1,6 +1,7 @@
 """`shockpc compare`: every number is that of a single analysis; differences are ranked and matched by name."""
 
 import csv
+import dataclasses
 import io
 import json
 import math
@@ -9,13 +10,13 @@ from itertools import pairwise
 import pytest
 from commands import good, run
 
-from shockpc.errors import StudyError
+from shockpc.errors import SceneError, StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.profile import shock_profile
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.robot import load_robot
-from shockpc.scene import Scene
+from shockpc.scene import Scene, Strike
 from shockpc.studies.compare import Design, compare, design_with
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"
@@ -123,6 +124,13 @@ def test_one_robot_has_everything_in_common_with_its_changes(found):
 def test_one_design_is_no_comparison(dog):
     with pytest.raises(StudyError, match="--change"):
         compare([dog])
+
+
+def test_a_refusal_names_the_design(dog):
+    """Two scenes of one robot cannot be told apart by the robot's name."""
+    across = dataclasses.replace(dog.scene, strike=Strike(velocity=(0.0, 1.0, -1.0)), base="planar", joints=Joints(model="locked"))
+    with pytest.raises(SceneError, match="^across: contact .* cannot be stopped"):
+        compare([dog, Design("across", across, dog.robot)])
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
             if singular.body >= 0 or is_singular(equation.H[0]):
                 raise SolveError(_without_inertia(landing, equation, singular.body)) from None
             continue
-        _refuse_contradiction(equation, choice, proof)
+        _refuse_contradiction(landing, equation, choice, proof)
         _refuse_singular(landing, equation, proof)
         if choice.uncertain:
             raise SolveError(_undecided(landing, equation))
@@ -102,7 +102,7 @@ def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
     )
 
 
-def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -> None:
+def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoice, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
     b = equation.b[0]
     others = np.delete(np.arange(len(b)), choice.rows)
@@ -119,9 +119,9 @@ def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -
         return
     name, axis = _direction(equation, int(others[worst]))
     raise SceneError(
-        f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
-        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
-        "or free the base"
+        f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move that way "
+        f'in posture "{landing.scene.posture.reference}", or another contact asks for the opposite; set another posture with --set, '
+        "leave that direction out of the contact or of the strike, or free the base"
     )
 
 
