@@ -422,7 +422,7 @@ REFUSED = {
         '"m.stl" is missing',
         "<inertial>",
     ),
-    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="../m.stl"/></asset>'): (
+    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="../../m.stl"/></asset>'): (
         'body "b" takes its mass from mesh "m", which cannot be read',
         "outside the folders",
     ),
@@ -477,6 +477,7 @@ def test_includes_stay_inside(tmp_path: Path):
     """A missing, repeated or outlying part is refused by name, and so is an attached model outside."""
     folder = tmp_path / "dog"
     folder.mkdir()
+    (folder / "package.xml").touch()
     (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
     (folder / "a.xml").write_text('<mujocoinclude><include file="a.xml"/></mujocoinclude>')
     told = {

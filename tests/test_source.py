@@ -33,7 +33,7 @@ def test_what_is_read(tmp_path: Path):
         source = read(tmp_path, arm(), name)
         assert (source.path, source.name, source.kind, source.xml) == (tmp_path / name, None, "urdf", arm())
         assert (source.robot_name, source.srdf, source.warnings) == ("r", tmp_path / "dog.srdf", ())
-        assert (source.folders.packages, source.folders.allowed) == ({}, (tmp_path,))
+        assert (source.folders.packages, source.folders.allowed) == ({}, (tmp_path.parent,))
 
 
 def test_one_free_body_is_a_robot(tmp_path: Path):
@@ -113,6 +113,13 @@ def test_marks_and_blanks_before_a_document(before: bytes, tmp_path: Path):
     assert "a DOCTYPE can define entities" in refusal(tmp_path, before + b"<!DOCTYPE robot><robot/>")
 
 
+def test_closing_tags_left_over(tmp_path: Path):
+    """A file that closes its root element twice is read; anything else behind it is refused."""
+    assert loaded(tmp_path, arm() + "\n</robot> </a>\n").model.nv == 7
+    for rest in ("<robot/>", "</robot> more"):
+        assert "the file is not well-formed XML" in refusal(tmp_path, arm() + rest)
+
+
 def test_declared_encodings(tmp_path: Path):
     """A Latin-1 file keeps its names; an encoding that is not known is refused."""
     text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
@@ -128,6 +135,7 @@ def test_srdf(tmp_path: Path):
     (tmp_path / "away.srdf").write_text(SRDF)
     folder = tmp_path / "dog"
     folder.mkdir()
+    (folder / "package.xml").touch()
     (folder / "dog.srdf").symlink_to(tmp_path / "away.srdf")
     assert read(folder, arm()).srdf is None
     given = written(folder, SRDF, "poses.xml")

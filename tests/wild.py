@@ -4,7 +4,8 @@
 
 Tried is every URDF, xacro and MJCF file below each folder that Pinocchio or MuJoCo loads and whose moving bodies have mass; what
 they cannot load is no robot by itself (a macro, a part of a model). The plain solution shares no code with the package:
-Pinocchio's or MuJoCo's own inertia matrix and Jacobians in one dense system. Each file is computed in a process of its own.
+Pinocchio's or MuJoCo's own inertia matrix and Jacobians in one dense system. Where a file is refused, the remedies that the message
+names are tried. Each file is computed in a process of its own.
 """
 
 import contextlib
@@ -17,6 +18,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import mujoco
@@ -27,32 +29,40 @@ from xacro import substitution_args
 
 from shockpc.errors import ShockError
 from shockpc.model.contact import Contact
+from shockpc.model.posture import Posture
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
-from shockpc.robot.robot import Robot, load_robot
+from shockpc.robot.robot import load_robot
 from shockpc.scene import Scene, Strike
 
 SECONDS = 100
-STRIKE = np.array([0.3, -0.1, -1.0])
 TOLERANCE = 1e-9
 RANK = 1e-9
 """Relative size of a singular value below which a row repeats others."""
 ROUNDING = 1e-14
 """Rounding of the plain solution, times its condition: a difference below it is its own."""
-
-PHYSICS = {
-    "no mass": r"",
-}
-"""What no program can compute, by the words of the refusal; the remedy that it names is tried."""
+OUTCOMES = ("no robot", "no mass", "agrees", "option", "refused", "unsound", "unexplained", "disagrees", "crashed")
+"""The last three are failures. "option": agrees with an option that the first message asks for. "refused": for a reason of physics,
+and agrees with a remedy that the message names. "unsound": differs by rounding of the plain solution."""
 
 Jumps = dict[str, np.ndarray]
+Plain = Callable[[ShockProfile], tuple[Jumps, float]]
 
 
-def dense(M: np.ndarray, J: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, float]:
-    """The jump of the velocities that M Δq̇ = Jᵀ λ and J Δq̇ = (−STRIKE, 0, …) give, and the condition of the system."""
-    whole = np.zeros(len(free))
-    M, J = M[np.ix_(free, free)], J[:, free]
-    J, b = J[J.any(axis=1)], np.concatenate([-STRIKE, np.zeros(len(J) - 3)])[J.any(axis=1)]
+def dense(M: np.ndarray, J: np.ndarray, held: np.ndarray, free: np.ndarray, scene: Scene) -> tuple[np.ndarray, float]:
+    """The jump of the velocities, and the condition of the system that gives it.
+
+    Args:
+        M: (nv, nv) inertia.
+        J: (3, nv) Jacobian of the contact point, world axes.
+        held: (k, nv) rows of the constraints.
+        free: (nv,) whether a velocity is free.
+        scene: the directions of its contact and its strike.
+    """
+    axes = dict(zip("xyz", np.eye(3), strict=True))
+    D = np.array([axes[name] for name in scene.contact[0].directions])
+    whole, b = np.zeros(len(free)), np.concatenate([-D @ scene.strike.velocity, np.zeros(len(held))])
+    M, J = M[np.ix_(free, free)], np.concatenate([D @ J, np.reshape(held, (-1, len(free)))])[:, free]
     s = 1.0 / np.sqrt(np.diag(M))
     L = np.linalg.cholesky(M * np.outer(s, s))
     W = np.linalg.solve(L, (J * s).T).T
@@ -64,7 +74,7 @@ def dense(M: np.ndarray, J: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, f
 
 def by_pinocchio(model: pin.Model, text: str, profile: ShockProfile) -> tuple[Jumps, float]:
     """The landing of a URDF by plain Pinocchio, with a row for each joint that mimics another."""
-    data, q, column = model.createData(), profile.q, {name: joint.idx_v for name, joint in zip(model.names, model.joints, strict=True)}
+    data, column = model.createData(), {name: joint.idx_v for name, joint in zip(model.names, model.joints, strict=True)}
     held = []
     for joint in ElementTree.fromstring(text).iter("joint"):
         for mimic in joint.findall("mimic"):
@@ -72,8 +82,8 @@ def by_pinocchio(model: pin.Model, text: str, profile: ShockProfile) -> tuple[Ju
                 held.append(np.eye(model.nv)[column[joint.get("name")]])
                 if mimic.get("joint") in column:
                     held[-1][column[mimic.get("joint")]] -= float(mimic.get("multiplier", "1"))
-    M = pin.crba(model, data, q)
-    pin.computeJointJacobians(model, data, q)
+    M = pin.crba(model, data, profile.q)
+    pin.computeJointJacobians(model, data, profile.q)
     pin.updateFramePlacements(model, data)
 
     def jacobian(link: str, axes: pin.ReferenceFrame) -> np.ndarray:
@@ -81,11 +91,12 @@ def by_pinocchio(model: pin.Model, text: str, profile: ShockProfile) -> tuple[Ju
 
     free = np.ones(model.nv, dtype=bool)
     free[:6] = profile.scene.base == "free"
-    M = np.triu(M) + np.triu(M, 1).T
-    J = jacobian(profile.scene.contact[0].frame, pin.LOCAL_WORLD_ALIGNED)[:3]
-    jump, condition = dense(M, np.concatenate([J, np.reshape(held, (-1, model.nv))]), free)
-    twists = {body: jacobian(body, pin.LOCAL) @ jump for body in profile.bodies}
-    return {body: np.roll(twist, 3) for body, twist in twists.items()}, condition
+    struck = profile.scene.contact[0]
+    J = jacobian(struck.frame, pin.LOCAL_WORLD_ALIGNED)
+    lever = data.oMf[model.getFrameId(struck.frame, pin.FrameType.BODY)].rotation @ struck.offset
+    J = J[:3] - pin.skew(lever) @ J[3:]
+    jump, condition = dense(np.triu(M) + np.triu(M, 1).T, J, held, free, profile.scene)
+    return {body: np.roll(jacobian(body, pin.LOCAL) @ jump, 3) for body in profile.bodies}, condition
 
 
 def by_mujoco(m: mujoco.MjModel, profile: ShockProfile) -> tuple[Jumps, float]:
@@ -103,20 +114,25 @@ def by_mujoco(m: mujoco.MjModel, profile: ShockProfile) -> tuple[Jumps, float]:
             data.qpos[at : at + size] = values if size == 1 else np.concatenate([values[:-4], np.roll(values[-4:], 1)])
             taken += size
     mujoco.mj_forward(m, data)
-    M, J = np.zeros((m.nv, m.nv)), np.zeros((3, m.nv))
+
+    def jacobian(body: int, offset: np.ndarray) -> np.ndarray:
+        linear, angular, point = np.zeros((3, m.nv)), np.zeros((3, m.nv)), data.xpos[body] + data.xmat[body].reshape(3, 3) @ offset
+        mujoco.mj_jac(m, data, linear, angular, point, body)
+        return np.concatenate([angular, linear])
+
+    M, struck = np.zeros((m.nv, m.nv)), profile.scene.contact[0]
     mujoco.mj_fullM(m, data, M)
-    mujoco.mj_jacBody(m, data, J, None, number[profile.scene.contact[0].frame])
     held = np.asarray(data.efc_J).reshape(-1, m.nv)[np.asarray(data.efc_type) == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
-    jump, condition = dense(M, np.concatenate([J, held]), np.ones(m.nv, dtype=bool))
+    J = jacobian(number[struck.frame], np.array(struck.offset))[3:]
+    jump, condition = dense(M, J, held, np.ones(m.nv, dtype=bool), profile.scene)
     jumps = {}
     for body in profile.bodies:
-        linear, angular, R = np.zeros((3, m.nv)), np.zeros((3, m.nv)), data.xmat[number[body]].reshape(3, 3)
-        mujoco.mj_jacBody(m, data, linear, angular, number[body])
-        jumps[body] = np.concatenate([R.T @ angular @ jump, R.T @ linear @ jump])
+        R = data.xmat[number[body]].reshape(3, 3)
+        jumps[body] = np.concatenate([R.T @ part for part in np.split(jacobian(number[body], np.zeros(3)) @ jump, 2)])
     return jumps, condition
 
 
-def plain(path: Path, packages: dict[str, str]) -> tuple[float, Callable[[ShockProfile], tuple[Jumps, float]]] | None:
+def plain(path: Path, packages: dict[str, str]) -> tuple[float, Plain] | None:
     """The mass that moves in a file, and its landing without the package; None if the file is no robot by itself."""
     try:
         if path.suffix == ".xml":
@@ -126,26 +142,77 @@ def plain(path: Path, packages: dict[str, str]) -> tuple[float, Callable[[ShockP
         if path.suffix == ".xacro":
             substitution_args._eval_find = substitution_args._eval_dict["find"] = lambda name: packages[name]
             text = xacro.process_file(str(path)).toxml()
+        text = re.sub(r'="\s*([^"]*?)\s*"', r'="\1"', text)  # Pinocchio drops an inertia with a blank before a number
         model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
         return sum(inertia.mass for inertia in model.inertias.tolist()[1:]), lambda profile: by_pinocchio(model, text, profile)
     except Exception:  # whatever a library says, it does not load the file
         return None
 
 
-def contact(robot: Robot) -> Contact:
-    """The origin of the body with mass that most joints carry."""
-    depth: dict[int, int] = {-1: 0}
-    for body, parent in enumerate(robot.parents):
-        depth[body] = depth[parent] + 1
-    return Contact(frame=robot.bodies[max(range(len(robot.bodies)), key=lambda i: (robot.masses[i] > 0.0, depth[i]))].name)
+class Attempt(NamedTuple):
+    """How a file is landed: the file, the folders that may be read, and what of the scene is not a plain landing."""
+
+    path: Path
+    packages: dict[str, str]
+    beside: bool = False
+    bent: bool = False
+    scene: dict[str, object] = {}
+    strike: tuple[float, float, float] = (0.3, -0.1, -1.0)
+    directions: tuple[str, ...] = ("x", "y", "z")
+
+    def landed(self) -> ShockProfile:
+        """The landing on the body with mass that most joints carry, with all that a report reads of it."""
+        robot = load_robot(str(self.path), packages=self.packages)
+        depth: dict[int, int] = {-1: 0}
+        for number, parent in enumerate(robot.parents):
+            depth[number] = depth[parent] + 1
+        body = max(range(len(robot.bodies)), key=lambda i: (robot.masses[i] > 0.0, depth[i]))
+        offset = tuple(map(float, robot.coms[body] + 0.1)) if self.beside else (0.0, 0.0, 0.0)
+        contact = Contact(frame=robot.bodies[body].name, offset=offset, directions=self.directions)
+        bent = {joint.name: 0.35 for joint in robot.joints if self.bent and joint.kind in ("revolute", "prismatic")}
+        posture, strike = Posture(joints=bent), Strike(velocity=self.strike)
+        scene = Scene(robot=str(self.path), contact=(contact,), strike=strike, posture=posture, **self.scene)
+        profile = shock_profile(scene, robot)
+        _ = profile.health, profile.loads, profile.contacts, profile.directions, profile.percussion
+        return profile
 
 
-def landed(path: Path, packages: dict[str, str]) -> ShockProfile:
-    """The landing of a file, with all that a report reads of it."""
-    robot = load_robot(str(path), packages=packages)
-    profile = shock_profile(Scene(robot=str(path), contact=(contact(robot),), strike=Strike(velocity=tuple(STRIKE))), robot)
-    _ = profile.health, profile.loads, profile.contacts, profile.directions, profile.percussion
-    return profile
+def opened(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
+    """The folder in which a mesh or an included file lies is opened."""
+    return attempt._replace(packages={**attempt.packages, f"part_{len(attempt.packages)}": str(Path(refusal[1]).parent)})
+
+
+def weighed(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
+    """Links get the mass and the moments of inertia that they lack, in a copy of the file."""
+    root = ElementTree.parse(attempt.path).getroot()
+    for link in root.iter("link"):
+        inertial = link.find("inertial") if link.find("inertial") is not None else ElementTree.SubElement(link, "inertial")
+        for tag, keys in (("mass", ("value",)), ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))):
+            part = inertial.find(tag) if inertial.find(tag) is not None else ElementTree.SubElement(inertial, tag)
+            for key in keys:
+                least = {"value": 0.1, "ixx": 1e-4, "iyy": 1e-4, "izz": 1e-4}.get(key, -np.inf)
+                part.set(key, part.get(key) if float(part.get(key, "-inf")) > least * 1e-6 else str(max(least, 0.0)))
+    copy = Path(tempfile.mkdtemp()) / attempt.path.name
+    ElementTree.ElementTree(root).write(copy)
+    return attempt._replace(path=copy)
+
+
+REMEDIES: tuple[tuple[str, str, Callable[[Attempt, re.Match[str]], Attempt]], ...] = (
+    (r'leads to "([^"]+)", outside .* --package', "--package", opened),
+    (r"--base fixed", "--base fixed", lambda a, _: a._replace(scene={**a.scene, "base": "fixed"})),
+    (r"its base is fixed and no joint is free; free", "--base free", lambda a, _: a._replace(scene={**a.scene, "base": "free"})),
+    (r"cannot be stopped.* or of the strike", "--velocity", lambda a, _: a._replace(strike=(0.3, 0.0, -1.0))),
+    (r"cannot be stopped.* contact point", "--offset", lambda a, _: a._replace(beside=True)),
+    (r"cannot be stopped.* out of the contact", "--slide", lambda a, _: a._replace(directions=("z",))),
+    (r"cannot be stopped.* posture", "--set", lambda a, _: a._replace(bent=True)),
+    (
+        r"cannot be stopped.* or of the strike",
+        "--plane xy --velocity",
+        lambda a, _: a._replace(scene={**a.scene, "plane": "xy"}, strike=(0.3, -1.0, 0.0), directions=("y",)),
+    ),
+    (r"give mass and inertia in the file|(?:ixx|ixy|ixz|iyy|iyz|izz) is missing; it has to be", "inertia in the file", weighed),
+)
+"""Words of a refusal, its remedy as a user types it, and the next attempt. The first is for no reason of physics."""
 
 
 def tried(path: Path, packages: dict[str, str], answer: Connection) -> None:
@@ -158,29 +225,34 @@ def tried(path: Path, packages: dict[str, str], answer: Connection) -> None:
         answer.send(("no robot" if found is None else "no mass", ""))
         return
     answer.send(("crashed", "it loads, and then the process ends"))
-    profile, remedies = None, {}
+    attempt, used, first, profile = Attempt(path, packages if path.suffix == ".xacro" else {}), [], "", None
     while profile is None:
         try:
-            profile = landed(path, remedies)
+            profile = attempt.landed()
         except ShockError as refusal:
-            named = re.search(r"--package (\S+)=DIR", str(refusal))
-            if named and named[1] in packages and named[1] not in remedies:
-                remedies[named[1]] = packages[named[1]]
-                continue
-            physical = any(re.search(words, str(refusal)) for words in PHYSICS.values() if words)
-            answer.send(("refused" if physical else "unexplained", str(refusal)))
-            return
+            said = str(refusal)
+            first = first or said
+            for words, name, change in REMEDIES:
+                match = re.search(words, said)
+                if match and name not in used:
+                    used.append(name)
+                    attempt = change(attempt, match)
+                    break
+            else:
+                answer.send(("unexplained", first + "".join(f" → {name}" for name in used) + (f" → {said}" if used else "")))
+                return
         except Exception as fault:
             answer.send(("crashed", f"{type(fault).__name__}: {fault}"))
             return
-    jumps, condition = found[1](profile)
+    jumps, condition = (found if attempt.path == path else plain(attempt.path, packages))[1](profile)
     theirs = np.array([jumps[body] for body in profile.bodies])
     ours = np.concatenate([profile.delta_omega, profile.delta_v], axis=1)
     largest = np.abs(ours).reshape(-1, 2, 3).max(axis=(0, 2))
-    largest[0] = max(largest[0], 1e-3 * largest[1])
+    largest = np.maximum(largest, 1e-3 * largest[::-1])
     off = float((np.abs(ours - theirs).reshape(-1, 2, 3).max(axis=(0, 2)) / largest).max())
-    said = f"differs by {off:.1e}, condition {condition:.1e}"
-    answer.send(("agrees" if off <= TOLERANCE else "unsound" if off < ROUNDING * condition else "disagrees", said))
+    agrees = "option" if used == ["--package"] else "refused" if used else "agrees"
+    said = f"{first}{''.join(f' → {name}' for name in used)} [differs by {off:.1e}, condition {condition:.1e}]"
+    answer.send((agrees if off <= TOLERANCE else "unsound" if off < ROUNDING * condition else "disagrees", said))
 
 
 def outcome(path: Path, packages: dict[str, str]) -> tuple[str, str]:
@@ -206,28 +278,32 @@ def robot_files(folder: Path) -> Iterable[Path]:
     for path in sorted(folder.rglob("*")):
         if path.suffix in (".urdf", ".xacro") and path.is_file():
             yield path
-        elif path.suffix == ".xml" and path.is_file() and re.search(rb"<(?![?!])\s*(\w+)", path.read_bytes())[1] == b"mujoco":
-            yield path
+        elif path.suffix == ".xml" and path.is_file():
+            root = re.search(rb"<(?![?!])\s*(\w+)", path.read_bytes())
+            if root and root[1] == b"mujoco":
+                yield path
 
 
 def main(folders: list[str]) -> int:
-    """Print a table, and each file that is not analysed; returns 1 if one of them is refused without a reason of physics."""
-    names = ("no robot", "no mass", "agrees", "unsound", "refused", "unexplained", "disagrees", "crashed")
-    rows, listed = [], []
+    """Print each file that is not analysed at once, and a table; returns 1 if one is refused for no reason of physics."""
+    table, said = [], Counter()
     for folder in map(Path, folders):
         packages = {path.parent.name: str(path.parent) for path in folder.rglob("package.xml")}
         counts: Counter[str] = Counter()
         for path in robot_files(folder):
-            what, said = outcome(path, packages)
+            what, message = outcome(path, packages)
             counts[what] += 1
-            if what not in ("no robot", "no mass", "agrees"):
-                listed.append(f"{what}: {folder.name}/{path.relative_to(folder)}: {said}")
-                print(listed[-1], flush=True)
-        rows.append((folder.name, counts))
-    print(f"\n{'folder':24}{'files':>12}" + "".join(f"{name:>12}" for name in names))
-    for name, counts in rows:
-        print(f"{name:24}{counts.total():12}" + "".join(f"{counts[key]:12}" for key in names))
-    return int(any(counts[key] for _, counts in rows for key in ("unexplained", "disagrees", "crashed")))
+            if what not in OUTCOMES[:3]:
+                print(f"{what}: {folder.name}/{path.relative_to(folder)}: {message}", flush=True)
+                said[
+                    f"{what}: " + re.sub(r' \[differs.*|"[^"]*"(, )?|\S*\d\S*| and … more|\S+\.(urdf|xml|xacro): ', "", message)
+                ] += 1
+        table.append((folder.name, counts))
+    print("\n" + "\n".join(f"{count:5} {message}" for message, count in said.most_common()))
+    print(f"\n{'folder':24}{'files':>12}" + "".join(f"{name:>12}" for name in OUTCOMES))
+    for name, counts in table:
+        print(f"{name:24}{counts.total():12}" + "".join(f"{counts[key]:12}" for key in OUTCOMES))
+    return int(any(counts[key] for _, counts in table for key in OUTCOMES[-3:]))
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
             if singular.body >= 0 or is_singular(equation.H[0]):
                 raise SolveError(_without_inertia(landing.robot, equation, singular.body)) from None
             continue
-        _refuse_contradiction(equation, choice, proof)
+        _refuse_contradiction(landing, equation, choice, proof)
         if landing.scene.v_in == "com":
             normalising_speed(landing, proof.enclosure)  # which refuses a centre of mass at rest
         return choice, proof
@@ -85,7 +85,7 @@ def _without_inertia(robot: Robot, equation: Equation, body: int) -> str:
     )
 
 
-def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -> None:
+def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoice, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
     b = equation.b[0]
     others = np.delete(np.arange(len(b)), choice.rows)
@@ -105,8 +105,9 @@ def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -
         (block, own) for block, own in zip(equation.blocks, slices_of(equation.blocks), strict=True) if row < own.stop
     )
     axis = " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
+    freed = ", or free the base" if landing.base != "free" and landing.robot.free_base else ""
     raise SceneError(
         f"{block.name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
-        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
-        "or free the base"
+        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, take "
+        f"another contact point or posture{freed}"
     )

@@ -23,9 +23,9 @@ __all__ = ["Markup", "OpenFolders", "open_folders", "parse_xml", "read_bytes", "
 
 _LARGEST = 64 * 2**20  # bytes
 _DEEPEST = 800  # elements within elements; Python's own limit is 1000 calls
-_URDF_FOLDERS = ("urdf", "xacro", "mjcf")  # by ROS's custom, folders inside a package, beside its meshes/
 _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _ENCODING = re.compile(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""")
+_CLOSING_TAGS = re.compile(rb"/[^<>]*>\s*(</[^<>]*>\s*)*+")
 _UTF_8 = ("utf-8", "utf8", "us-ascii", "ascii")
 _LATIN = ("iso-8859-1", "iso-8859-15", "latin-1", "windows-1252")
 
@@ -118,8 +118,9 @@ class OpenFolders:
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     """Work out what a robot file may read.
 
-    Its own folder is the nearest one above it with a `package.xml`; else the folder that holds it, or the parent of that
-    if it is called urdf, xacro or mjcf. Then come the packages, folders given by name, and the entries of ROS_PACKAGE_PATH.
+    Its own folder is the nearest one above it with a `package.xml`; else the parent of the folder that holds it, as meshes often
+    lie beside that, unless the home folder lies in there. Then come the packages, folders given by name, and the entries of
+    ROS_PACKAGE_PATH.
 
     Raises:
         RobotError: a given package folder does not exist.
@@ -130,7 +131,8 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
         if not os.path.isdir(place):
             raise RobotError(f'package "{name}": there is no folder "{folder}"; correct --package {name}=DIR')
         given[name] = place.resolve()
-    own = file.parent.parent if file.parent.name.casefold() in _URDF_FOLDERS else file.parent
+    above = file.parent.parent
+    own = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above
     own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), own)
     allowed = (own.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
     return OpenFolders(file, given, tuple(dict.fromkeys(allowed)))
@@ -226,7 +228,7 @@ def parse_xml(text: str, name: str) -> Element:
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     builder = TreeBuilder()
-    depth = 0
+    depth, ended = 0, None
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
@@ -236,9 +238,9 @@ def parse_xml(text: str, name: str) -> Element:
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:
-        nonlocal depth
+        nonlocal depth, ended
         depth -= 1
-        builder.end(tag)
+        ended = builder.end(tag)
 
     def doctype(*_: object) -> None:
         raise RobotError(
@@ -251,6 +253,8 @@ def parse_xml(text: str, name: str) -> Element:
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
+        if depth == 0 and ended is not None and _CLOSING_TAGS.fullmatch(text.encode(), parser.ErrorByteIndex):
+            return ended  # closing tags left over after the root element, which other parsers do not read either
         raise RobotError(
             f"{name}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
             "the file is not well-formed XML, so nothing of it is used"
