@@ -433,14 +433,16 @@ REFUSED = {
     mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): ("2001 links, and up to 2000 are read",),
     mjcf(floating(body("universe", joints='<joint name="universe"/>'))): ('joint "universe"', "rename"),
     among('<equality><joint name="n" joint1="j" joint2="k" polycoef="0 1 0.5 0 0"/></equality>'): (
-        'the equality joint "n" couples joints by a curve, polycoef 0 1 0.5 0 0',
+        'the equality "n" couples joints by a curve, polycoef 0 1 0.5 0 0',
         "a0 a1 0 0 0",
     ),
-    among(
-        '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon><equality><tendon name="belt" tendon1="t"/></equality>'
-    ): ('the equality "belt" couples tendons', 'active="false"'),
+    mjcf(
+        floating('<site name="s"/>' + body("b", BODY + '<site name="t"/>')),
+        after='<tendon><spatial name="t"><site site="s"/><site site="t"/></spatial></tendon>'
+        '<equality><tendon name="belt" tendon1="t"/></equality>',
+    ): ('the equality "belt" couples tendons that are not fixed', 'active="false"'),
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'two equalities have joint1="k"',
+        'the equality ties "k", but equalities before it make',
     ),
     among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): ('tendon "t" has armature 0.5',),
     among(

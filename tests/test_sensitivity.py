@@ -151,7 +151,7 @@ def by_posture(found, column, h):
     step = np.zeros(robot.model.nv)
     step[column] = h
     for mimic in robot.mimics:
-        step[robot.joint(mimic.joint).v] = mimic.multiplier * step[robot.joint(mimic.leader).v]
+        step[robot.joint(mimic.joint).v] = sum(by * step[robot.joint(name).v] for name, by in mimic.leaders.items())
     q = pin.integrate(robot.model, landing.q, step)
     equation, _, jumps = impact_jumps(landing, q[None])
     frame = robot.frame(found.point.partition(":")[0])

@@ -54,8 +54,8 @@ def test_only_joints_with_one_degree_of_freedom_follow_or_lead(kind: str, count:
     elbow = joint("elbow", "base", "tip", kinds["elbow"], "0 0 1", LIMIT + MIMIC.format("lead"))
     lead = joint("lead", "base", "third", kinds["lead"], "0 0 1")
     assert refusal(tmp_path, urdf(link("base"), link("tip"), elbow, link("third"), lead)) == (
-        f'dog.urdf: joint "elbow" is to follow "lead", but "{many}" has {count} degrees of freedom, and only a joint with one can '
-        "follow or lead; give it one axis, or take the coupling out"
+        f'dog.urdf: joint "elbow" is to follow joint "lead", but "{many}" has {count} degrees of freedom, and only a joint with '
+        "one can follow or lead; give it one axis, or take the coupling out"
     )
 
 

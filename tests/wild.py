@@ -16,9 +16,9 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import NamedTuple
 from xml.etree import ElementTree
 
 import mujoco
@@ -149,14 +149,15 @@ def plain(path: Path, packages: dict[str, str]) -> tuple[float, Plain] | None:
         return None
 
 
-class Attempt(NamedTuple):
+@dataclass(frozen=True)
+class Attempt:
     """How a file is landed: the file, the folders that may be read, and what of the scene is not a plain landing."""
 
     path: Path
     packages: dict[str, str]
     beside: bool = False
     bent: bool = False
-    scene: dict[str, object] = {}
+    scene: dict[str, object] = field(default_factory=dict)
     strike: tuple[float, float, float] = (0.3, -0.1, -1.0)
     directions: tuple[str, ...] = ("x", "y", "z")
 
@@ -179,7 +180,7 @@ class Attempt(NamedTuple):
 
 def opened(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
     """The folder in which a mesh or an included file lies is opened."""
-    return attempt._replace(packages={**attempt.packages, f"part_{len(attempt.packages)}": str(Path(refusal[1]).parent)})
+    return replace(attempt, packages={**attempt.packages, f"part_{len(attempt.packages)}": str(Path(refusal[1]).parent)})
 
 
 def weighed(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
@@ -194,22 +195,28 @@ def weighed(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
                 part.set(key, part.get(key) if float(part.get(key, "-inf")) > least * 1e-6 else str(max(least, 0.0)))
     copy = Path(tempfile.mkdtemp()) / attempt.path.name
     ElementTree.ElementTree(root).write(copy)
-    return attempt._replace(path=copy)
+    return replace(attempt, path=copy)
+
+
+def seen_from_above(attempt: Attempt) -> Attempt:
+    """The strike and the contact's direction lie in the ground plane, as for a mechanism on a table."""
+    return replace(attempt, scene={**attempt.scene, "plane": "xy"}, strike=(0.3, -1.0, 0.0), directions=("y",))
 
 
 REMEDIES: tuple[tuple[str, str, Callable[[Attempt, re.Match[str]], Attempt]], ...] = (
     (r'leads to "([^"]+)", outside .* --package', "--package", opened),
-    (r"--base fixed", "--base fixed", lambda a, _: a._replace(scene={**a.scene, "base": "fixed"})),
-    (r"its base is fixed and no joint is free; free", "--base free", lambda a, _: a._replace(scene={**a.scene, "base": "free"})),
-    (r"cannot be stopped.* or of the strike", "--velocity", lambda a, _: a._replace(strike=(0.3, 0.0, -1.0))),
-    (r"cannot be stopped.* contact point", "--offset", lambda a, _: a._replace(beside=True)),
-    (r"cannot be stopped.* out of the contact", "--slide", lambda a, _: a._replace(directions=("z",))),
-    (r"cannot be stopped.* posture", "--set", lambda a, _: a._replace(bent=True)),
+    (r"--base fixed", "--base fixed", lambda a, _: replace(a, scene={**a.scene, "base": "fixed"})),
+    (r"its base is fixed and no joint is free; free", "--base free", lambda a, _: replace(a, scene={**a.scene, "base": "free"})),
+    (r"cannot be stopped.* or of the strike", "--velocity", lambda a, _: replace(a, strike=(0.3, 0.0, -1.0))),
+    (r"cannot be stopped.* contact point", "--offset", lambda a, _: replace(a, beside=True)),
+    (r"cannot be stopped.* out of the contact", "--slide", lambda a, _: replace(a, directions=("z",))),
+    (r"cannot be stopped.* or of the strike", "--plane xy --velocity", lambda a, _: seen_from_above(a)),
     (
-        r"cannot be stopped.* or of the strike",
-        "--plane xy --velocity",
-        lambda a, _: a._replace(scene={**a.scene, "plane": "xy"}, strike=(0.3, -1.0, 0.0), directions=("y",)),
+        r"cannot be stopped.* posture",
+        "--set",
+        lambda a, _: replace(a, bent=True, scene={}, strike=(0.3, 0.0, -1.0), directions=("z",)),
     ),
+    (r"cannot be stopped.* or of the strike", "--set --plane xy --velocity", lambda a, _: seen_from_above(a)),
     (r"give mass and inertia in the file|(?:ixx|ixy|ixz|iyy|iyz|izz) is missing; it has to be", "inertia in the file", weighed),
 )
 """Words of a refusal, its remedy as a user types it, and the next attempt. The first is for no reason of physics."""

@@ -77,7 +77,8 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     for pattern, value in posture.joints_deg.items():
         _set_joints(robot, pattern, value, q, math.pi / 180.0)
     for mimic in robot.mimics:
-        _set(robot.joint(mimic.joint), mimic.multiplier * _value(robot, mimic.leader, q) + mimic.offset, q)
+        led = sum(multiplier * _value(robot.joint(leader), q) for leader, multiplier in mimic.leaders.items())
+        _set(robot.joint(mimic.joint), led + mimic.offset, q)
     return q
 
 
@@ -118,11 +119,11 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
 def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float) -> None:
     """Set every joint that a name or a glob means."""
     names = robot.match_joints(pattern)
-    followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
+    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
     for name in names:
         if name in followers:
             if name == pattern:
-                raise SceneError(f'joint "{name}" follows joint "{followers[name]}", so it cannot be set by itself; set that one')
+                raise SceneError(f'joint "{name}" follows {followers[name]}, so it cannot be set by itself; set that')
             continue
         joint = robot.joint(name)
         if joint.axis is None:
@@ -133,11 +134,8 @@ def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float)
         _set(joint, value if joint.kind == "prismatic" else value * unit, q)
 
 
-def _value(robot: Robot, name: str, q: Array) -> float:
-    """The value of a joint of one degree of freedom, 0 for a fixed one [rad, m]."""
-    if name not in robot.joint_names:
-        return 0.0
-    joint = robot.joint(name)
+def _value(joint: Joint, q: Array) -> float:
+    """The value of a joint of one degree of freedom [rad, m]."""
     return math.atan2(*q[joint.q][::-1]) if joint.kind == "continuous" else float(q[joint.q.start])
 
 

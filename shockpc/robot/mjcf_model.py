@@ -17,7 +17,8 @@ from shockpc.robot.source import RobotSource
 __all__ = ["build_mjcf"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
-_CONNECT, _WELD, _JOINT = range(3)  # mjtEq
+_CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
+_WRAPPED_JOINT = 1  # mjtWrap
 _SPHERE = 2  # mjtGeom
 _SITE = 6  # mjtObj
 # Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part; and its velocities.
@@ -190,8 +191,8 @@ def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
     for number in np.flatnonzero(m.eq_active0):
         ends = [int(m.eq_obj1id[number]), int(m.eq_obj2id[number])]
         match int(m.eq_type[number]):
-            case 2:  # joint
-                bodies = [int(m.jnt_bodyid[joint]) for joint in ends if joint >= 0]
+            case 2 | 3 as kind:  # joint, tendon
+                bodies = [int(m.jnt_bodyid[joint]) for end in ends for joint in _terms(m, kind, end) or ()]
             case 0 | 1:  # connect, weld
                 bodies = [int(m.site_bodyid[end]) for end in ends] if m.eq_objtype[number] == _SITE else ends
             case _:
@@ -260,7 +261,10 @@ def _loops(m: Any, tree: _Tree) -> Iterator[Loop]:
 
 
 def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
-    """The joints that active joint equalities couple: q₁ − q₁₀ = a₀ + a₁ (q₂ − q₂₀), or a constant without a second joint.
+    """The joints that active equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂.
+
+    x is the value of a joint, or the length of a fixed tendon, which is a sum of multiples of such values. Solved for a joint
+    that does not follow yet, of the first object if there is one, with the largest multiple.
 
     Raises:
         RobotError: an equality couples in another way, a joint follows twice, or one has several degrees of freedom.
@@ -269,35 +273,52 @@ def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
     for number, ends, bodies in _equalities(m):
         kind, called = int(m.eq_type[number]), m.equality(number).name
         called = f' "{called}"' if called else ""
-        if kind < _JOINT or (kind == _JOINT and not all(body in tree.joint for body in bodies)):
+        if kind < _JOINT or not all(body in tree.joint for body in bodies):
             continue
-        if kind > _JOINT:
+        if kind > _TENDON or any(_terms(m, kind, end) is None for end in ends):
             raise RobotError(
-                f"{file}: the equality{called} couples tendons or flexible parts, which is not computed, and without it the "
-                'numbers would be wrong; valid are connect, weld and joint; set active="false" to do without it on purpose'
+                f"{file}: the equality{called} couples tendons that are not fixed, or flexible parts, which is not computed, and "
+                "without it the numbers would be wrong; valid are connect, weld, joint, and fixed tendons; "
+                'set active="false" to do without it on purpose'
             )
-        names = [m.joint(end).name if end >= 0 else "" for end in ends]
-        for name, body in zip(names, bodies, strict=False):
-            if m.body_jntnum[body] != 1:
-                raise RobotError(
-                    f'{file}: an equality couples joint "{name}", which shares body "{m.body(body).name}" with another joint; '
-                    "give each of a body's joints a body"
-                )
         polynomial = [float(value) for value in m.eq_data[number, :5]]
-        if any(polynomial[2:]) and names[1]:
+        if any(polynomial[2:]) and ends[1] >= 0:
             raise RobotError(
-                f"{file}: the equality joint{called} couples joints by a curve, polycoef {' '.join(f'{a:g}' for a in polynomial)}; "
+                f"{file}: the equality{called} couples joints by a curve, polycoef {' '.join(f'{a:g}' for a in polynomial)}; "
                 "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
             )
-        if any(mimic.joint == names[0] for mimic in found):
+        sums: dict[str, float] = {}
+        constant = polynomial[0]
+        for end, factor in zip(ends, (1.0, -polynomial[1]), strict=True):
+            for joint, multiple in (_terms(m, kind, end) or {}).items():
+                body, name = int(m.jnt_bodyid[joint]), m.joint(joint).name
+                if m.body_jntnum[body] != 1:
+                    raise RobotError(
+                        f'{file}: an equality couples joint "{name}", which shares body "{m.body(body).name}" with another joint; '
+                        "give each of a body's joints a body"
+                    )
+                sums[name] = sums.get(name, 0.0) + factor * multiple
+                constant += factor * multiple * float(m.qpos0[m.jnt_qposadr[joint]])
+        first = [m.joint(joint).name for joint in _terms(m, kind, ends[0]) or ()]
+        free = [name for name, by in sums.items() if by and all(mimic.joint != name for mimic in found)]
+        if not free:
             raise RobotError(
-                f'{file}: two equalities have joint1="{names[0]}", and a joint can follow only once; turn one of them round '
-                '(joint1 and joint2 exchanged, polycoef="-a0/a1 1/a1 0 0 0"), or set active="false" to do without it'
+                f"{file}: the equality{called} ties {listed(sums)}, but equalities before it make each of these follow, and "
+                'a joint can follow only once; set active="false" on one of them to do without it'
             )
-        rest = [float(m.qpos0[m.jnt_qposadr[end]]) if end >= 0 else 0.0 for end in ends]
-        slope = polynomial[1] if names[1] else 0.0
-        found.append(Mimic(names[0], names[1], slope, rest[0] + polynomial[0] - slope * rest[1]))
+        own = max(free, key=lambda name: (name in first, abs(sums[name])))
+        leaders = {name: -by / sums[own] for name, by in sums.items() if by and name != own}
+        found.append(Mimic(own, leaders, constant / sums[own]))
     return leaders_first(found, tree.model, file)
+
+
+def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:
+    """The multiple of each joint in an object of an equality, none without an object; None of a tendon that is not fixed."""
+    if number < 0 or kind == _JOINT:
+        return {number: 1.0} if number >= 0 else {}
+    wraps = range(m.tendon_adr[number], m.tendon_adr[number] + m.tendon_num[number])
+    fixed = all(m.wrap_type[wrap] == _WRAPPED_JOINT for wrap in wraps)
+    return {int(m.wrap_objid[wrap]): float(m.wrap_prm[wrap]) for wrap in wraps} if fixed else None
 
 
 def _postures(

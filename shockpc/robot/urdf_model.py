@@ -34,7 +34,7 @@ def build_urdf(source: RobotSource) -> Built:
     postures = _read_srdf(source.srdf, model) if source.srdf is not None else {}
     # A fixed joint follows nothing; one that follows a fixed joint keeps its offset.
     mimics = [
-        Mimic(joint.get("name", ""), rule.get("joint", ""), float(rule.get("multiplier", "1")), float(rule.get("offset", "0")))
+        Mimic(joint.get("name", ""), {rule.get("joint", ""): float(rule.get("multiplier", "1"))}, float(rule.get("offset", "0")))
         for joint in (parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ())
         for rule in joint.findall("mimic")
         if model.existJointName(joint.get("name", ""))

@@ -283,13 +283,14 @@ class Sweep:
                 joint = self.robot.joint(name)
                 _set(Q, joint.q, joint.kind, x if joint.kind == "prismatic" else x * DEG)
         for mimic in self.robot.mimics:
-            follower, value = self.robot.joint(mimic.joint), np.zeros(len(own))
-            if mimic.leader in self.robot.joint_names:
-                leader = self.robot.joint(mimic.leader)
+            follower, led = self.robot.joint(mimic.joint), np.full(len(own), mimic.offset)
+            for name, multiplier in mimic.leaders.items():
+                leader = self.robot.joint(name)
                 value = Q[:, leader.q.start]
                 if leader.kind == "continuous":
                     value = np.arctan2(Q[:, leader.q.start + 1], value)
-            _set(Q, follower.q, follower.kind, mimic.multiplier * value + mimic.offset)
+                led += multiplier * value
+            _set(Q, follower.q, follower.kind, led)
         return Q
 
     def _strikes(self, landing: Landing, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
