@@ -114,7 +114,7 @@ def test_regressor_against_differences_in_ball_arithmetic(name):
     found = CASES_OF_INERTIA[name]()
     robot, inputs = found.profile.robot, found.profile.proof.enclosure.inputs
     data = data_of(robot)
-    column = {joint.name: joint.v.start for joint in robot.joints}
+    column = {joint.name: joint.v.start for joint in robot.single_joints}
     off = []
     size = {
         "mass": np.median(data.mass),

@@ -150,7 +150,7 @@ class ExactImpact:
     def _ties(self) -> list[list[tuple[int, float]]]:
         """For each follower that is free: its node with the factor 1, and those of its free leaders with −multiplier."""
         robot, mechanism = self.inputs.robot, self.mechanism
-        node = {joint.name: carrier for joint, carrier in zip(robot.joints, mechanism.tree.carrier, strict=True)}
+        node = {found.joint.name: k for k, found in enumerate(mechanism.tree.nodes)}
         ties = [
             [
                 (node[name], factor)

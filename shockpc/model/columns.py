@@ -53,7 +53,7 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
         G[..., :3, 1] = to_base @ plane.e2
         G[..., 3:6, 2] = to_base @ plane.normal
         kept[3:6] = False
-    index = {joint.name: joint.v.start for joint in robot.joints}
+    index = {joint.name: joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
         # Substituting the leaders' rows, not their columns, serves chains of followers and followers of a planar base alike.
         G[..., index[mimic.joint], :] = sum(multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items())

@@ -166,7 +166,7 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
     """A warning for every joint outside its limits, with the consequence."""
     warnings = []
-    for joint in robot.joints:
+    for joint in robot.single_joints:
         if joint.kind not in ("revolute", "prismatic"):
             continue
         value, (low, high) = float(q[joint.q.start]), joint.limits

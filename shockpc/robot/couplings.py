@@ -65,23 +65,26 @@ class Built(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def leaders_first(found: Sequence[Mimic], model: pin.Model, file: str) -> tuple[Mimic, ...]:
-    """Order the mimic joints of a model so that each comes after those that it follows, and leave out leaders that are fixed.
+def leaders_first(found: Sequence[Mimic], freedom: Mapping[str, int], file: str) -> tuple[Mimic, ...]:
+    """Order mimic joints so that each comes after those that it follows, and leave out leaders that are fixed.
+
+    Args:
+        found: in any order.
+        freedom: number of degrees of freedom of every joint that is not fixed.
+        file: for messages.
 
     Raises:
         RobotError: joints follow one another in a circle, or one that is to follow or lead has several degrees of freedom.
     """
     for mimic in found:
         for name in (mimic.joint, *mimic.leaders):
-            freedom = model.joints[model.getJointId(name)].nv if model.existJointName(name) else 1
-            if freedom != 1:
+            if freedom.get(name, 1) != 1:
                 raise RobotError(
-                    f'{file}: joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom} degrees '
+                    f'{file}: joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees '
                     "of freedom, and only a joint with one can follow or lead; give it one axis, or take the coupling out"
                 )
     followers = {
-        mimic.joint: replace(mimic, leaders={name: by for name, by in mimic.leaders.items() if model.existJointName(name)})
-        for mimic in found
+        mimic.joint: replace(mimic, leaders={name: by for name, by in mimic.leaders.items() if name in freedom}) for mimic in found
     }
     try:
         order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())

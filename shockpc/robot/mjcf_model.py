@@ -111,8 +111,8 @@ def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
 def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3, numbers: range) -> tuple[int, pin.SE3]:
     """Add the joint of a body placed so in the carrier's frame; return its index, and the body's frame in the joint's."""
     name = "+".join(m.joint(number).name for number in numbers)
-    if model.existJointName(name):
-        raise RobotError(f'{file}: joint "{name}" has a name that Pinocchio uses itself; rename it')
+    if model.existJointName(name) or name.count("+") >= max(len(numbers), 2):
+        raise RobotError(f'{file}: joint "{name}" has a name that is used here for something else; rename it')
     if m.jnt_type[numbers[0]] == _FREE:  # it stands where its configuration says; its place in the file is only a start
         return _added(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
     parts, steps = [], []
@@ -291,12 +291,7 @@ def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
         constant = polynomial[0]
         for end, factor in zip(ends, (1.0, -polynomial[1]), strict=True):
             for joint, multiple in (_terms(m, kind, end) or {}).items():
-                body, name = int(m.jnt_bodyid[joint]), m.joint(joint).name
-                if m.body_jntnum[body] != 1:
-                    raise RobotError(
-                        f'{file}: an equality couples joint "{name}", which shares body "{m.body(body).name}" with another joint; '
-                        "give each of a body's joints a body"
-                    )
+                name = m.joint(joint).name
                 sums[name] = sums.get(name, 0.0) + factor * multiple
                 constant += factor * multiple * float(m.qpos0[m.jnt_qposadr[joint]])
         first = [m.joint(joint).name for joint in _terms(m, kind, ends[0]) or ()]
@@ -309,7 +304,7 @@ def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
         own = max(free, key=lambda name: (name in first, abs(sums[name])))
         leaders = {name: -by / sums[own] for name, by in sums.items() if by and name != own}
         found.append(Mimic(own, leaders, constant / sums[own]))
-    return leaders_first(found, tree.model, file)
+    return leaders_first(found, {m.joint(joint).name: 1 for joint in range(m.njnt)}, file)
 
 
 def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:

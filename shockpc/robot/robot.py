@@ -2,7 +2,7 @@
 
 import fnmatch
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -74,7 +74,7 @@ class Joint:
         q: where its configuration is in q.
         v: where its velocities are in q̇.
         limits: least and greatest value of a joint of one coordinate [rad, m].
-        parts: of a composite, in their order.
+        parts: of a composite, in their order; its name is theirs, joined by "+".
     """
 
     name: str
@@ -211,13 +211,18 @@ class Robot:
         return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
 
     @cached_property
+    def single_joints(self) -> tuple[Joint, ...]:
+        """The joints as the file has them: the same, with the parts of a composite joint in its place."""
+        return tuple(part for joint in self.joints for part in joint.parts or (joint,))
+
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints between bodies; the floating base's is not among them."""
-        return tuple(joint.name for joint in self.joints[self.free_base :])
+        """Names of the joints between bodies, as the file has them; the floating base's is not among them."""
+        return tuple(joint.name for joint in self.single_joints[self.free_base :])
 
     def joint(self, name: str) -> Joint:
-        """The joint of that exact name."""
-        return next(joint for joint in self.joints if joint.name == name)
+        """The joint of the file of that exact name."""
+        return next(joint for joint in self.single_joints if joint.name == name)
 
     @cached_property
     def mass(self) -> float:
@@ -335,7 +340,10 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
         inner = joint.extract()
-        parts = tuple(_joint(model, part, number, step) for part, step in zip(inner.joints, inner.jointPlacements, strict=True))
+        parts = tuple(
+            replace(_joint(model, part, number, step), name=name)
+            for part, step, name in zip(inner.joints, inner.jointPlacements, model.names[number].split("+"), strict=True)
+        )
     elif joint.nv == 1:
         data = joint.createData()
         joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))

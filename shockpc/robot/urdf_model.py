@@ -39,7 +39,8 @@ def build_urdf(source: RobotSource) -> Built:
         for rule in joint.findall("mimic")
         if model.existJointName(joint.get("name", ""))
     ]
-    return Built(model, postures, leaders_first(mimics, model, source.path.name))
+    freedom = {name: joint.nv for name, joint in zip(model.names, model.joints, strict=True)}
+    return Built(model, postures, leaders_first(mimics, freedom, source.path.name))
 
 
 def _read_srdf(path: Path, model: pin.Model) -> dict[str, Array]:

@@ -256,7 +256,7 @@ class _Sweep:
         held = held_joints(robot, posture, landing.scene.assemble)
         moved = {joint.name for joint in self._joints}
         moved |= {mimic.joint for mimic in robot.mimics if not moved.isdisjoint(mimic.leaders)}
-        for other in robot.joints:
+        for other in robot.single_joints:
             if other.name in moved:
                 held[other.v] = True
             elif not held[other.v].any():

@@ -70,7 +70,7 @@ def links_sheet(robot: Robot) -> Sheet:
 def joints_sheet(robot: Robot) -> Sheet:
     """Joints with their limits, in degrees where they rotate."""
     rows: list[tuple[Cell, ...]] = []
-    for joint in robot.joints:
+    for joint in robot.single_joints:
         armature = float(max(robot.model.armature[joint.v], default=0.0))
         kind = "free base" if joint.kind == "free" else joint.kind
         if joint.v.stop - joint.v.start != 1:

@@ -478,8 +478,8 @@ def _targets(robot: Robot, points: tuple[Point, ...], names: Sequence[str], grea
 def _all_joints(robot: Robot) -> list[Variation]:
     """Every joint of one coordinate that does not follow another."""
     followers = {mimic.joint for mimic in robot.mimics}
-    free = [joint.name for joint in robot.joints if joint.name in robot.joint_names and joint.axis is not None]
-    return [variation(robot, f"joint:{name}") for name in free if name not in followers]
+    free = [joint.name for joint in robot.single_joints if joint.axis is not None and joint.name not in followers]
+    return [variation(robot, f"joint:{name}") for name in free]
 
 
 def _complete(robot: Robot, one: Variation, sample: bool) -> Variation:
