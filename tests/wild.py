@@ -138,7 +138,7 @@ def plain(path: Path, packages: dict[str, str]) -> tuple[float, Plain] | None:
         if path.suffix == ".xml":
             m = mujoco.MjModel.from_xml_path(str(path))
             return float(m.body_mass[m.body_weldid > 0].sum()), lambda profile: by_mujoco(m, profile)
-        text = path.read_text(errors="replace")
+        text = path.read_text(errors="replace").strip()
         if path.suffix == ".xacro":
             substitution_args._eval_find = substitution_args._eval_dict["find"] = lambda name: packages[name]
             text = xacro.process_file(str(path)).toxml()
@@ -217,6 +217,7 @@ REMEDIES: tuple[tuple[str, str, Callable[[Attempt, re.Match[str]], Attempt]], ..
         lambda a, _: replace(a, bent=True, scene={}, strike=(0.3, 0.0, -1.0), directions=("z",)),
     ),
     (r"cannot be stopped.* or of the strike", "--set --plane xy --velocity", lambda a, _: seen_from_above(a)),
+    (r"cannot be stopped.* or free the base", "--base free", lambda a, _: replace(a, scene={"base": "free"})),
     (r"give mass and inertia in the file|(?:ixx|ixy|ixz|iyy|iyz|izz) is missing; it has to be", "inertia in the file", weighed),
 )
 """Words of a refusal, its remedy as a user types it, and the next attempt. The first is for no reason of physics."""
