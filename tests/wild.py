@@ -217,7 +217,11 @@ REMEDIES: tuple[tuple[str, str, Callable[[Attempt, re.Match[str]], Attempt]], ..
         lambda a, _: replace(a, bent=True, scene={}, strike=(0.3, 0.0, -1.0), directions=("z",)),
     ),
     (r"cannot be stopped.* or of the strike", "--set --plane xy --velocity", lambda a, _: seen_from_above(a)),
-    (r"cannot be stopped.* or free the base", "--base free", lambda a, _: replace(a, scene={"base": "free"})),
+    (
+        r"cannot be stopped.* or free the base",
+        "--base free",
+        lambda a, _: replace(a, scene={"base": "free"}, directions=("z",), strike=(0.3, 0.0, -1.0)),
+    ),
     (r"give mass and inertia in the file|(?:ixx|ixy|ixz|iyy|iyz|izz) is missing; it has to be", "inertia in the file", weighed),
 )
 """Words of a refusal, its remedy as a user types it, and the next attempt. The first is for no reason of physics."""
