@@ -405,21 +405,18 @@ def test_a_model_is_compiled_once(tmp_path: Path):
     assert compiled.cache_info().misses == before + 1
 
 
-def test_meshes_that_give_no_mass_are_read_on_request_only(tmp_path: Path):
-    """One that cannot be read is left out then, with its link and the reason."""
+def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
+    """Their geoms have no mass; a mesh for mass and for show is read for its mass."""
     asset = '<asset><mesh name="m" file="t.obj"/><mesh name="n" file="lost.obj"/><mesh name="o" file="bad.stl"/></asset>'
     (tmp_path / "t.obj").write_text(TETRAHEDRON)
     (tmp_path / "bad.stl").write_text("junk")
     geoms = "".join(f'<geom type="mesh" mesh="{name}"/>' for name in "mno")
-    robot = from_text(tmp_path, mjcf(floating(body("b", BODY + geoms)), asset))
-    assert compiled(robot.source).model.nmesh == 0
-    found = compiled(robot.source, meshes=True)
-    assert found.model.nmesh == 1
-    assert [(lost.link, lost.mesh, lost.kinds) for lost in found.unread] == [
-        ("b", "n", ("collision", "visual")),
-        ("b", "o", ("collision", "visual")),
-    ]
-    assert '"lost.obj" is missing' in found.unread[0].reason
+    robot = from_text(
+        tmp_path, mjcf(floating(body("b", BODY + geoms) + body("c", '<geom type="mesh" mesh="m"/>', "<joint/>")), asset)
+    )
+    found = compiled(robot.source)
+    assert (found.model.nmesh, [mesh.file for mesh in found.meshes.values()]) == (1, ["t.obj", "lost.obj", "bad.stl"])
+    assert [body.mass for body in robot.bodies] == pytest.approx([1.0, 1.0, 1000 / 6])
 
 
 def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
