@@ -1,11 +1,39 @@
 """How far a long command is: one line on standard error, on a terminal alone."""
 
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from shockpc.cli.signals import was_interrupted
+from shockpc.trace import Trace
 
-__all__ = ["progress"]
+__all__ = ["ShownTrace", "progress"]
+
+SLOW = 1.0
+"""Time after which a stage is named [s]."""
+
+
+class ShownTrace(Trace):
+    """A trace that names the stage that runs, once it has run for a second."""
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what happens inside."""
+        with super().stage(name):
+            if not sys.stderr.isatty():
+                yield
+                return
+            clock = threading.Timer(SLOW, _write, [f"{name} …"])
+            clock.daemon = True
+            clock.start()
+            try:
+                yield
+            finally:
+                if clock.is_alive():
+                    clock.cancel()
+                else:
+                    _write("")
 
 
 def progress(what: str, total: int) -> Callable[[str], None]:
@@ -27,7 +55,12 @@ def progress(what: str, total: int) -> Callable[[str], None]:
             # A signal that comes while a library calls back is lost there.
             raise KeyboardInterrupt
         if sys.stderr.isatty():
-            sys.stderr.write("\r\033[K" + (f"{what}: {count} of {total}, {name}" if count < total else ""))
-            sys.stderr.flush()
+            _write(f"{what}: {count} of {total}, {name}" if count < total else "")
 
     return show
+
+
+def _write(text: str) -> None:
+    """Replace the line by a text."""
+    sys.stderr.write(f"\r\033[K{text}")
+    sys.stderr.flush()

@@ -35,6 +35,7 @@ def sensitivity(
     import json
 
     from shockpc.cli.output import check_places
+    from shockpc.cli.progress import ShownTrace
     from shockpc.cli.scenes import one_scene, point_from
     from shockpc.show.sensitivity import (
         effects_sheet,
@@ -45,9 +46,8 @@ def sensitivity(
     )
     from shockpc.show.tables.text import as_csv
     from shockpc.studies.sensitivity import sensitivity as study
-    from shockpc.trace import Trace
 
-    trace = Trace()
+    trace = ShownTrace()
     check_places(out, None)
     loaded, scene = one_scene(robot, options, trace)
     found = study(scene, point_from(loaded, at, "--at"), loaded, trace)
