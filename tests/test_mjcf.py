@@ -326,18 +326,18 @@ def test_keyframes(tmp_path: Path):
 
 
 TWO = mjcf(
-    body("box", '<geom size=".05"/>', "<freejoint/>")
+    body("box", '<geom size=".05" mass="9"/>', "<freejoint/>")
     + floating(body("b"))
     + body("door", BODY, '<joint name="hinge" axis="0 0 1"/>', 'pos="1 2 0"'),
     after="<keyframe><key name='home' qpos='9 9 9 1 0 0 0 1 2 3 1 0 0 0 .3 .4'/></keyframe>",
 )
 
 
-def test_of_several_robots_the_heaviest_is_computed(tmp_path: Path):
+def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path):
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
     assert robot.warnings == (
-        'dog.xml holds 3 robots that move on their own: the heaviest, "base", is computed, and "box" (0.524 kg), "door" (1 kg) '
+        'dog.xml holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), "door" (1 kg) '
         "left out",
     )
     assert [found.name for found in robot.bodies] == ["base", "b"]

@@ -33,7 +33,7 @@ def build_mjcf(source: RobotSource) -> Built:
     where it starts. Its armature, which MuJoCo adds to the inertia matrix like any other, is added to the base as mass and
     rotational inertia at the body's frame, which gives the same matrix; no joint model takes it away.
 
-    Of several robots in one file the heaviest is built, with those that equalities tie to it.
+    Of several robots in one file that with the most joints is built, with those that equalities tie to it.
 
     Raises:
         RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
@@ -206,8 +206,8 @@ def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
     mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
         raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
-    heaviest = max(mass, key=lambda root: mass[root])
-    kept = {heaviest}
+    largest = max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))  # a box may weigh more
+    kept = {largest}
     ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
     while any(tie & kept and not tie <= kept for tie in ties):
         kept |= set().union(*(tie for tie in ties if tie & kept))
@@ -215,13 +215,13 @@ def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
         tied = listed(m.body(root).name for root in sorted(kept))
         raise RobotError(
             f"{file}: equalities tie {tied} together, and a floating base can be computed only as the one top-level body that "
-            'moves. Set active="false" on these equalities to compute the heaviest alone'
+            'moves. Set active="false" on these equalities to compute one alone'
         )
     left = [root for root in mass if root not in kept]
     if not left:
         return [], ()
     others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
-    said = f'robots that move on their own: the heaviest, "{m.body(heaviest).name}", is computed, and {others} left out'
+    said = f'robots that move on their own: "{m.body(largest).name}", with the most joints, is computed, and {others} left out'
     return left, (f"{file} holds {len(mass)} {said}",)
 
 
