@@ -142,7 +142,7 @@ NUMBERS = {
     ),
     arm(tip=link("tip", mass="nan")): ': link "tip": mass is "nan"; it has to be one finite number, such as 0.5',
     arm(tip=link("tip", mass="1,5")): ': link "tip": mass is "1,5"; it has to be one finite number, such as 0.5',
-    arm(tip=link("tip", mass="-1")): ': link "tip": mass -1 kg is negative; no body has that',
+    arm(tip=link("tip", mass="-1")): ': link "tip": mass -1 kg is negative; give the mass that the body has, or 0',
     arm(tip=link("tip").replace('<mass value="1"/>', "<mass/>")): (
         ': link "tip": mass is missing; it has to be one finite number, such as 0.5'
     ),
@@ -156,7 +156,7 @@ NUMBERS = {
         ': link "tip": ixy is missing; it has to be one finite number, such as 0.5'
     ),
     arm(tip=link("tip", inertia=INERTIA.replace('iyy="0.1"', 'iyy="-0.1"'))): (
-        ': link "tip": iyy = -0.1 kg m² is negative; no body has that moment of inertia'
+        ': link "tip": iyy = -0.1 kg m² is negative; give the moment of inertia that the body has'
     ),
     arm(tip=link("tip", inertia='<origin xyz="0 0"/>' + INERTIA)): (
         ': link "tip": <inertial> origin xyz is "0 0"; it has to be 3 finite numbers, such as 0 0 0.5'

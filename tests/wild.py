@@ -158,7 +158,7 @@ class Attempt:
     beside: bool = False
     bent: bool = False
     scene: dict[str, object] = field(default_factory=dict)
-    strike: tuple[float, float, float] = (0.3, -0.1, -1.0)
+    strike: tuple[float, float, float] = (0.3, 0.0, -1.0)
     directions: tuple[str, ...] = ("x", "y", "z")
 
     def landed(self) -> ShockProfile:
@@ -171,7 +171,8 @@ class Attempt:
         offset = tuple(map(float, robot.coms[body] + 0.1)) if self.beside else (0.0, 0.0, 0.0)
         contact = Contact(frame=robot.bodies[body].name, offset=offset, directions=self.directions)
         bent = {joint.name: 0.35 for joint in robot.joints if self.bent and joint.kind in ("revolute", "prismatic")}
-        posture, strike = Posture(joints=bent), Strike(velocity=self.strike)
+        aside = (0.0, -0.1 * robot.free_base, 0.0)  # so that nothing is symmetric by accident; many fixed bases are planar robots
+        posture, strike = Posture(joints=bent), Strike(velocity=tuple(map(sum, zip(self.strike, aside, strict=True))))
         scene = Scene(robot=str(self.path), contact=(contact,), strike=strike, posture=posture, **self.scene)
         profile = shock_profile(scene, robot)
         _ = profile.health, profile.loads, profile.contacts, profile.directions, profile.percussion
@@ -207,7 +208,6 @@ REMEDIES: tuple[tuple[str, str, Callable[[Attempt, re.Match[str]], Attempt]], ..
     (r'leads to "([^"]+)", outside .* --package', "--package", opened),
     (r"--base fixed", "--base fixed", lambda a, _: replace(a, scene={**a.scene, "base": "fixed"})),
     (r"its base is fixed and no joint is free; free", "--base free", lambda a, _: replace(a, scene={**a.scene, "base": "free"})),
-    (r"cannot be stopped.* or of the strike", "--velocity", lambda a, _: replace(a, strike=(0.3, 0.0, -1.0))),
     (r"cannot be stopped.* contact point", "--offset", lambda a, _: replace(a, beside=True)),
     (r"cannot be stopped.* out of the contact", "--slide", lambda a, _: replace(a, directions=("z",))),
     (r"cannot be stopped.* or of the strike", "--plane xy --velocity", lambda a, _: seen_from_above(a)),

@@ -203,11 +203,13 @@ def _check_link(link: Element, whose: str) -> None:
     _check_numbers(link, _LINK_NUMBERS, whose)
     for mass in link.findall("inertial/mass"):
         if float(mass.get("value", "")) < 0:
-            raise RobotError(f"{whose}: mass {mass.get('value')} kg is negative; no body has that")
+            raise RobotError(f"{whose}: mass {mass.get('value')} kg is negative; give the mass that the body has, or 0")
     for inertia in link.findall("inertial/inertia"):
         for entry in ("ixx", "iyy", "izz"):
             if float(inertia.get(entry, "")) < -_ROUNDING:
-                raise RobotError(f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; no body has that moment of inertia")
+                raise RobotError(
+                    f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; give the moment of inertia that the body has"
+                )
 
 
 def _check_joint(joint: Element, whose: str) -> None:
