@@ -26,9 +26,6 @@ from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, check_scene, plane_of
 from shockpc.trace import Trace
 
-WORLD = "world"
-"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
-
 __all__ = ["Landing", "complete", "contact_velocity", "ground_normal", "pulse_of", "resolve"]
 
 
@@ -153,7 +150,7 @@ def complete(scene: Scene, robot: Robot) -> Scene:
     return replace(
         scene,
         robot=robot.label,
-        base=scene.base or ("free" if robot.free_base and robot.bodies[0].name != WORLD else "fixed"),
+        base=scene.base or robot.usual_base,
         srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
         packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
         strike=strike,

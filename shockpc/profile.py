@@ -32,6 +32,9 @@ __all__ = ["impact_jumps", "joined", "needs_proof", "shock_maps", "shock_profile
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
+SWIFT = 1e4
+"""Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
+
 ILL_CONDITIONED = 1e6
 """Condition above which rounding may show above 1e-9 of a body's motion."""
 
@@ -99,7 +102,7 @@ def needs_proof(landing: Landing, equation: Equation, impact: Impact) -> tuple[A
     condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
-    prove = condition > ILL_CONDITIONED
+    prove = (condition > ILL_CONDITIONED) | ~(np.abs(impact.delta_qd).max(axis=(1, 2)) < SWIFT)
     prove[list(impact.choices)] = True
     return condition, prove
 

@@ -21,8 +21,8 @@ __all__ = ["Sensitivity", "sensitivity"]
 CHANGES = 2
 """Random changes of the data from which the sensitivity to them is estimated."""
 
-STEPS = np.array([-2.0, -1.0, 1.0, 2.0])
-"""Changes of a datum in units in the last place."""
+STEPS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+"""Changes of a datum in units in the last place; a decimal file's last digit is as large as a few of them."""
 
 KINDS = (
     "masses and inertias",
@@ -105,10 +105,10 @@ def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs,
 
 
 def _last_digit(draw: random.Random, values: Array) -> Array:
-    """Doubles changed by one or two units in the last place, up or down at random; zeros stay.
+    """Doubles changed by one to four units in the last place, up or down at random; zeros stay.
 
     Two numbers that would change by the same amount keep their difference, so there are more amounts than one.
     """
     # The standard library's generator: numpy's takes longer to import than all changes.
-    steps = STEPS[np.frombuffer(draw.randbytes(values.size), np.uint8) & 3].reshape(values.shape)
+    steps = STEPS[np.frombuffer(draw.randbytes(values.size), np.uint8) & 7].reshape(values.shape)
     return np.asarray(np.where(values == 0.0, values, values + steps * np.spacing(values)))

@@ -77,7 +77,7 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     for pattern, value in posture.joints_deg.items():
         _set_joints(robot, pattern, value, q, math.pi / 180.0)
     for mimic in robot.mimics:
-        led = sum(multiplier * _value(robot.joint(leader), q) for leader, multiplier in mimic.leaders.items())
+        led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
         _set(robot.joint(mimic.joint), led + mimic.offset, q)
     return q
 
@@ -132,11 +132,6 @@ def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float)
                 f'joint "{name}" has {degrees} degrees of freedom, so one number cannot set it; use a reference posture instead'
             )
         _set(joint, value if joint.kind == "prismatic" else value * unit, q)
-
-
-def _value(joint: Joint, q: Array) -> float:
-    """The value of a joint of one degree of freedom [rad, m]."""
-    return math.atan2(*q[joint.q][::-1]) if joint.kind == "continuous" else float(q[joint.q.start])
 
 
 def _set(joint: Joint, value: float, q: Array) -> None:

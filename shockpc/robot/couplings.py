@@ -58,10 +58,10 @@ class Built(NamedTuple):
     """What the reader of a format makes of a file: the fields of `Robot` of the same names; joints that follow are independent."""
 
     model: pin.Model
+    start: Array
     postures: Mapping[str, Array]
     mimics: tuple[Mimic, ...]
     loops: tuple[Loop, ...] = ()
-    drawn: Array | None = None
     notes: tuple[str, ...] = ()
 
 

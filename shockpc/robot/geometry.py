@@ -9,7 +9,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -23,7 +23,7 @@ from shockpc.printed import listed
 from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
 from shockpc.robot.mjcf import compiled, geom_kinds
-from shockpc.robot.robot import Body, Robot
+from shockpc.robot.robot import Body, Frame, Robot
 from shockpc.robot.source import RobotSource
 
 __all__ = ["Kind", "Outline", "Shape", "ball_points", "inertia_box", "outline"]
@@ -51,6 +51,7 @@ class Shape:
         radius: of the rounding [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
         discs: (centre, axis, radius) of the round faces that some of the points only approximate.
+        name: of its geom, if the file gives one.
     """
 
     link: str
@@ -58,6 +59,7 @@ class Shape:
     radius: float = 0.0
     mesh: Mesh | None = field(default=None, repr=False)
     discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
+    name: str = ""
 
     def lowest(self, up: Array) -> Array:
         """Return points (k, 3) among which the lowest are, exact for round faces. Args: up (3,), a unit vector, body frame."""
@@ -69,12 +71,16 @@ class Shape:
             below.append((centre - radius * level / length if length > 1e-9 else centre)[None])
         return np.concatenate(below)
 
+    def belongs_to(self, frame: Frame) -> bool:
+        """Whether it is one of the shapes of this link, or the geom of this name."""
+        return frame.name == (self.link if frame.kind == "link" else self.name)
+
     def placed(self, rotation: Array, offset: Array) -> "Shape":
         """Return the shape in another frame, in which the present one has this rotation (3, 3) and this origin (3,) [m]."""
         points = read_only(self.points @ rotation.T + offset)
         mesh = self.mesh and Mesh(read_only(self.mesh.vertices @ rotation.T + offset), self.mesh.triangles)
         discs = tuple((rotation @ centre + offset, rotation @ axis, radius) for centre, axis, radius in self.discs)
-        return Shape(self.link, points, self.radius, mesh, discs)
+        return Shape(self.link, points, self.radius, mesh, discs, self.name)
 
 
 class Outline(NamedTuple):
@@ -197,7 +203,7 @@ def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShap
                 shape = (
                     _primitive(link, primitive, np.array(geom.size)) if primitive else _compiled_mesh(link, m, int(geom.dataid[0]))
                 )
-            yield _checked(shape.placed(_rotation(geom.quat), np.array(geom.pos)))
+            yield _checked(replace(shape, name=geom.name).placed(_rotation(geom.quat), np.array(geom.pos)))
         except (RobotError, ValueError) as refusal:
             yield UnreadShape(link, file.name if file else "", str(refusal), (kind,))
 

@@ -154,7 +154,8 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any,
                 needed.setdefault(mesh.name, geom.parent.name)
             else:
                 boxes.append((geom, MeshFile(mesh.name, mesh.file, *map(np.array, (mesh.scale, mesh.refpos, mesh.refquat)))))
-                geom.type, geom.size, geom.mass, geom.meshname = mujoco.mjtGeom.mjGEOM_BOX, [1e-3] * 3, 0.0, ""
+                geom.type, geom.size, geom.mass = mujoco.mjtGeom.mjGEOM_BOX, [1e-3] * 3, 0.0
+                geom.name = geom.meshname = ""
     for number, mesh in enumerate(named.values()):
         if mesh.file and mesh.name not in needed:
             spec.delete(mesh)
