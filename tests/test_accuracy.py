@@ -14,9 +14,7 @@ from random_landings import random_landing
 from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc.bench.build import Link, box, robot_of
-from shockpc.bench.cases import family
-from shockpc.bench.cases.chains import OBLIQUE, bent, chain, chain_end
+from shockpc.bench.cases import FAMILIES, OBLIQUE, Link, bent, box, chain, robot_of
 from shockpc.errors import SceneError, ShockError, SolveError
 from shockpc.exact.balls import balls
 from shockpc.exact.proof import Enclosure
@@ -55,12 +53,18 @@ def true_errors(profile, jumps):
 # Stiff and extreme robots
 
 
+def on_chain(robot, struck, length, posture):
+    """The landing of a chain on one of its ends."""
+    root = struck == "root"
+    contact = Contact(frame=robot.bodies[0 if root else -1].name, offset=(0.0, 0.0, 0.0 if root else length))
+    return Scene(robot="chain", posture=posture, strike=OBLIQUE, contact=(contact,))
+
+
 def ratio(size, heavy_root, struck):
     """Six links whose masses span a ratio, struck at one end."""
     masses = np.geomspace(size**-0.5, size**0.5, 6)
     robot = chain(masses[::-1] if heavy_root else masses, np.full(6, 0.4))
-    frame, offset = ("link0", (0.0, 0.0, 0.0)) if struck == "root" else chain_end(robot, 0.4)
-    return robot, Scene(robot="chain", posture=bent(robot), strike=OBLIQUE, contact=(Contact(frame=frame, offset=offset),))
+    return robot, on_chain(robot, struck, 0.4, bent(robot))
 
 
 def armature(**inertias):
@@ -84,9 +88,7 @@ def nearly_straight(bend, pitch, strike=0.0):
 def long_chain(n, struck="root"):
     """So many equal links."""
     robot = chain(np.full(n, 1.0), np.full(n, 0.2))
-    frame, offset = ("link0", (0.0, 0.0, 0.0)) if struck == "root" else chain_end(robot, 0.2)
-    posture = bent(robot, 1.0 / np.sqrt(n))
-    return robot, Scene(robot="chain", posture=posture, strike=OBLIQUE, contact=(Contact(frame=frame, offset=offset),))
+    return robot, on_chain(robot, struck, 0.2, bent(robot, 1.0 / np.sqrt(n)))
 
 
 def scaled(mass, length, thickness=0.3):
@@ -269,7 +271,7 @@ def test_ill_conditioned_postures_are_flagged(name):
 
 def test_a_linkage_that_is_nearly_flat_is_flagged():
     """Its rows are small differences: the bodies are known to 1e-8 only, however well the rows are conditioned."""
-    for case in family("flat four-bar").cases():
+    for case in FAMILIES["flat four bar"].cases():
         robot, scene = case.build()
         try:
             profile = shock_profile(scene, robot)
