@@ -74,6 +74,9 @@ def dense(M: np.ndarray, J: np.ndarray, held: np.ndarray, free: np.ndarray, scen
 
 def by_pinocchio(model: pin.Model, text: str, profile: ShockProfile) -> tuple[Jumps, float]:
     """The landing of a URDF by plain Pinocchio, with a row for each joint that mimics another."""
+    if model.nq != len(profile.q):  # the root is the world, and a floating joint of the file carries the robot
+        model = pin.buildModelFromXML(text)
+        model.jointPlacements[1] = pin.SE3.Identity()
     data, column = model.createData(), {name: joint.idx_v for name, joint in zip(model.names, model.joints, strict=True)}
     held = []
     for joint in ElementTree.fromstring(text).iter("joint"):
