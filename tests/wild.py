@@ -16,7 +16,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from xml.etree import ElementTree
@@ -160,7 +160,9 @@ class Attempt:
     packages: dict[str, str]
     beside: bool = False
     bent: bool = False
-    scene: dict[str, object] = field(default_factory=dict)
+    turned: bool = False
+    base: str | None = None
+    plane: str = "xz"
     strike: tuple[float, float, float] = (0.3, 0.0, -1.0)
     directions: tuple[str, ...] = ("x", "y", "z")
 
@@ -173,10 +175,13 @@ class Attempt:
         body = max(range(len(robot.bodies)), key=lambda i: (robot.masses[i] > 0.0, depth[i]))
         offset = tuple(map(float, robot.coms[body] + 0.1)) if self.beside else (0.0, 0.0, 0.0)
         contact = Contact(frame=robot.bodies[body].name, offset=offset, directions=self.directions)
-        bent = {joint.name: 0.35 for joint in robot.joints if self.bent and joint.kind in ("revolute", "prismatic")}
+        followers = {mimic.joint for mimic in robot.mimics}
+        single = [joint.name for joint in robot.single_joints if joint.axis is not None and joint.name not in followers]
         aside = (0.0, -0.1 * robot.free_base, 0.0)  # so that nothing is symmetric by accident; many fixed bases are planar robots
-        posture, strike = Posture(joints=bent), Strike(velocity=tuple(map(sum, zip(self.strike, aside, strict=True))))
-        scene = Scene(robot=str(self.path), contact=(contact,), strike=strike, posture=posture, **self.scene)
+        strike = Strike(velocity=tuple(map(sum, zip(self.strike, aside, strict=True))))
+        turned = (0.0, 80.0, 0.0) if self.turned else None
+        posture = Posture(joints=dict.fromkeys(single, 0.35) if self.bent else {}, base_rpy_deg=turned)
+        scene = Scene(robot=str(self.path), contact=(contact,), strike=strike, posture=posture, base=self.base, plane=self.plane)
         profile = shock_profile(scene, robot)
         _ = profile.health, profile.loads, profile.contacts, profile.directions, profile.percussion
         return profile
@@ -202,32 +207,21 @@ def weighed(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
     return replace(attempt, path=copy)
 
 
-def seen_from_above(attempt: Attempt) -> Attempt:
-    """The strike and the contact's direction lie in the ground plane, as for a mechanism on a table."""
-    return replace(attempt, scene={**attempt.scene, "plane": "xy"}, strike=(0.3, -1.0, 0.0), directions=("y",))
-
-
-REMEDIES: tuple[tuple[str, str, Callable[[Attempt, re.Match[str]], Attempt]], ...] = (
+UPRIGHT = {"plane": "xz", "strike": (0.3, 0.0, -1.0), "directions": ("z",)}
+FROM_ABOVE = {"plane": "xy", "strike": (0.3, -1.0, 0.0), "directions": ("y",)}
+REMEDIES: tuple[tuple[str, str, dict[str, object] | Callable[[Attempt, re.Match[str]], Attempt]], ...] = (
     (r'leads to "([^"]+)", outside .* --package', "--package", opened),
-    (r"--base fixed", "--base fixed", lambda a, _: replace(a, scene={**a.scene, "base": "fixed"})),
-    (r"its base is fixed and no joint is free; free", "--base free", lambda a, _: replace(a, scene={**a.scene, "base": "free"})),
-    (r"cannot be stopped.* contact point", "--offset", lambda a, _: replace(a, beside=True)),
-    (r"cannot be stopped.* out of the contact", "--slide", lambda a, _: replace(a, directions=("z",))),
-    (r"cannot be stopped.* or of the strike", "--plane xy --velocity", lambda a, _: seen_from_above(a)),
-    (
-        r"cannot be stopped.* posture",
-        "--set",
-        lambda a, _: replace(a, bent=True, scene={}, strike=(0.3, 0.0, -1.0), directions=("z",)),
-    ),
-    (r"cannot be stopped.* or of the strike", "--set --plane xy --velocity", lambda a, _: seen_from_above(a)),
-    (
-        r"cannot be stopped.* or free the base",
-        "--base free",
-        lambda a, _: replace(a, scene={"base": "free"}, directions=("z",), strike=(0.3, 0.0, -1.0)),
-    ),
-    (r"give mass and inertia in the file|(?:ixx|ixy|ixz|iyy|iyz|izz) is missing; it has to be", "inertia in the file", weighed),
+    (r"--base fixed", "--base fixed", {"base": "fixed"}),
+    (r"its base is fixed and no joint is free; free", "--base free", {"base": "free"}),
+    (r"cannot be stopped.* contact point", "--offset", {"beside": True}),
+    (r"cannot be stopped.* out of the contact", "--slide", UPRIGHT),
+    (r"cannot be stopped.* or of the strike", "--plane xy --velocity", FROM_ABOVE),
+    (r"cannot be stopped.* posture", "--set", {"bent": True, **UPRIGHT}),
+    (r"cannot be stopped.* or of the strike", "--set --plane xy --velocity", FROM_ABOVE),
+    (r"cannot be stopped.* posture", "--base-rpy", {"turned": True, **UPRIGHT}),
+    (r"give mass and inertia in the file|i[xyz]{2} is missing; it has to be", "inertia in the file", weighed),
 )
-"""Words of a refusal, its remedy as a user types it, and the next attempt. The first is for no reason of physics."""
+"""Words of a refusal, the remedy that they name as a user types it, and the next attempt. The first is for no reason of physics."""
 
 
 def tried(path: Path, packages: dict[str, str], answer: Connection) -> None:
@@ -251,7 +245,7 @@ def tried(path: Path, packages: dict[str, str], answer: Connection) -> None:
                 match = re.search(words, said)
                 if match and name not in used:
                     used.append(name)
-                    attempt = change(attempt, match)
+                    attempt = replace(attempt, **change) if isinstance(change, dict) else change(attempt, match)
                     break
             else:
                 answer.send(("unexplained", first + "".join(f" → {name}" for name in used) + (f" → {said}" if used else "")))

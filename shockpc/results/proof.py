@@ -116,7 +116,8 @@ def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoic
     if excess[worst] <= 0.0:
         return
     name, axis = _direction(equation, int(others[worst]))
-    freed = ", or free the base" if landing.base != "free" and landing.robot.free_base else ""
+    can_be_freed = landing.base != "free" and landing.robot.free_base and landing.robot.bodies[0].mass
+    freed = ", or free the base" if can_be_freed else ""
     raise SceneError(
         f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
         "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, take "
