@@ -120,7 +120,7 @@ def impact_jumps(
     """
     robot, state = landing.robot, dynamics(landing.robot, Q, landing.joint_model.armature)
     equation = landing.equation(state, own)
-    impact = solve_impact(equation.H, equation.J_c, equation.b, equation.terms)  # Eq. 4
+    impact = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)  # Eq. 4
     delta_qd = equation.full(impact.delta_qd)  # Eq. 7
     columns = [joint.v for joint in robot.joints]
     return equation, impact, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9

@@ -10,7 +10,6 @@ import functools
 import json
 import math
 import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -34,6 +33,8 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
 
     Yields: the file's table.
     """
+    import tomllib
+
     if path.is_fifo() or path.is_char_device() or path.is_block_device():
         raise error(f'"{path}" is a pipe or a device; save what it gives in a file')
     try:

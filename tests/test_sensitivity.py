@@ -135,7 +135,7 @@ def test_regressor_against_differences_in_ball_arithmetic(name):
                 if effect.kind == "armature":
                     armature = balls(inputs.armature)
                     armature[column[effect.name]] += arb(t)
-                    impact = ExactImpact(dataclasses.replace(inputs, armature=armature), tree_of(robot, data))
+                    impact = ExactImpact(inputs._replace(armature=armature), tree_of(robot, data))
                 else:
                     impact = ExactImpact(inputs, tree_of(robot, altered(data, effect, robot, t)))
                 ends.append(in_balls(found, impact))

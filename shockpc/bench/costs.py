@@ -129,7 +129,7 @@ def _sweep_row(name: str, budget: float) -> tuple[Cell, ...]:
             (lambda: _written(made, InProcess(), 0), ROWS),
             (lambda: shock_maps(found, Q[:4096]), len(Q[:4096])),
             (lambda: dynamics(made.robot, block, armature), len(block)),
-            (lambda: solve_impact(equation.H, equation.J_c, equation.b, equation.terms), len(block)),
+            (lambda: solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms), len(block)),
         )
     )
     times = (

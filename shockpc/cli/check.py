@@ -11,7 +11,7 @@ import typer
 from shockpc.cli.declare import option, takes_options
 from shockpc.cli.parse import path
 
-__all__ = ["BUDGETS_HELP", "CheckOptions", "Report", "check", "report"]
+__all__ = ["EPILOG", "CheckOptions", "Report", "check", "report"]
 
 FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
@@ -19,7 +19,7 @@ DOCUMENTS = ("json", "junit", "markdown")
 
 OUTPUT, BASELINE = "Output", "Baseline"
 
-BUDGETS_HELP = """\b
+EPILOG = """\b
 A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]] and [[tool.shockpc.budget]]:
   [[case]]
   name = "land-front"

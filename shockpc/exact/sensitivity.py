@@ -2,7 +2,6 @@
 
 import random
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -90,17 +89,17 @@ def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs,
         inertia = _last_digit(draw, data.inertia)
         inertia = np.triu(inertia) + np.swapaxes(np.triu(inertia, 1), 1, 2)
         data = data._replace(mass=_last_digit(draw, data.mass), lever=_last_digit(draw, data.lever), inertia=inertia)
-        inputs = replace(inputs, armature=_last_digit(draw, inputs.armature))
+        inputs = inputs._replace(armature=_last_digit(draw, inputs.armature))
     if "placements and axes of the joints" in kinds:
         fields = ("rotation", "offset", "axis", "body_rotation", "body_offset")
         data = data._replace(**{name: _last_digit(draw, getattr(data, name)) for name in fields})
     if "joint values of the posture" in kinds:
-        inputs = replace(inputs, q=_last_digit(draw, np.asarray(inputs.q, dtype=float)))
+        inputs = inputs._replace(q=_last_digit(draw, np.asarray(inputs.q, dtype=float)))
     if "contact points and motion before the impact" in kinds:
         blocks = tuple(
             block._replace(point=_last_digit(draw, block.point), forces=_last_digit(draw, block.forces)) for block in inputs.blocks
         )
-        inputs = replace(inputs, blocks=blocks, before=Motion(*(_last_digit(draw, part) for part in inputs.before)))
+        inputs = inputs._replace(blocks=blocks, before=Motion(*(_last_digit(draw, part) for part in inputs.before)))
     return inputs, tree_of(inputs.robot, data)
 
 

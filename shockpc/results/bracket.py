@@ -1,6 +1,6 @@
 """The same landing with free, modelled and locked joints: the choice that changes the answer most."""
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ from shockpc.results.speed import speed_in
 __all__ = ["Bracket", "joint_bracket"]
 
 
-@dataclass(frozen=True)
-class Bracket:
+class Bracket(NamedTuple):
     """The same landing with three models of the joints; shock at one place [1].
 
     Attributes:
@@ -66,11 +65,11 @@ def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Encl
         return None
     b = landing.approach(state, blocks)
     equation = impulsive_equation(state, blocks, b, G)
-    impact = solve_impact(equation.H, equation.J_c, b, equation.terms)
+    impact = solve_impact(equation.inertia, equation.J_c, b, equation.terms)
     choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
     if choice.uncertain:
         return None
-    changed = replace(enclosure.inputs, armature=np.zeros(len(locked)), locked=locked, choice=choice)
+    changed = enclosure.inputs._replace(armature=np.zeros(len(locked)), locked=locked, choice=choice)
     found = Enclosure(changed)
     try:
         delta = found.read(lambda impact: np.array([float(row[3]) for row in impact.delta_qd]))

@@ -1,6 +1,5 @@
 """Shock at sensors and at points that were asked for."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +23,7 @@ from shockpc.scene import GRAVITY, Point, Scene
 __all__ = ["PointShock", "Spot", "point_shocks", "saturated", "spot_of", "spots"]
 
 
-@dataclass(frozen=True, eq=False)
-class PointShock:
+class PointShock(NamedTuple):
     """Shock at a sensor, or at a point that was asked for.
 
     Attributes:

@@ -1,7 +1,5 @@
 """The same landing with other joints: all free, all locked."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from shockpc.core.impulse import RowChoice
@@ -15,4 +13,4 @@ def held_joints_enclosure(enclosure: Enclosure, landing: Landing) -> Enclosure:
     """The robot with every joint locked and its base free, without rows: only what its inertia resists can be read from it."""
     none = RowChoice(np.zeros(0, dtype=int), np.zeros((0, 0)), np.zeros(0, dtype=bool), False)
     nothing = np.zeros(landing.robot.model.nv)
-    return Enclosure(replace(enclosure.inputs, blocks=(), choice=none, base="free", armature=nothing, locked=landing.robot.driven))
+    return Enclosure(enclosure.inputs._replace(blocks=(), choice=none, base="free", armature=nothing, locked=landing.robot.driven))

@@ -1,7 +1,6 @@
 """What a robot's file holds beside its links, whatever its format: joints that follow others, loops, postures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
@@ -14,8 +13,7 @@ from shockpc.printed import listed
 __all__ = ["Built", "Loop", "Mimic", "leaders_first"]
 
 
-@dataclass(frozen=True)
-class Mimic:
+class Mimic(NamedTuple):
     """A joint that follows others: q_joint = Σ multiplier · q_leader + offset.
 
     Attributes:
@@ -84,7 +82,7 @@ def leaders_first(found: Sequence[Mimic], freedom: Mapping[str, int], file: str)
                     "of freedom, and only a joint with one can follow or lead; give it one axis, or take the coupling out"
                 )
     followers = {
-        mimic.joint: replace(mimic, leaders={name: by for name, by in mimic.leaders.items() if name in freedom}) for mimic in found
+        mimic.joint: mimic._replace(leaders={name: by for name, by in mimic.leaders.items() if name in freedom}) for mimic in found
     }
     try:
         order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())

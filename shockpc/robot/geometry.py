@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -22,7 +21,6 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
-from shockpc.robot.mjcf import compiled, geom_kinds
 from shockpc.robot.robot import Body, Frame, Robot
 from shockpc.robot.source import RobotSource
 
@@ -41,8 +39,7 @@ LARGEST = 1e6
 """Largest coordinate or radius of a shape [m]; more is an error in the file."""
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
+class Shape(NamedTuple):
     """One convex piece of a body: the hull of some points, rounded by a radius (a sphere is one point, a capsule two).
 
     Attributes:
@@ -55,10 +52,10 @@ class Shape:
     """
 
     link: str
-    points: Array = field(repr=False)
+    points: Array
     radius: float = 0.0
-    mesh: Mesh | None = field(default=None, repr=False)
-    discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
+    mesh: Mesh | None = None
+    discs: tuple[tuple[Array, Array, float], ...] = ()
     name: str = ""
 
     def lowest(self, up: Array) -> Array:
@@ -189,6 +186,8 @@ def _numbers(element: Element, key: str, default: str = "") -> Array:
 
 def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
+    from shockpc.robot.mjcf import compiled, geom_kinds
+
     found = compiled(source)
     m, load = found.model, _loader(source)
     for number in range(m.ngeom):
@@ -203,7 +202,7 @@ def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShap
                 shape = (
                     _primitive(link, primitive, np.array(geom.size)) if primitive else _compiled_mesh(link, m, int(geom.dataid[0]))
                 )
-            yield _checked(replace(shape, name=geom.name).placed(_rotation(geom.quat), np.array(geom.pos)))
+            yield _checked(shape._replace(name=geom.name).placed(_rotation(geom.quat), np.array(geom.pos)))
         except (RobotError, ValueError) as refusal:
             yield UnreadShape(link, file.name if file else "", str(refusal), (kind,))
 

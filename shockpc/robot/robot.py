@@ -3,9 +3,9 @@
 import fnmatch
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -14,7 +14,6 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.errors import UnknownName
 from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning
-from shockpc.robot.mjcf_model import build_mjcf
 from shockpc.robot.source import RobotSource, read_source
 from shockpc.robot.urdf_model import WORLD, build_urdf
 
@@ -40,8 +39,7 @@ FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]] = {
 """Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
 
 
-@dataclass(frozen=True)
-class Body:
+class Body(NamedTuple):
     """What moves as one: a link and all that is fixed to it.
 
     Attributes:
@@ -58,15 +56,14 @@ class Body:
     name: str
     joint: int
     links: tuple[str, ...]
-    rotation: Array = field(repr=False)
-    offset: Array = field(repr=False)
+    rotation: Array
+    offset: Array
     mass: float
-    com: Array = field(repr=False)
-    inertia: Array = field(repr=False)
+    com: Array
+    inertia: Array
 
 
-@dataclass(frozen=True)
-class Joint:
+class Joint(NamedTuple):
     """How a body moves against the one that carries it.
 
     Attributes:
@@ -85,10 +82,10 @@ class Joint:
 
     name: str
     kind: str
-    axis: Array | None = field(repr=False)
+    axis: Array | None
     parent: int
-    rotation: Array = field(repr=False)
-    offset: Array = field(repr=False)
+    rotation: Array
+    offset: Array
     q: slice
     v: slice
     limits: tuple[float, float]
@@ -104,8 +101,7 @@ class Joint:
         return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(NamedTuple):
     """A named place on a body.
 
     Attributes:
@@ -118,8 +114,8 @@ class Frame:
 
     name: str
     body: int
-    rotation: Array = field(repr=False)
-    offset: Array = field(repr=False)
+    rotation: Array
+    offset: Array
     kind: Literal["link", "joint", "site", "geom"]
 
 
@@ -339,7 +335,10 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
-    built = build_mjcf(source) if source.kind == "mjcf" else build_urdf(source)
+    build = build_urdf
+    if source.kind == "mjcf":
+        from shockpc.robot.mjcf_model import build_mjcf as build
+    built = build(source)
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:
         R = place.rotation
@@ -356,7 +355,7 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     if kind == "composite":
         inner = joint.extract()
         parts = tuple(
-            replace(_joint(model, part, number, step), name=name)
+            _joint(model, part, number, step)._replace(name=name)
             for part, step, name in zip(inner.joints, inner.jointPlacements, model.names[number].split("+"), strict=True)
         )
     elif joint.nv == 1:

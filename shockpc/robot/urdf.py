@@ -54,10 +54,10 @@ _JOINT_NUMBERS = (
 def vector(text: str | None, size: int) -> tuple[float, ...] | None:
     """Read so many numbers as the parser would: plain decimals, separated by blanks, finite; None if the text is anything else."""
     words = (text or "").split()
-    if len(words) != size or not all(_NUMBER.fullmatch(word) for word in words):
+    if len(words) != size or not all(map(_NUMBER.fullmatch, words)):
         return None
-    values = tuple(float(word) for word in words)
-    return values if all(math.isfinite(value) for value in values) else None
+    values = tuple(map(float, words))
+    return values if all(map(math.isfinite, values)) else None
 
 
 def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
@@ -72,12 +72,14 @@ def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[st
     Raises:
         RobotError: a joint mimics twice.
     """
-    warnings = []
-    before = [dict(element.attrib) for element in robot.iter()]
-    robot.set("name", robot.get("name") or name)
+    warnings, changed = [], not robot.get("name")
+    if changed:
+        robot.set("name", name)
     for element in robot.iter():
-        element.attrib.update({key: value.strip() for key, value in element.attrib.items()})
-    changed = before != [element.attrib for element in robot.iter()]
+        for key, value in element.attrib.items():
+            if value != value.strip():
+                element.set(key, value.strip())
+                changed = True
     left = [element for element in robot if element.tag.startswith("xacro:")]
     if left:
         tags = ", ".join(dict.fromkeys(f"<{element.tag}>" for element in left))
