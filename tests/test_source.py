@@ -56,7 +56,7 @@ FILES: dict[str | bytes, str] = {
         "dog.urdf: line 2: a DOCTYPE can define entities, and those are never expanded here; "
         "delete the DOCTYPE and write out what its entities stand for"
     ),
-    "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 800 deep",
+    "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 490 deep",
     '<sdf version="1.7"/>': (
         "dog.urdf begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF. "
         "Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 
 from shockpc.cli.main import main
 from shockpc.cli.signals import listen
@@ -16,6 +17,8 @@ def entry() -> None:
     # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     prepare_streams()
+    # A result that is not finite is refused or reported where it arises; NumPy's lines about it help nobody.
+    warnings.simplefilter("ignore")
     code: object = None
     try:
         main()

@@ -1,10 +1,10 @@
 """What a run of `shockpc analyze` produces: standard output, files, scenes."""
 
 import os
-import sys
 from pathlib import Path
 
 from shockpc.cli.scenes import ROBOT_SUFFIXES
+from shockpc.cli.streams import complain
 from shockpc.errors import OutputError, SceneError, UnknownName
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
@@ -77,7 +77,7 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
         return markdown_report(profiles, bodies)
     if format_ == "csv":
         for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
-            sys.stderr.write(f"shockpc: warning: {warning}\n")
+            complain(f"warning: {warning}")
         return csv_report(profiles, bodies)
     return text_report(profiles, bodies)
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from shockpc.errors import RobotError
 
-__all__ = ["LINKS", "refuse_number", "refuse_tree"]
+__all__ = ["LINKS", "refuse_freedom", "refuse_number", "refuse_tree"]
 
 LINKS = 2000  # URDF's parser recurses over links, and far beyond this it overruns its stack
 _LEVELS = 600
@@ -28,6 +28,18 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
         raise RobotError(
             f"{whose}: {what} is {value:g} {unit}, which cannot be computed with; give numbers up to {_LARGEST:g}, and masses "
             f"of at least {_LIGHTEST:g} kg, or 0"
+        )
+
+
+def refuse_freedom(file: str, velocities: int) -> None:
+    """Refuse a robot that moves with more than 606 velocities: a chain of 600 joints on a free base.
+
+    Raises:
+        RobotError: with their number.
+    """
+    if velocities > _LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
+        raise RobotError(
+            f"{file} moves with {velocities} velocities, and up to {_LEVELS + 6} are computed; fix joints that do not matter"
         )
 
 

@@ -84,7 +84,18 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
             found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
             vertices, triangles = _joined(found)
-    except (RobotError, DaeError, DeprecationWarning, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as refusal:
+    except (
+        RobotError,
+        DaeError,
+        DeprecationWarning,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        NameError,
+        RuntimeError,
+        ArithmeticError,
+    ) as refusal:
         why = " ".join(str(refusal).split()) or type(refusal).__name__
         raise ValueError(f"it is not a valid {suffix.upper()} file ({why})") from None
     if not len(triangles):

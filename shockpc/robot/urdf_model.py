@@ -16,7 +16,7 @@ from shockpc.errors import RobotError
 from shockpc.robot.couplings import Built, Mimic, leaders_first
 from shockpc.robot.files import parse_xml, read_xml
 from shockpc.robot.source import RobotSource
-from shockpc.robot.urdf import vector
+from shockpc.robot.urdf import moving_parts, vector
 
 __all__ = ["build_urdf"]
 
@@ -27,15 +27,16 @@ def build_urdf(source: RobotSource) -> Built:
     Raises:
         RobotError: Pinocchio refuses the text, joints follow one another in a circle, or the SRDF cannot be read.
     """
+    root = parse_xml(source.xml, source.path.name)
     try:
-        model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
+        model = pin.buildModelFromXML(moving_parts(root), pin.JointModelFreeFlyer())
     except (ValueError, RuntimeError, IndexError) as refusal:
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {' '.join(str(refusal).split())}") from None
     postures = _read_srdf(source.srdf, model) if source.srdf is not None else {}
     # A fixed joint follows nothing; one that follows a fixed joint keeps its offset.
     mimics = [
         Mimic(joint.get("name", ""), rule.get("joint", ""), float(rule.get("multiplier", "1")), float(rule.get("offset", "0")))
-        for joint in (parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ())
+        for joint in root.iter("joint")
         for rule in joint.findall("mimic")
         if model.existJointName(joint.get("name", ""))
     ]

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterable
 
-from shockpc.printed import printable
+from shockpc.printed import message, printable
 from shockpc.result import ShockProfile
 from shockpc.show.header import contact_name, header_lines
 from shockpc.show.tables.design import balance_lines, bracket_sheet, directions_sheet, loads_sheet
@@ -23,7 +23,7 @@ def as_text(sheet: Sheet) -> str:
     """A table for a terminal: names to the left, numbers to the right, each column as wide as it must be."""
     heads = [printable(head).partition(" [") for head in sheet.header]
     names, units = [name for name, _, _ in heads], [bracket.strip() + unit for _, bracket, unit in heads]
-    cells = [[printable(_shown(cell)) for cell in row] for row in sheet.rows]
+    cells = [[printable(_shown(cell), 80) for cell in row] for row in sheet.rows]
     widths = [max(map(len, column)) for column in zip(names, units, *cells, strict=True)]
     numeric = _numeric(sheet)
 
@@ -33,7 +33,7 @@ def as_text(sheet: Sheet) -> str:
 
     lines = [printable(sheet.title), *(line(parts) for parts in (names, units) if any(parts))]
     lines.append("  ".join("─" * width for width in widths))
-    return "\n".join([*lines, *map(line, cells), *(f"({printable(note)})" for note in sheet.notes)]) + "\n"
+    return "\n".join([*lines, *map(line, cells), *(f"({message(note)})" for note in sheet.notes)]) + "\n"
 
 
 def as_markdown(sheet: Sheet) -> str:
@@ -67,7 +67,7 @@ def text_report(profiles: list[ShockProfile], pattern: str | None = None) -> str
     for profile in profiles:
         blocks.append("\n".join(f"{name:<12} {text}" for name, text in header_lines(profile)) + "\n")
         blocks += [as_text(sheet) for sheet in _sheets(profile, pattern, SHORT)]
-        blocks.append("\n".join(map(printable, _closing_lines(profile))) + "\n")
+        blocks.append("\n".join(map(message, _closing_lines(profile))) + "\n")
     if len(profiles) > 1:
         blocks.append(as_text(summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
