@@ -38,6 +38,11 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         SolveError: no inertia resists a motion, or rows that should be independent are not.
         SceneError: the mechanism cannot meet its contacts.
     """
+    if not np.isfinite(equation.H).all():
+        raise SolveError(
+            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
+            "precision; give them in kg and m"
+        )
     diagonal = np.diagonal(equation.H[0])
     if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
         raise SolveError(_without_inertia(landing.robot, equation, -1))

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 
+from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
-__all__ = ["LINKS", "refuse_freedom", "refuse_number", "refuse_tree"]
+__all__ = ["LINKS", "refuse_drives", "refuse_number", "refuse_tree"]
 
 LINKS = 2000  # URDF's parser recurses over links, and far beyond this it overruns its stack
 _LEVELS = 600
@@ -31,16 +32,21 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
         )
 
 
-def refuse_freedom(file: str, velocities: int) -> None:
-    """Refuse a robot that moves with more than 606 velocities: a chain of 600 joints on a free base.
+def refuse_drives(file: str, armature: Array) -> None:
+    """Refuse a robot with more than 606 velocities (a chain of 600 joints on a free base), or with a drive out of range.
+
+    Args:
+        file: the file's name, for messages.
+        armature: (nv,) reflected inertia of every velocity [kg m², kg].
 
     Raises:
-        RobotError: with their number.
+        RobotError: with their number, or the greatest reflected inertia.
     """
-    if velocities > _LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
+    if len(armature) > _LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
         raise RobotError(
-            f"{file} moves with {velocities} velocities, and up to {_LEVELS + 6} are computed; fix joints that do not matter"
+            f"{file} moves with {len(armature)} velocities, and up to {_LEVELS + 6} are computed; fix joints that do not matter"
         )
+    refuse_number(file, "the greatest reflected inertia", float(armature.max(initial=0.0)), "kg m²")
 
 
 def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:

@@ -16,7 +16,7 @@ _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
 _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
 _UNUSED_ATTRIBUTES = ("material", "texture")
 _LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
 
 
 def insert_includes(root: Element, folders: OpenFolders) -> str:

@@ -13,7 +13,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.errors import UnknownName
 from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning
-from shockpc.robot.limits import refuse_freedom
+from shockpc.robot.limits import refuse_drives
 from shockpc.robot.mjcf_model import build_mjcf
 from shockpc.robot.source import RobotSource, read_source
 from shockpc.robot.urdf_model import build_urdf
@@ -321,7 +321,7 @@ def load_robot(
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
     built = build_mjcf(source) if source.kind == "mjcf" else build_urdf(source)
-    refuse_freedom(source.path.name, built.model.nv)
+    refuse_drives(source.path.name, built.model.armature)
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:
         R = place.rotation
