@@ -92,4 +92,4 @@ def _reflected_inertia(entry: Element, file: str) -> float:
             f'{file}: the rotor of joint "{entry.get("name")}" has mass "{mass}" and gear_ratio "{gear}"; '
             "it takes one number each, the inertia of the rotor [kg m²] not below zero"
         )
-    return ratio[0] ** 2 * inertia[0]
+    return ratio[0] * ratio[0] * inertia[0]
