@@ -4,7 +4,7 @@ ShockError                 the root; its text is the whole message for a user
 ├── UnknownName            no such robot, frame, joint, body or posture; the text lists the nearest names
 ├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
 ├── SceneError             the scene cannot be computed as asked: posture, strike, contact, plane or scene file
-├── SolveError             the model has no unique solution (a moving body without mass, contradicting contacts)
+├── SolveError             the model has no unique solution (a moving body without mass, a singular posture)
 ├── StudyError             a study cannot be computed as asked: its ranges, budgets or landings
 └── OutputError            a result cannot be written to the given place
 

@@ -19,15 +19,12 @@ from shockpc.model.equation import Equation, impulsive_equation
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
-from shockpc.model.rows import Block, block_axes, block_point, row_jacobian, slices_of
+from shockpc.model.rows import Block, block_point, block_wrenches, row_jacobian
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, check_scene, plane_of
 from shockpc.trace import Trace
-
-WORLD = "world"
-"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
 __all__ = ["Landing", "complete", "contact_velocity", "ground_normal", "pulse_of", "resolve"]
 
@@ -89,38 +86,28 @@ class Landing:
             own: whether b has a column for the scene's own strike, besides those of the unit strikes.
         """
         blocks = self.rows(state)
-        b = self.approach(state, blocks) if own else self.unit_strikes(state, blocks)
-        return impulsive_equation(state, blocks, b, self.columns(state))
+        return impulsive_equation(state, blocks, self.approach(state, blocks, own), self.columns(state))
 
     def columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
         return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
 
-    def unit_strikes(self, state: Dynamics, blocks: tuple[Block, ...]) -> Array:
-        """The speeds (N, nc, 3) along each row for strikes of 1 m/s along world x, y and z, times 1 + e."""
+    def approach(self, state: Dynamics, blocks: tuple[Block, ...], own: bool = True) -> Array:
+        """The speeds b (N, nc, 4 or 3) that the impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
+
+        The first three columns are strikes of 1 m/s along world x, y and z, the last is the scene's own strike, if it is wanted.
+        Rows of standing feet and of loops have none.
+        """
         b = []
         for block in blocks:
-            speeds = np.zeros((len(state.H), block.size, 3))
+            speeds = np.zeros((len(state.J), block.size, 4 if own else 3))
             if block.kind == "contact":
-                n = len(block.forces)
-                speeds[:, :n] = (1.0 + block.restitution) * block_axes(state, block)[:, :n]
+                wrenches = (1.0 + block.restitution) * block_wrenches(state, block)
+                speeds[..., :3] = wrenches[..., 3:]
+                if own:
+                    speeds[..., 3:] = wrenches @ twist_before(state, self.before, block.body)[..., None]
             b.append(speeds)
         return np.concatenate(b, axis=1)
-
-    def approach(self, state: Dynamics, blocks: tuple[Block, ...]) -> Array:
-        """The speeds b (N, nc, 4) that the impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
-
-        The first three columns are strikes of 1 m/s along world x, y and z, the last is the scene's own strike. Rows of standing
-        feet and of loops have none.
-        """
-        own = np.zeros((len(state.H), sum(block.size for block in blocks), 1))
-        for block, rows in zip(blocks, slices_of(blocks), strict=True):
-            if block.kind == "contact":
-                axes, n = block_axes(state, block), len(block.forces)
-                velocity, spin = contact_velocity(self, state, block), twist_before(state, self.before, block.body)[:, :3]
-                speeds = np.concatenate([axes[:, :n] @ velocity[..., None], axes[:, n:] @ spin[..., None]], axis=1)
-                own[:, rows] = (1.0 + block.restitution) * speeds
-        return np.concatenate([self.unit_strikes(state, blocks), own], axis=2)
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
@@ -153,7 +140,7 @@ def complete(scene: Scene, robot: Robot) -> Scene:
     return replace(
         scene,
         robot=robot.label,
-        base=scene.base or ("free" if robot.free_base and robot.bodies[0].name != WORLD else "fixed"),
+        base=scene.base or robot.usual_base,
         srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
         packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
         strike=strike,

@@ -32,6 +32,9 @@ __all__ = ["impact_jumps", "joined", "needs_proof", "shock_maps", "shock_profile
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
+SWIFT = 1e4
+"""Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
+
 ILL_CONDITIONED = 1e6
 """Condition above which rounding may show above 1e-9 of a body's motion."""
 
@@ -99,7 +102,7 @@ def needs_proof(landing: Landing, equation: Equation, impact: Impact) -> tuple[A
     condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
-    prove = condition > ILL_CONDITIONED
+    prove = (condition > ILL_CONDITIONED) | ~(np.abs(impact.delta_qd).max(axis=(1, 2)) < SWIFT)
     prove[list(impact.choices)] = True
     return condition, prove
 
@@ -117,7 +120,7 @@ def impact_jumps(
     """
     robot, state = landing.robot, dynamics(landing.robot, Q, landing.joint_model.armature)
     equation = landing.equation(state, own)
-    impact = solve_impact(equation.H, equation.J_c, equation.b, equation.terms)  # Eq. 4
+    impact = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)  # Eq. 4
     delta_qd = equation.full(impact.delta_qd)  # Eq. 7
     columns = [joint.v for joint in robot.joints]
     return equation, impact, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9

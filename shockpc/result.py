@@ -30,7 +30,10 @@ from shockpc.results.energy import Energy, energy, gained
 from shockpc.results.geometry import shock_ranges
 from shockpc.results.loads import JointLoad, joint_loads
 from shockpc.results.percussion import BodyPercussion, body_percussion
+from shockpc.results.placement import Placement, placement
+from shockpc.results.plausibility import implausible
 from shockpc.results.points import PointShock, point_shocks, saturated
+from shockpc.results.proof import nearly_singular
 from shockpc.results.speed import Speed, normalising_speed
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
@@ -65,7 +68,8 @@ class ShockMaps(NamedTuple):
         position: (N, nb, 3) origins of the body frames, from the base [m].
         rank: (N,) number of independent contact and closure rows.
         condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
-        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, or rounding may show above 1e-9.
+        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, rounding may show above 1e-9, or
+            joints move so fast that it may be singular, which `shock_profile` refuses.
     """
 
     maps: Array
@@ -135,15 +139,20 @@ class ShockProfile:
         """What closing the loops changed; None without loops."""
         return self.landing.assembly
 
+    @derived
+    def placement(self) -> Placement:
+        """Frames of the bodies."""
+        return placement(self.landing, self.proof)
+
     @property
     def position(self) -> Array:
         """Origins (nb, 3) of the body frames, world [m]."""
-        return read_only(self.landing.state.position[0] + self.landing.state.origin[0])
+        return read_only(self.placement.position)
 
     @property
     def rotation(self) -> Array:
         """Orientations (nb, 3, 3) of the body frames, body to world."""
-        return read_only(self.landing.state.rotation[0])
+        return read_only(self.placement.rotation)
 
     @property
     def delta_qd(self) -> Array:
@@ -318,7 +327,8 @@ class ShockProfile:
             warnings=(
                 *(Diagnostic("robot", self.robot.name, None, text) for text in self.robot.warnings),
                 *self.landing.warnings,
-                *self._uncertain(),
+                *implausible(self.landing, self.contacts),
+                *nearly_singular(self.landing, self.proof),
                 *data,
                 *pulled(self.landing, self.proof),
                 *gained(self.landing, self.energy),
@@ -326,17 +336,6 @@ class ShockProfile:
                 *self.geometry[2],
             ),
         )
-
-    def _uncertain(self) -> tuple[Diagnostic, ...]:
-        """A warning where rounding may have decided which rows are independent."""
-        if not self.solution.choice.uncertain:
-            return ()
-        names = ", ".join(block.name for block in self.solution.equation.blocks)
-        text = (
-            f"the rows of {names} repeat one another so nearly that rounding decides whether one more of them holds; if it "
-            "decides wrongly, the numbers are wrong: put their points exactly together, or a billionth of the robot apart"
-        )
-        return (Diagnostic("rank", names, None, text),)
 
     def shock_at(self, body: str, r: Array) -> Array:
         """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m]."""

@@ -10,7 +10,6 @@ import functools
 import json
 import math
 import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -36,6 +35,8 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
 
     Yields: the file's table.
     """
+    import tomllib
+
     data = read_file(path, what, error)
     try:
         yield tomllib.loads(data.decode("utf-8-sig"))

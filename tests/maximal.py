@@ -14,7 +14,6 @@ package does not use.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import flint
@@ -160,7 +159,7 @@ class _Mechanism:
             # The two placements before the first part are one, in doubles.
             first, columns = pin.SE3(joint.rotation, joint.offset) * pin.SE3(joint.parts[0].rotation, joint.parts[0].offset), []
             for k, part in enumerate(joint.parts):
-                placed = replace(part, rotation=first.rotation, offset=first.translation) if k == 0 else part
+                placed = part._replace(rotation=first.rotation, offset=first.translation) if k == 0 else part
                 R, p, own = self.moved(R, p, placed, q)
                 columns += own
             return R, p, columns

@@ -15,7 +15,7 @@ from commands import STICK, environment, good, run
 
 import shockpc
 from shockpc import Contact, Point, Scene, ShockError, Strike, assert_shock, shock_profile
-from shockpc.cli.check import BUDGETS_HELP
+from shockpc.cli.check import EPILOG
 from shockpc.show.files import MANIFEST
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.gate import check_budgets
@@ -118,7 +118,7 @@ def test_every_value_is_that_of_an_analysis(here):
         assert outcome.value == pytest.approx(expected, rel=4e-16)
     assert len(check.outcomes) == 3 * sum(map(len, EVERY_METRIC.values()))
     assert set(EVERY_METRIC) == set(METRICS)
-    assert all(f"\n  {metric} " in BUDGETS_HELP for metric in METRICS)
+    assert all(f"\n  {metric} " in EPILOG for metric in METRICS)
 
 
 def test_strike_angles_superpose(here):
@@ -647,7 +647,7 @@ def test_assert_shock_refuses_what_it_cannot_compute(here):
 
 def test_the_file_of_the_help_is_valid(here):
     """The example in the help of the command is a file of budgets."""
-    lines = [line[2:] for line in BUDGETS_HELP.splitlines() if line.startswith("  ")]
+    lines = [line[2:] for line in EPILOG.splitlines() if line.startswith("  ")]
     end = next(k for k, line in enumerate(lines) if line.startswith("shock "))
     table = tomllib.loads("\n".join(lines[:end]))
     assert set(table) == {"case", "budget"}

@@ -1,5 +1,6 @@
 """Least and greatest shock over rounded convex hulls, compared with dense sampling and a general-purpose minimiser."""
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -173,3 +174,19 @@ def test_all_bodies_at_once_equal_the_bodies_one_by_one(seed):
         alone = [one_piece(omega[i], v[i], points, radius, 0.7) for points, radius in own]
         assert least[i] == pytest.approx(min((low for low, _ in alone), default=np.nan), rel=1e-14, nan_ok=True)
         assert greatest[i] == pytest.approx(max((high for _, high in alone), default=np.nan), rel=1e-14, nan_ok=True)
+
+
+def test_extremes_are_right_to_1e_15_of_the_terms_they_are_made_of():
+    rng = np.random.default_rng(0)
+    for k in range(400):
+        omega, v = rng.normal(size=3) * 10 ** rng.uniform(-3, 3), rng.normal(size=3)
+        screw = np.cross(omega, v) / (omega @ omega) + rng.normal() * omega / np.linalg.norm(omega)
+        points = screw * (k % 2) + rng.normal(size=(2, 3)) * 10 ** rng.uniform(-6, 2)
+        found = one_piece(omega, v, points, 0.0, 1.0)
+        with mpmath.workdps(50):
+            (p, q, r), (a, b) = mpmath.matrix(omega), (mpmath.matrix(point) for point in points)
+            a, b = (mpmath.matrix(v) + mpmath.matrix([q * z - r * y, r * x - p * z, p * y - q * x]) for x, y, z in (a, b))
+            along = min(1, max(0, -mpmath.fdot(b - a, a) / mpmath.fdot(b - a, b - a)))
+            exact = [mpmath.norm(a + along * (b - a)), max(mpmath.norm(a), mpmath.norm(b))]
+            size = np.linalg.norm(v) + np.linalg.norm(omega) * np.linalg.norm(points, axis=1).max()
+            assert max(abs(x - y) for x, y in zip(exact, found, strict=True)) <= 1e-15 * size

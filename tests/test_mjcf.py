@@ -261,9 +261,9 @@ def test_armature_of_a_free_joint_is_mass_of_the_base(tmp_path: Path):
     assert (other.bodies[0].mass, other.warnings) == (1.0, ())
 
 
-def test_frames_are_links_sites_joints_and_spheres(tmp_path: Path):
-    """Bodies that cannot move have frames too, fixed to the world; spheres are found by their names, for many are feet."""
-    foot = '<geom name="foot" size=".02" pos="0 0 -.3"/><geom name="skin" type="box" size=".1 .1 .1"/>'
+def test_frames_are_links_sites_joints_and_collision_geoms(tmp_path: Path):
+    """Bodies that cannot move have frames too, fixed to the world; geoms that collide are found by their names: many are feet."""
+    foot = '<geom name="foot" size=".02" pos="0 0 -.3"/><geom name="skin" size=".1" contype="0" conaffinity="0"/>'
     robot = from_text(tmp_path, mjcf('<body name="table" pos="1 0 0"/>' + floating(body("b", BODY + foot + '<site name="imu"/>'))))
     kinds = {frame.name: (frame.kind, frame.body) for frame in robot.frames.values()}
     assert kinds == {
@@ -273,7 +273,7 @@ def test_frames_are_links_sites_joints_and_spheres(tmp_path: Path):
         "root": ("joint", 0),
         "j": ("joint", 1),
         "imu": ("site", 1),
-        "foot": ("site", 1),
+        "foot": ("geom", 1),
     }
     np.testing.assert_array_equal(robot.frame("foot").offset, [0, 0, -0.3])
     np.testing.assert_array_equal(robot.frame("table").offset, [1, 0, 0])

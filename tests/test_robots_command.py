@@ -50,12 +50,12 @@ def test_mjcf_with_a_fixed_base(capfd, tmp_path):
     assert out.splitlines()[:6] == [
         "robot        arm, 1.5 kg, 2 moving bodies, 2 velocities",
         f"file         {tmp_path}/arm.xml",
-        "base         fixed in the file",
+        "base         fixed in the file; a <freejoint/> in its root body releases it",
         "feet         wheel",
         "sensors      tip_imu",
         "postures     up, neutral; neutral by default",
     ]
-    assert table(out, "bodies, and the links and sites fixed to them") == [
+    assert table(out, "bodies, and what is fixed to them") == [
         ("arm", "body", "world", "1.0000"),
         ("tip_imu", "site", "arm", "–"),
         ("wheel", "body", "arm", "0.5000"),
@@ -83,7 +83,7 @@ def test_mimic_joints_are_shown(capfd):
 
 def test_every_link_is_listed(capfd):
     """Messages refer to this list for all names: it has them all, even the 65 links of ANYmal's base."""
-    listed = {row[0] for row in table(good(capfd, "robots", "anymal_c"), "bodies, and the links and sites fixed to them")}
+    listed = {row[0] for row in table(good(capfd, "robots", "anymal_c"), "bodies, and what is fixed to them")}
     profile = json.loads(good(capfd, "analyze", "anymal_c", "--contact", "LF_FOOT", "--format", "json"))
     assert {link for body in profile["bodies"] for link in body["links"]} == listed
 

@@ -40,7 +40,11 @@ def hyq(**changes):
 LANDINGS = {
     "hyq": (hyq(strike=Strike(strike_angle_deg=30.0)), "hyq", "trunk_imu"),
     "geared": (hyq(joints=Joints(armature={"*": 0.02}, locked=("lh_*",)), base="planar"), "hyq", "trunk_imu"),
-    "redundant": (hyq(contact=tuple(Contact(frame=f"{leg}_foot", kind="flat") for leg in ("lf", "rh"))), "hyq", "lf_upperleg"),
+    "redundant": (
+        Scene(robot="solo12", contact=tuple(Contact(frame=foot, kind="flat") for foot in ("FL_FOOT", "HR_FOOT"))),
+        "solo12",
+        "FL_UPPER_LEG",
+    ),
     "stance": (hyq(stance=("rh_foot",), contact=(Contact(frame="lf_foot", restitution=0.5),)), "hyq", "trunk_imu"),
 }
 
@@ -131,7 +135,7 @@ def test_regressor_against_differences_in_ball_arithmetic(name):
                 if effect.kind == "armature":
                     armature = balls(inputs.armature)
                     armature[column[effect.name]] += arb(t)
-                    impact = ExactImpact(dataclasses.replace(inputs, armature=armature), tree_of(robot, data))
+                    impact = ExactImpact(inputs._replace(armature=armature), tree_of(robot, data))
                 else:
                     impact = ExactImpact(inputs, tree_of(robot, altered(data, effect, robot, t)))
                 ends.append(in_balls(found, impact))

@@ -22,42 +22,38 @@ class Prepared(NamedTuple):
     Attributes:
         run: the timed work, from q to the velocities of the bodies.
         read: converts its result to jumps (nb, 6), body axes at the body frames' origins.
+        approximates: whether its contact is soft or damped, so that its error depends on how much.
     """
 
     run: Callable[[], Any]
     read: Callable[[Any], Array]
-
-
-class Method(NamedTuple):
-    """A method.
-
-    Attributes:
-        name: as in tables.
-        prepare: makes it ready for a system; raises `UnsuitedError` for one that it cannot take.
-        approximates: whether its contact is soft or damped, so that its error depends on how much.
-    """
-
-    name: str
-    prepare: Callable[[System], Prepared]
     approximates: bool = False
 
 
-def _joint_space(solve: Callable[[Array, Array, Array], Array]) -> Callable[[System], Prepared]:
+Method = Callable[[System], Prepared]
+"""Makes a method ready for a system; raises `UnsuitedError` for one that it cannot take."""
+
+
+def _joint_space(solve: Callable[[Array, Array, Array], Array]) -> Method:
     """A method that solves for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to the bodies."""
 
     def prepare(system: System) -> Prepared:
-        data = system.model.createData()
-        assemble, q, b, G = system.assembler(data), system.landing.q, system.b, system.G
+        data, b, G = system.model.createData(), system.b, system.G
 
         def run() -> Any:
-            H, J_c = assemble(q)
+            H, J_c = system.assemble(data)
             delta = solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b)
-            pin.forwardKinematics(system.model, data, q, delta)
-            return data.v
+            return _motions(system, data, delta)
 
         return Prepared(run, system.jumps)
 
     return prepare
+
+
+def _motions(system: System, data: pin.Data, delta: Array) -> Any:
+    """Motions of all joints for joint velocities (nv,)."""
+    pin.forwardKinematics(system.model, data, system.landing.q, delta)
+    return data.v
 
 
 def _dense_kkt(H: Array, J_c: Array, b: Array) -> Array:
@@ -98,11 +94,7 @@ def _reduced(H: Array, J_c: Array, b: Array) -> Array:
 
 
 def _one_restitution(system: System) -> float:
-    """The restitution that Pinocchio's functions take.
-
-    Raises:
-        UnsuitedError: restitutions differ, or something is held that would have to be at rest before the impact.
-    """
+    """The restitution that Pinocchio's functions take; they take no system where something else is held."""
     e = {contact.restitution for contact in system.landing.contacts}
     if len(e) > 1:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
@@ -113,42 +105,35 @@ def _one_restitution(system: System) -> float:
 
 def _pin_jacobian(system: System) -> Prepared:
     """pin.impulseDynamics with a constraint Jacobian."""
-    e, v, q = _one_restitution(system), system.v, system.landing.q
-    data = system.model.createData()
-    assemble = system.assembler(data)
+    e, data = _one_restitution(system), system.model.createData()
 
     def run() -> Any:
-        _, J_c = assemble(q)  # its crba is the one that the function needs
-        after = pin.impulseDynamics(system.model, data, v, J_c, e, 0.0)
-        pin.forwardKinematics(system.model, data, q, after - v)
-        return data.v
+        _, J_c = system.assemble(data)  # its crba is the one that the function needs
+        return _motions(system, data, pin.impulseDynamics(system.model, data, system.v, J_c, e, 0.0) - system.v)
 
     return Prepared(run, system.jumps)
 
 
-def _pin_constraints(mu: float) -> Callable[[System], Prepared]:
+def _pin_constraints(mu: float) -> Method:
     """pin.impulseDynamics with rigid constraint models. The damping µ stays in the answer: the function solves once."""
 
     def prepare(system: System) -> Prepared:
-        e, v, q = _one_restitution(system), system.v, system.landing.q
+        e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
         sticking = all(np.array_equal(c.directions, np.eye(3)) and not len(c.moments) for c in system.landing.contacts)
         if system.landing.loops or not sticking:
             raise UnsuitedError("rigid constraint models are used here for sticking points alone")
         models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
         for joint, point in system.contact_points():
             place = pin.SE3(np.eye(3), point)
-            models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, system.model, joint, place, pin.LOCAL_WORLD_ALIGNED))
+            models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, place, pin.LOCAL_WORLD_ALIGNED))
             datas.append(models[-1].createData())
-        data = system.model.createData()
-        pin.initConstraintDynamics(system.model, data, models, datas)
-        settings = pin.ProximalSettings(1e-12, 1e-12, mu, 1)
-
-        def run() -> Any:
-            after = pin.impulseDynamics(system.model, data, q, v, models, datas, e, settings)
-            pin.forwardKinematics(system.model, data, q, after - v)
-            return data.v
-
-        return Prepared(run, system.jumps)
+        data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, mu, 1)
+        pin.initConstraintDynamics(model, data, models, datas)
+        return Prepared(
+            lambda: _motions(system, data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v),
+            system.jumps,
+            approximates=mu > 0.0,
+        )
 
     return prepare
 
@@ -167,15 +152,15 @@ def double_jumps(landing: Landing) -> Array:
     return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
 
 
-DIRECT = (
-    Method(PROVEN, _proven),
-    Method("shockpc, double precision", lambda system: Prepared(lambda: double_jumps(system.landing), lambda jumps: jumps)),
-    Method("dense KKT (Eq. 4)", _joint_space(_dense_kkt)),
-    Method("Schur complement, Cholesky", _joint_space(_schur_cholesky)),
-    Method("partition (Eq. 6)", _joint_space(_partition)),
-    Method("null space (Eq. 7)", _joint_space(_reduced)),
-    Method("Pinocchio, Jacobian", _pin_jacobian),
-    Method("Pinocchio, constraints", _pin_constraints(0.0)),
-    Method("Pinocchio, constraints, µ = 1e-6", _pin_constraints(1e-6), approximates=True),
-)
+DIRECT: dict[str, Method] = {
+    PROVEN: _proven,
+    "shockpc, double precision": lambda system: Prepared(lambda: double_jumps(system.landing), np.asarray),
+    "dense KKT (Eq. 4)": _joint_space(_dense_kkt),
+    "Schur complement, Cholesky": _joint_space(_schur_cholesky),
+    "partition (Eq. 6)": _joint_space(_partition),
+    "null space (Eq. 7)": _joint_space(_reduced),
+    "Pinocchio, Jacobian": _pin_jacobian,
+    "Pinocchio, constraints": _pin_constraints(0.0),
+    "Pinocchio, constraints, µ = 1e-6": _pin_constraints(1e-6),
+}
 """Methods that solve for the jump; those that simulate the landing are in `mujoco_peer`."""

@@ -1,40 +1,29 @@
-"""The report: a chart of error against run time, one table for each family, the costs of the package; Markdown and CSV."""
+"""The report: a chart of error against run time, tables of the results; Markdown and CSV."""
 
 import importlib.metadata
+import math
 import os
 import platform
-import sys
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
+from itertools import groupby
 from pathlib import Path
 from statistics import median
-from typing import NamedTuple
 
-import shockpc
+import numpy as np
+
 from shockpc.bench.cases import FAMILIES, Family
-from shockpc.bench.costs import Cost
-from shockpc.bench.measure import ACCURATE, OUTCOMES, CaseResult, MethodResult
+from shockpc.bench.measure import ACCURATE, OUTCOMES, Result
 from shockpc.bench.methods import DIRECT
-from shockpc.bench.sweeps import ProcessCost, SweepCost
-from shockpc.bench.throughput import PeerResult
-from shockpc.show.figure.error_time import save_error_time
-from shockpc.show.files import make_folder, write_text
+from shockpc.show.figure.error_time import error_time_svg
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown
 
-__all__ = [
-    "Bench",
-    "costs_sheet",
-    "landing_sheet",
-    "methods_sheet",
-    "save_chart",
-    "sweeps_sheet",
-    "throughput_sheet",
-    "write_report",
-]
+__all__ = ["CHART", "chart", "landing_sheet", "methods_sheet", "report_files"]
 
-LIBRARIES = ("pin", "numpy", "python-flint", "mujoco", "example-robot-data")
+CHART = "error-against-run-time.svg"
+LIBRARIES = ("shockpc", "pin", "numpy", "python-flint", "mujoco", "example-robot-data")
 
 NOTES = (
     "error: of the velocity jump, largest over the bodies, relative to the body's own motion; for shockpc's printed numbers the "
@@ -48,236 +37,109 @@ REFERENCE = (
     "thread, without the first run; those of `shockpc, proven` include the proof"
 )
 
-LIMITS = (
-    "Bodies are rigid and the impact takes no time; a real one takes milliseconds",
-    "contacts stick or slide along given directions; whether friction suffices is reported, not enforced",
-    "a drive is free, has a reflected inertia, or is locked; gearboxes that slip are not modelled",
-    "all contacts come to rest together, in all directions; restitution is Newton's, for each contact",
-    "masses and placements are taken as exact; their own uncertainty is usually the larger error by far",
-    "impulses of contacts whose rows are dependent are not unique, and are not given",
-)
-"""What the numbers of the report do not cover."""
+LIMITS = """### Limits of the method
+
+Bodies are rigid and the impact takes no time; a real one takes milliseconds. Contacts stick or slide along given directions;
+whether friction suffices is reported, not enforced. A drive is free, has a reflected inertia, or is locked; gearboxes that slip are
+not modelled. All contacts come to rest together, in all directions; restitution is Newton's, for each contact. Masses and
+placements are taken as exact; their own uncertainty is usually the larger error by far. Impulses of contacts whose rows are
+dependent are not unique, and are not given.
+"""
 
 
-class Bench(NamedTuple):
-    """All that was measured.
+def report_files(results: Sequence[Result], sheets: Sequence[Sheet], seconds: float) -> dict[str, str | bytes]:
+    """The files of the report, by name.
 
-    Attributes:
-        cases: of all families, by every method.
-        costs: of the package.
-        peers: many postures.
-        sweeps: cost of their rows.
-        processes: two against one.
+    Args:
+        results: of all cases, family by family, by every method.
+        sheets: further tables.
         seconds: duration of the whole [s].
     """
+    families = [_family_sheet(FAMILIES[name], list(own)) for name, own in groupby(results, lambda one: one.case.family)]
+    installed = {one.name: one.version for one in importlib.metadata.distributions()}
+    versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
+    facts = (
+        f"versions: {', '.join(versions)}, Python {platform.python_version()}",
+        f"machine: {_processor()}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}",
+        f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {seconds:.0f} s for {len({one.case for one in results})} cases",
+        REFERENCE,
+        *NOTES,
+    )
+    tables = map(as_markdown, (methods_sheet(results), *families, *sheets))
+    listed = "".join(f"- {fact}\n" for fact in facts)
+    report = "\n".join(["# Error against run time\n", listed, f"![error against run time]({CHART})\n", *tables, LIMITS])
+    header = ("family", "variant", "value", "method", "outcome", "error", "low_s", "median_s", "high_s", "runs", "message")
+    rows = [
+        (*one.case[:3], one.method, one.outcome, one.error, *_quartiles(one), float(len(one.seconds)), one.message)
+        for one in results
+    ]
+    return {"report.md": report, "cases.csv": as_csv(Sheet("", header, rows)), CHART: chart(results)}
 
-    cases: list[CaseResult]
-    costs: list[Cost]
-    peers: list[PeerResult]
-    sweeps: list[SweepCost]
-    processes: ProcessCost
-    seconds: float
 
-
-def write_report(bench: Bench, folder: Path) -> None:
-    """Write report.md, error-against-run-time.svg and cases.csv.
-
-    Raises:
-        OutputError: the folder cannot be written.
-    """
-    make_folder(folder)
-    save_chart(bench.cases, folder / "error-against-run-time.svg")
-    write_text(folder / "cases.csv", as_csv(_everything(bench.cases)))
-    write_text(folder / "report.md", _markdown(bench))
-
-
-def save_chart(cases: list[CaseResult], path: Path) -> None:
-    """Draw error against run time of every method on every case."""
+def chart(results: Iterable[Result]) -> bytes:
+    """Error against run time of every method on every case, as SVG."""
     series: dict[str, list[tuple[float, float]]] = {}
-    for case in cases:
-        for r in case.results:
-            if r.error is not None and r.timing is not None:
-                series.setdefault(r.method.split(", τ")[0], []).append((r.timing.median, r.error))
-    save_error_time(path, "Error against run time; for shockpc's printed numbers the proven bound", series, ACCURATE)
+    for one in results:
+        if one.error is not None:
+            series.setdefault(one.method.split(", τ")[0], []).append((median(one.seconds), one.error))
+    return error_time_svg("Error against run time; for shockpc's printed numbers the proven bound", series, ACCURATE)
 
 
-def methods_sheet(cases: list[CaseResult]) -> Sheet:
-    """How often each method had which outcome, and its run time."""
-    results: dict[str, list[MethodResult]] = {}
-    for case in cases:
-        for r in case.results:
-            results.setdefault(r.method, []).append(r)
+def landing_sheet(results: Iterable[Result]) -> Sheet:
+    """All methods on one landing."""
     rows: list[tuple[Cell, ...]] = []
-    for name, own in results.items():
-        counted = Counter(r.outcome for r in own)
-        times = [r.timing.median for r in own if r.timing is not None]
-        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(times)) if times else None, _largest(own)))
+    for one in results:
+        rows.append((one.method, _largest([one]), *map(_micro, _quartiles(one)), one.outcome, one.message or None))
+    header = ("method", "error [-]", "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
+    return Sheet("error against run time on this landing", header, rows, NOTES)
+
+
+def methods_sheet(results: Sequence[Result]) -> Sheet:
+    """How often each method had which outcome, and its run time."""
+    rows: list[tuple[Cell, ...]] = []
+    for name in dict.fromkeys(one.method for one in results):
+        own = [one for one in results if one.method == name]
+        counted = Counter(one.outcome for one in own)
+        middle = [median(one.seconds) for one in own if one.seconds]
+        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(middle or [math.nan])), _largest(own)))
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
     return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, (note,))
 
 
-def costs_sheet(costs: list[Cost]) -> Sheet:
-    """Run time of the package."""
-    rows: list[tuple[Cell, ...]] = [
-        (
-            one.what,
-            f"{one.milliseconds:.3g}",
-            one.target or None,
-            None if one.ratio is None else f"{one.ratio:.2f}",
-            None if one.memory is None else f"{one.memory:.0f}",
-        )
-        for one in costs
-    ]
-    return Sheet("run time of the package", ("what", "median [ms]", "target", "× import pinocchio", "memory [MB]"), rows)
-
-
-def throughput_sheet(peers: list[PeerResult]) -> Sheet:
-    """Many postures."""
-    base = {r.robot: r.seconds for r in peers if r.peer.startswith("Pinocchio") and r.seconds is not None}
+def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
+    """One family: a column for each method, and a row for each case that one of them does not solve."""
     rows: list[tuple[Cell, ...]] = []
-    for r in peers:
-        numbers: tuple[Cell, ...] = (None, None, None)
-        if r.seconds is not None:
-            numbers = (f"{1e6 * r.seconds:.1f}", f"{r.seconds / base[r.robot]:.2f}", f"{r.difference:.1e}")
-        rows.append((r.robot, r.peer, *numbers, r.message or None))
-    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
-    return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
-
-
-def sweeps_sheet(sweeps: list[SweepCost], processes: ProcessCost) -> Sheet:
-    """Rows of sweeps."""
-    rows: list[tuple[Cell, ...]] = [
-        (
-            one.robot,
-            str(one.size),
-            _micro(one.row),
-            _micro(one.maps),
-            f"{one.row / one.maps:.2f}",
-            f"{100.0 * one.dynamics:.0f}",
-            f"{100.0 * one.solution:.0f}",
-        )
-        for one in sweeps
-    ]
-    header = (
-        "robot",
-        "bodies × velocities",
-        "row [µs]",
-        "maps [µs]",
-        "row / maps",
-        "of the row: Pinocchio [%]",
-        "of the row: Eq. 4 [%]",
-    )
-    notes = (
-        "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
-        "maps: shock_maps of all bodies in the same postures",
-        f"{processes.rows} rows of {sweeps[0].robot}: {processes.one:.2f} s in one process, {processes.two:.2f} s in two: "
-        f"{processes.one / processes.two:.2f} times as fast",
-    )
-    return Sheet("sweeps", header, rows, notes)
-
-
-def landing_sheet(case: CaseResult) -> Sheet:
-    """All methods on one landing."""
-    rows: list[tuple[Cell, ...]] = []
-    for r in case.results:
-        clock: tuple[Cell, ...] = (None, None)
-        if r.timing is not None:
-            clock = (_micro(r.timing.median), f"{_micro(r.timing.low)}–{_micro(r.timing.high)}")
-        rows.append((r.method, _largest([r]), *clock, r.outcome, r.message or None))
-    header = ("method", "error [-]", "median run time [µs]", "quartiles [µs]", "outcome", "remark")
-    return Sheet("error against run time on this landing", header, rows, NOTES)
-
-
-def _family_sheet(family: Family, cases: list[CaseResult]) -> Sheet:
-    """One family: a column for each method that is not approximate, and a row for each case that one of these does not solve."""
-    methods = [method.name for method in DIRECT if not method.approximates]
-    rows: list[tuple[Cell, ...]] = []
+    cases = [list(own) for _, own in groupby(results, lambda one: one.case)]
     for case in cases:
-        found = {r.method: r for r in case.results}
-        own = [found[name] for name in methods if name in found]
-        if any(r.outcome not in ("accurate", "unsuited") for r in own):
-            errors = [r.outcome if r.error is None else _rounded(r.error) for r in own]
-            rows.append((case.label, case.variant, *errors, *(None,) * (len(methods) - len(own))))
-    notes = [family.about]
+        if any(one.outcome not in ("accurate", "approximate", "unsuited") for one in case):
+            cells = {one.method: _largest([one]) or one.outcome for one in case}
+            rows.append((case[0].case.value, case[0].case.variant, *map(cells.get, DIRECT)))
+    note = family.about
     if len(rows) < len(cases):
-        notes.append(f"{len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate")
-    return Sheet(f"{family.name}: error", (family.parameter, "variant", *methods), rows, ("; ".join(notes),))
+        note += f"; {len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate"
+    return Sheet(f"{family.name}: error", (family.parameter, "variant", *DIRECT), rows, (note,))
 
 
-def _everything(cases: list[CaseResult]) -> Sheet:
-    """Every case by every method, for a spreadsheet."""
-    header = ("family", "variant", "value", "method", "outcome", "error", "median_s", "low_s", "high_s", "runs", "message")
-    rows: list[tuple[Cell, ...]] = []
-    for case in cases:
-        for r in case.results:
-            clock: tuple[Cell, ...] = (None,) * 4 if r.timing is None else (*r.timing[:3], float(r.timing.runs))
-            rows.append((*case[:3], r.method, r.outcome, r.error, *clock, r.message))
-    return Sheet("every case by every method", header, rows)
+def _processor() -> str:
+    """Name of the processor; Python knows it on some systems only."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return (names or [platform.processor() or platform.machine()])[0]
 
 
-def _markdown(bench: Bench) -> str:
-    """The report as text."""
-    facts = [*(f"{name}: {value}" for name, value in _header(bench)), REFERENCE, *NOTES]
-    parts = [
-        "# Error against run time",
-        "",
-        *(f"- {fact}" for fact in facts),
-        "",
-        "![error against run time](error-against-run-time.svg)",
-        "",
-        as_markdown(methods_sheet(bench.cases)),
-    ]
-    for family in FAMILIES:
-        own = [case for case in bench.cases if case.family == family.name]
-        if own:
-            parts += [as_markdown(_family_sheet(family, own))]
-    parts += [as_markdown(costs_sheet(bench.costs)), as_markdown(throughput_sheet(bench.peers))]
-    parts += [as_markdown(sweeps_sheet(bench.sweeps, bench.processes))]
-    parts += ["### Limits of the method", "", f"{'; '.join(LIMITS)}.", ""]
-    return "\n".join(parts)
+def _quartiles(one: Result) -> list[float | None]:
+    """First quartile, median and third quartile of the run times [s]."""
+    return np.quantile(one.seconds, (0.25, 0.5, 0.75)).tolist() if one.seconds else [None] * 3
 
 
-def _header(bench: Bench) -> list[tuple[str, str]]:
-    """Name and value of everything that the results may depend on."""
-    threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
-    return [
-        (
-            "versions",
-            ", ".join([f"shockpc {shockpc.__version__}", *map(_version, LIBRARIES), f"Python {platform.python_version()}"]),
-        ),
-        ("machine", f"{_cpu()}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}"),
-        ("run", f"{datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {bench.seconds:.0f} s for {len(bench.cases)} cases"),
-    ]
-
-
-def _version(name: str) -> str:
-    """Name and version of an installed distribution."""
-    try:
-        return f"{name} {importlib.metadata.version(name)}"
-    except importlib.metadata.PackageNotFoundError:
-        return f"{name} not installed"
-
-
-def _cpu() -> str:
-    """Name of the processor."""
-    if sys.platform == "linux":
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
-def _micro(seconds: float) -> str:
+def _micro(seconds: float | None) -> str | None:
     """A time in microseconds."""
-    return f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:.0f}"
+    return None if seconds is None else f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:.0f}"
 
 
-def _rounded(error: float) -> str:
-    """An error; the reference itself is rounded to doubles."""
-    return f"{error:.0e}" if error >= 1e-16 else "< 1e-16"
-
-
-def _largest(results: Iterable[MethodResult]) -> Cell:
-    """The largest error of some results."""
-    errors = [r.error for r in results if r.error is not None]
-    return f"{max(errors):.1e}" if errors else None
+def _largest(results: Iterable[Result]) -> str | None:
+    """The largest error of some results; the reference itself is rounded to doubles."""
+    error = max((one.error for one in results if one.error is not None), default=None)
+    return None if error is None else f"{error:.1e}" if error >= 1e-16 else "< 1e-16"

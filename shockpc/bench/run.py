@@ -1,66 +1,55 @@
 """The benchmark: the standing suite, and one landing of one's own."""
 
-import sys
 import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from shockpc.bench.cases import FAMILIES, Case, Family
-from shockpc.bench.costs import analysis_costs, command_costs
-from shockpc.bench.measure import CaseResult, measure
+from shockpc.bench.cases import FAMILIES, Case
+from shockpc.bench.costs import package_costs, sweep_costs
+from shockpc.bench.measure import measure
 from shockpc.bench.methods import DIRECT
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.bench.report import Bench, landing_sheet, save_chart, write_report
-from shockpc.bench.sweeps import process_costs, sweep_costs
-from shockpc.bench.throughput import SCENES, compete
+from shockpc.bench.report import CHART, chart, landing_sheet, methods_sheet, report_files
+from shockpc.bench.throughput import throughput
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.show.files import make_folder, write_text
+from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Sheet
 from shockpc.show.tables.text import as_csv, as_markdown
 
-__all__ = ["SIMULATED_CASES", "bench_landing", "run_suite"]
+__all__ = ["PARTS", "bench_landing", "run_suite"]
 
-SIMULATED_CASES = ("robots / one foot / anymal_b", "robots / all feet / talos", "corners / sticking / 4")
-"""Cases that are simulated as well."""
+PARTS = (*FAMILIES, "costs", "many postures", "sweeps")
+"""Parts of the suite."""
 
 
 def run_suite(
-    out: Path, families: tuple[Family, ...] = FAMILIES, postures: int = 512, budget: float = 0.003, runs: int = 5, rows: int = 16384
-) -> Bench:
+    out: Path, families: Iterable[str] = tuple(FAMILIES), budget: float = 0.003, progress: Callable[[str], None] = lambda part: None
+) -> list[Sheet]:
     """Measure every case of every family and write the report into a folder.
 
     Args:
         out: folder.
         families: of cases.
-        postures: in the comparison of many postures.
-        budget: time to spend on each method's clock on each case [s].
-        runs: of each command.
-        rows: of the sweeps; sixteen times as many where two processes are compared with one.
+        budget: time to spend on each method's clock on each case [s]; a hundred times as much on each other clock.
+        progress: is called with the name of each part that is done.
+
+    Returns: the tables that are not of one family.
 
     Raises:
         OutputError: the folder cannot be written.
         SolveError: a command failed.
     """
-    start = time.perf_counter()
-    make_folder(out)
-    cases: list[CaseResult] = []
-    for family in families:
-        _say(family.name)
-        for case in family.cases():
-            methods = (*DIRECT, *MUJOCO[1::2]) if case.name in SIMULATED_CASES else DIRECT
-            cases.append(measure(case, methods, budget))
-    _say("costs")
-    costs = [*analysis_costs(100.0 * budget), *command_costs(runs)]
-    peers = []
-    for name in SCENES:
-        _say(f"many postures of {name}")
-        peers += compete(name, postures, 100.0 * budget)
-    _say("sweeps")
-    sweeps, processes = sweep_costs(rows, 100.0 * budget), process_costs(16 * rows)
-    _say("")
-    bench = Bench(cases, costs, peers, sweeps, processes, time.perf_counter() - start)
-    write_report(bench, out)
-    return bench
+    start, results, sheets = time.perf_counter(), [], []
+    for name in families:
+        for case in FAMILIES[name].cases():
+            results += measure(case, DIRECT | MUJOCO, budget)
+        progress(name)
+    for name, table in (("costs", package_costs), ("many postures", throughput), ("sweeps", sweep_costs)):
+        sheets.append(table(100.0 * budget))
+        progress(name)
+    write_folder(out, report_files(results, sheets, time.perf_counter() - start))
+    return [methods_sheet(results), *sheets]
 
 
 def bench_landing(robot: Robot, scene: Scene, out: Path | None = None, budget: float = 0.1) -> Sheet:
@@ -69,25 +58,14 @@ def bench_landing(robot: Robot, scene: Scene, out: Path | None = None, budget: f
     Args:
         robot: the robot.
         scene: the landing.
-        out: folder for the table (landing.csv, landing.md) and the chart; none is written without it.
+        out: folder for the table and the chart; none is written without it.
         budget: time to spend on each method's clock [s].
 
     Raises:
         OutputError: the folder cannot be written.
     """
-    case = Case("landing", robot.name, "", lambda: (robot, scene))
-    result: CaseResult = measure(case, (*DIRECT, *MUJOCO), budget)
-    sheet = landing_sheet(result)
+    results = measure(Case("landing", robot.name, "", lambda: (robot, scene)), DIRECT | MUJOCO, budget)
+    sheet = landing_sheet(results)
     if out is not None:
-        make_folder(out)
-        save_chart([result], out / "error-against-run-time.svg")
-        write_text(out / "landing.csv", as_csv(sheet))
-        write_text(out / "landing.md", as_markdown(sheet))
+        write_folder(out, {"landing.csv": as_csv(sheet), "landing.md": as_markdown(sheet), CHART: chart(results)})
     return sheet
-
-
-def _say(text: str) -> None:
-    """Progress, on a terminal only: one line that replaces the last."""
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r\x1b[K{text}")
-        sys.stderr.flush()

@@ -1,14 +1,13 @@
 """Many postures of one landing: the batched path against Pinocchio and MuJoCo in a Python loop."""
 
+import math
 from collections.abc import Callable
-from typing import NamedTuple
+from statistics import median
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.cases.chains import chain
-from shockpc.bench.cases.family import SLANTED, on
-from shockpc.bench.cases.robots import known_robot
+from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import Prepared
 from shockpc.bench.mujoco_peer import batch_in_mujoco
@@ -16,36 +15,21 @@ from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
 from shockpc.profile import shock_maps
 from shockpc.result import ShockMaps
-from shockpc.scene import Scene
+from shockpc.show.tables.sheets import Cell, Sheet
 
-__all__ = ["PEERS", "SCENES", "PeerResult", "compete", "many_system", "postures"]
+__all__ = ["PEERS", "many_system", "postures", "throughput"]
 
-SCENES = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0"}
+STRUCK = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0"}
 """Robots and the frame that strikes."""
 
-
-class PeerResult(NamedTuple):
-    """Run time of a peer.
-
-    Attributes:
-        robot: its name.
-        peer: its name, and what it computes.
-        difference: largest difference from the batched path, relative to the fastest body [1]; None if it cannot do the work.
-        seconds: median run time for one posture [s]; None if it cannot do the work.
-        message: why it cannot.
-    """
-
-    robot: str
-    peer: str
-    difference: float | None = None
-    seconds: float | None = None
-    message: str = ""
+MANY = 512
+"""Postures."""
 
 
 def many_system(name: str) -> System:
-    """The landing of a robot of `SCENES`, in one posture."""
+    """The landing of a robot of `STRUCK`, in one posture."""
     robot = chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
-    return system_of(robot, Scene(robot=name, contact=on(SCENES[name]), strike=SLANTED))
+    return system_of(*landing(robot, STRUCK[name]))
 
 
 def postures(system: System, n: int) -> Array:
@@ -69,8 +53,7 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
     """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
     model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
     frame = model.getFrameId(system.landing.scene.contact[0].frame)
-    out = np.empty((len(Q), model.nv))
-    before = np.zeros((len(Q), model.nv))
+    out, before = np.empty((len(Q), model.nv)), np.zeros((len(Q), model.nv))
     before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
 
     def run() -> Array:
@@ -81,45 +64,45 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
         return out
 
     def read(after: Array) -> Array:
-        jumps = np.empty((len(Q), len(system.landing.robot.bodies), 6))
-        for k, (q, v) in enumerate(zip(Q, after - before, strict=True)):
+        jumps = []
+        for q, v in zip(Q, after - before, strict=True):
             pin.forwardKinematics(model, data, q, v)
-            jumps[k] = [[*data.v[i].angular, *data.v[i].linear] for i in range(1, model.njoints)]
-        return jumps[..., None]
+            jumps.append(system.jumps(data.v))
+        return np.array(jumps)[..., None]
 
     return Prepared(run, read)
 
 
 PEERS: dict[str, Callable[[System, Array], Prepared]] = {
-    "shockpc, batched: 3 directions, all bodies": _batched,
     "Pinocchio in a Python loop: 1 direction, joint velocities": _bare_loop,
+    "shockpc, batched: 3 directions, all bodies": _batched,
     "MuJoCo in a Python loop: 3 directions, all bodies": batch_in_mujoco,
 }
-"""The package first: the results of the others are compared with its own."""
+"""Run times are compared with that of the first."""
 
 
-def compete(name: str, n: int, budget: float) -> list[PeerResult]:
-    """Compare results first, then measure run times.
-
-    Args:
-        name: of the robot in `SCENES`.
-        n: postures.
-        budget: time to spend on each clock [s].
-    """
-    system = many_system(name)
-    Q = postures(system, n)
-    batched = _batched(system, Q)
-    maps = batched.read(batched.run())
-    jump = maps @ system.landing.before.velocity
-    found: list[PeerResult] = []
-    for peer, prepare in PEERS.items():
-        try:
-            prepared = prepare(system, Q)
-        except UnsuitedError as reason:
-            found.append(PeerResult(name, peer, message=str(reason)))
-            continue
-        result = prepared.read(prepared.run())
-        own = maps if result.shape[-1] == 3 else jump[..., None]
-        difference = float((np.abs(result - own).max(axis=(1, 2, 3)) / np.abs(own).max(axis=(1, 2, 3))).max())
-        found.append(PeerResult(name, peer, difference, timed(prepared.run, budget)[1].median / n))
-    return found
+def throughput(budget: float) -> Sheet:
+    """Compare the results of all peers in many postures, and their run times. Args: budget for each clock [s]."""
+    rows: list[tuple[Cell, ...]] = []
+    for name in STRUCK:
+        system = many_system(name)
+        Q = postures(system, MANY)
+        batched = _batched(system, Q)
+        maps = batched.read(batched.run())
+        jump = (maps @ system.landing.before.velocity)[..., None]
+        base = math.nan
+        for peer, prepare in PEERS.items():
+            try:
+                prepared = prepare(system, Q)
+            except UnsuitedError as reason:
+                rows.append((name, peer, None, None, None, str(reason)))
+                continue
+            raw, times = timed(prepared.run, budget)
+            result = prepared.read(raw)
+            own = maps if result.shape[-1] == 3 else jump
+            difference = np.max(np.abs(result - own).max(axis=(1, 2, 3)) / np.abs(own).max(axis=(1, 2, 3)))
+            seconds = median(times) / MANY
+            base = seconds if prepare is _bare_loop else base
+            rows.append((name, peer, f"{1e6 * seconds:.1f}", f"{seconds / base:.2f}", f"{difference:.1e}", None))
+    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
+    return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))

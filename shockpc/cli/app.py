@@ -1,42 +1,20 @@
 """The command line's grammar: its commands, their options and their help."""
 
+import importlib
 import sys
-from collections.abc import Callable
 from typing import Annotated
 
 import typer
 
 from shockpc import __version__
-from shockpc.cli.analyze import analyze
-from shockpc.cli.batch import batch
-from shockpc.cli.bench import bench
-from shockpc.cli.check import BUDGETS_HELP, check
-from shockpc.cli.compare import compare
 from shockpc.cli.help import GroupedCommand
-from shockpc.cli.limits import limits
-from shockpc.cli.paper import paper
-from shockpc.cli.place import place
-from shockpc.cli.robots import robots
-from shockpc.cli.schema import schema
-from shockpc.cli.sensitivity import sensitivity
-from shockpc.cli.sweep import sweep
 
 __all__ = ["COMMANDS", "app_for"]
 
-COMMANDS: dict[str, Callable[..., None]] = {
-    "analyze": analyze,
-    "batch": batch,
-    "bench": bench,
-    "check": check,
-    "compare": compare,
-    "limits": limits,
-    "paper": paper,
-    "place": place,
-    "robots": robots,
-    "schema": schema,
-    "sensitivity": sensitivity,
-    "sweep": sweep,
-}
+COMMANDS = (
+    "analyze", "batch", "bench", "check", "compare", "limits", "paper", "place", "robots", "schema", "sensitivity", "sweep",
+)  # fmt: skip
+"""Each is a function of that name in the module of that name."""
 
 EXAMPLES = """\b
 Examples:
@@ -49,12 +27,9 @@ Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files, 3 
 130 interrupted by Ctrl-C, 143 terminated by SIGTERM.
 """
 
-EPILOGS = {"analyze": EXAMPLES, "check": BUDGETS_HELP}
-"""What stands under the help of a command."""
-
 
 def app_for(words: list[str]) -> typer.Typer:
-    """The command line for these words: if they name a command, it alone is set up, because each takes time."""
+    """The command line for these words: if they name a command, it alone is imported and set up, because each takes time."""
     app = typer.Typer(
         help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.",
         epilog=EXAMPLES,
@@ -64,9 +39,11 @@ def app_for(words: list[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
         callback=_before_the_command,
     )
-    typed = words[:1]
-    for name in typed if typed and typed[0] in COMMANDS else COMMANDS:
-        app.command(name, cls=GroupedCommand, epilog=EPILOGS.get(name) if typed == [name] else None)(COMMANDS[name])
+    named = words[:1] if words[:1] and words[0] in COMMANDS else []
+    for name in named or COMMANDS:
+        module = importlib.import_module(f"shockpc.cli.{name}")
+        epilog = EXAMPLES if name == "analyze" else getattr(module, "EPILOG", None)
+        app.command(name, cls=GroupedCommand, epilog=epilog if named else None)(getattr(module, name))
     return app
 
 

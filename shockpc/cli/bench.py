@@ -57,13 +57,11 @@ def bench(
 
 def _suite(out: Path) -> None:
     """The standing suite."""
-    from shockpc.bench.report import costs_sheet, methods_sheet, sweeps_sheet, throughput_sheet
-    from shockpc.bench.run import run_suite
+    from shockpc.bench.run import PARTS, run_suite
+    from shockpc.cli.progress import progress
     from shockpc.show.tables.text import as_text
 
-    found = run_suite(out)
-    many = (throughput_sheet(found.peers), sweeps_sheet(found.sweeps, found.processes))
-    for sheet in (methods_sheet(found.cases), costs_sheet(found.costs), *many):
+    for sheet in run_suite(out, progress=progress("parts measured", len(PARTS))):
         sys.stdout.write(as_text(sheet) + "\n")
     sys.stdout.write(f"the report: {out / 'report.md'}\n")
 

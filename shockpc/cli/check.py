@@ -12,7 +12,7 @@ from shockpc.cli.declare import option, takes_options
 from shockpc.cli.parse import path
 from shockpc.cli.streams import complain
 
-__all__ = ["BUDGETS_HELP", "CheckOptions", "Report", "check", "report"]
+__all__ = ["EPILOG", "CheckOptions", "Report", "check", "report"]
 
 FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
@@ -20,7 +20,7 @@ DOCUMENTS = ("json", "junit", "markdown")
 
 OUTPUT, BASELINE = "Output", "Baseline"
 
-BUDGETS_HELP = """\b
+EPILOG = """\b
 A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]] and [[tool.shockpc.budget]]:
   [[case]]
   name = "land-front"

@@ -1,5 +1,6 @@
 """The entry point of the `shockpc` command: prepares the process, runs the command line, ends with its exit code."""
 
+import gc
 import os
 import sys
 import warnings
@@ -16,6 +17,8 @@ def entry() -> None:
     listen()
     # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Imports make many objects and no garbage; to search them for it takes a twentieth of a short run.
+    gc.set_threshold(100_000)
     prepare_streams()
     # A result that is not finite is refused or reported where it arises; NumPy's lines about it help nobody.
     warnings.simplefilter("ignore")

@@ -105,7 +105,10 @@ class SceneOptions(RobotOptions):
     ] = None
     base: Annotated[
         Literal["free", "planar", "fixed"] | None,
-        option("How the base may move; by default free, or fixed where the robot file fixes it.", group=POSTURE),
+        option(
+            "How the base may move; by default free, or fixed where the file fixes it or its root link is called world.",
+            group=POSTURE,
+        ),
     ] = None
     assemble: Annotated[list[str], _text(POSTURE, "JOINT", "The only joints that may move to close loops, by name or glob.")] = (
         field(default_factory=list)

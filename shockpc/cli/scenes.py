@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -9,7 +10,7 @@ import typer
 
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.parse import Setting, vector
-from shockpc.errors import SceneError
+from shockpc.errors import SceneError, ShockError
 from shockpc.model.contact import Contact, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
@@ -105,7 +106,9 @@ def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
             return [(foot,) for foot in each_foot(robot)]
         known = feet(robot)
         listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
-        raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}')
+        first = _with_contacts(scene, options, known[:1] or robot.links[-1:])
+        asked = f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}'
+        raise SceneError(asked + _reach(first, robot))
     landings: list[tuple[str, ...]] = []
     for text in options.contact:
         parts = [(text,)] if text in robot.frames else [match_frames(robot, part) for part in _names(text)]
@@ -116,6 +119,16 @@ def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
     if options.together:
         landings = [tuple(frame for landing in landings for frame in landing)]
     return list(dict.fromkeys(tuple(dict.fromkeys(landing)) for landing in landings))
+
+
+def _reach(scene: Scene, robot: Robot) -> str:
+    """How far a contact's link reaches below the contact point, as the end of a message; empty if it does not."""
+    from shockpc.landing import resolve
+    from shockpc.results.plausibility import heights
+
+    with suppress(ShockError):
+        return "".join(f"; {one}" for one in heights(resolve(scene, robot)))
+    return ""
 
 
 def _names(text: str) -> list[str]:

@@ -34,22 +34,24 @@ def body_jumps(
         part = body_jumps(J, [own[body] for body in carried], inner, position[:, carried], delta_qd)
         return part[:, [index[body] for body in bodies]]
     # The posture comes last, so that every operation runs over contiguous numbers.
-    twists, rates, places = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in (J.swapaxes(1, 2), delta_qd, position))
+    twists, rates, places = (
+        part.copy() for part in (J.transpose(2, 1, 0), delta_qd.transpose(1, 2, 0), position.transpose(1, 2, 0))
+    )
     jumps = np.empty((len(parent), 6, *rates.shape[1:]))
-    for i, (columns, before) in enumerate(zip(own, parent, strict=True)):
-        first, *others = range(columns.start, columns.stop)
-        np.multiply(twists[first][:, None], rates[first], out=jumps[i])
-        for column in others:
-            jumps[i] += twists[column][:, None] * rates[column]
+    for jump, columns, before in zip(jumps, own, parent, strict=True):
+        if columns.stop - columns.start == 1:
+            np.multiply(twists[columns.start, :, None], rates[columns.start], out=jump)
+        else:
+            np.einsum("cin,ckn->ikn", twists[columns], rates[columns], out=jump)
         if before >= 0:
-            jumps[i] += jumps[before]
+            jump += jumps[before]
     x, y, z = (places[:, i, None] for i in range(3))
     a, b, c = (jumps[:, i] for i in range(3))
     # v_i = v_O + ω × p_i
     jumps[:, 3] += b * z - c * y
     jumps[:, 4] += c * x - a * z
     jumps[:, 5] += a * y - b * x
-    return np.moveaxis(jumps, -1, 0)
+    return jumps.transpose(3, 0, 1, 2)
 
 
 def _path(parent: Sequence[int], body: int) -> Iterator[int]:

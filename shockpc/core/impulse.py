@@ -7,11 +7,13 @@ Works on arrays alone; it neither loads robots nor chooses contacts. What closes
 a column left out (Eq. 7, with H and J_c reduced before they come here). All arrays have a leading posture axis.
 """
 
+import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.inertia import Inertia, diagonal_of, solve_inertia
 from shockpc.core.spatial import Array
 
 __all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "is_singular", "solve_impact", "weakest_columns"]
@@ -73,14 +75,14 @@ class RowChoice(NamedTuple):
         return RowChoice(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
 
 
-def solve_impact(H: Array, J_c: Array, b: Array, terms: Callable[[int], Array]) -> Impact:
+def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]) -> Impact:
     """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
     The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
     the inertia has lost the digits to tell, `choose_rows` finds the independent rows of that posture.
 
     Args:
-        H: (N, nv, nv) joint-space inertia, symmetric positive definite [kg, kg m, kg m²].
+        H: joint-space inertia, matrices (N, nv, nv) or what they consist of [kg, kg m, kg m²].
         J_c: (N, nc, nv) contact and closure rows.
         b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
         terms: posture → (nc, nv) sizes of the terms that the entries of J_c are sums of.
@@ -88,11 +90,11 @@ def solve_impact(H: Array, J_c: Array, b: Array, terms: Callable[[int], Array]) 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
     n, nc = J_c.shape[:2]
-    size = np.sqrt(np.abs(np.einsum("nii->ni", H)))
+    size = np.sqrt(np.abs(diagonal_of(H)))
     # One more right-hand side of random signs estimates the norm of the inverse (Kenney and Laub 1994).
-    signs = size * np.where(np.arange(H.shape[-1]) * 2654435761 % 7 < 4, 1.0, -1.0)
-    X = _solve(H, np.concatenate([np.swapaxes(J_c, -1, -2), signs[..., None]], axis=-1))
+    right = np.concatenate([np.swapaxes(J_c, -1, -2), (size * _signs(size.shape[1]))[..., None]], axis=-1)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        X = solve_inertia(H, right)
         stiffness = np.sqrt(np.sum((X[..., nc] * size) ** 2, axis=-1))
         X = X[..., :nc]
         A = J_c @ X
@@ -103,12 +105,14 @@ def solve_impact(H: Array, J_c: Array, b: Array, terms: Callable[[int], Array]) 
         # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
         natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
         well = (pivot > WELL) & (stiffness < LOST) & (mobility.min(axis=-1) > 1e-20 * natural)
-        scaled[~well] = np.eye(nc)
+        unclear = np.flatnonzero(~well).tolist()
+        if unclear:
+            scaled[unclear] = np.eye(nc)
         impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
         delta_qd = X @ impulse
         condition = stiffness / np.where(well, pivot, np.nan)
     choices = {}
-    for k in np.flatnonzero(~well).tolist():
+    for k in unclear:
         choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k])
         r = choice.rows
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
@@ -125,29 +129,25 @@ def _light(size: Array, delta_qd: Array) -> Array:
 
     Rounding is a share of all that moves, measured with its inertia: a heavy body's may be much for a light one.
     """
+    # The posture comes last, so that every operation runs over contiguous numbers.
+    d, jump = np.ascontiguousarray(size.T), np.abs(delta_qd.transpose(1, 2, 0), order="C")
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        moved = np.linalg.norm(size[:, :, None] * delta_qd, axis=1) / np.abs(delta_qd).max(axis=1)
-        return np.asarray(np.fmax(np.nanmax(moved, axis=1, initial=0.0) / size.min(axis=1), 1.0))
+        moved = np.sqrt(np.einsum("ikn,in->kn", jump**2, d**2)) / jump.max(axis=0)
+        return np.asarray(np.fmax(np.fmax.reduce(moved, axis=0) / d.min(axis=0), 1.0))
 
 
-def _solve(H: Array, B: Array) -> Array:
-    """H⁻¹ B (N, nv, k); NaN where H is singular."""
-    try:
-        return np.asarray(np.linalg.solve(H, B), dtype=float)
-    except np.linalg.LinAlgError:
-        if len(H) == 1:
-            return np.full_like(B, np.nan)
-        return np.concatenate([_solve(H[k : k + 1], B[k : k + 1]) for k in range(len(H))])
+@functools.cache
+def _signs(n: int) -> Array:
+    """Signs (n,) without a pattern."""
+    return np.where(np.arange(n) * 2654435761 % 7 < 4, 1.0, -1.0)
 
 
 def _least_pivot(A: Array) -> Array:
-    """The least pivot (N,) of symmetric matrices A (N, n, n) with unit diagonal, eliminated in their order."""
-    S = np.moveaxis(A, 0, -1).copy()
-    least = np.ones(len(A))
+    """The least pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order; NaN after one that is zero."""
+    S = A.transpose(1, 2, 0).copy()
     for k in range(len(S) - 1):
         S[k + 1 :, k + 1 :] -= S[k + 1 :, k, None] * (S[k, k + 1 :] / S[k, k])[None]
-        least = np.fmin(least, np.where(np.isnan(S[k + 1, k + 1]), -1.0, S[k + 1, k + 1]))
-    return least
+    return np.asarray(np.einsum("iin->in", S).min(axis=0))
 
 
 def _least_squares(A: Array, b: Array) -> tuple[Array, float]:

@@ -83,10 +83,10 @@ def nearest(values: Balls, size: ArrayLike) -> Array:
     return np.array(out).reshape(array.shape)
 
 
-def cross_matrix(r: "list[arb]") -> "list[list[arb]]":
-    """The rows of [r]× with [r]× u = r × u."""
-    x, y, z = r
-    return [[arb(0), -z, y], [z, arb(0), -x], [-y, x, arb(0)]]
+def cross_matrix(r: arb_mat) -> arb_mat:
+    """The matrix [r]× with [r]× u = r × u. Args: r (3, 1)."""
+    x, y, z = r.entries()
+    return arb_mat(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
 
 
 def unit_vector(values: Array) -> "list[arb]":
@@ -106,7 +106,6 @@ def rotation_matrix(quaternion: Array | Balls) -> arb_mat:
 
 def blocks(A: arb_mat, B: arb_mat | None, C: arb_mat | None, D: arb_mat) -> arb_mat:
     """The matrix [[A, B], [C, D]] of 3 × 3 blocks; None is zero."""
-    zero = [[arb(0)] * 3] * 3
-    upper = zip(A.table(), zero if B is None else B.table(), strict=True)
-    lower = zip(zero if C is None else C.table(), D.table(), strict=True)
-    return arb_mat([left + right for left, right in (*upper, *lower)])
+    a, b, c, d = ([0] * 9 if part is None else part.entries() for part in (A, B, C, D))
+    rows = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:], *c[:3], *d[:3], *c[3:6], *d[3:6], *c[6:], *d[6:]]
+    return arb_mat(6, 6, rows)

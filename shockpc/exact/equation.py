@@ -216,8 +216,5 @@ def place_of(mechanism: Mechanism, body: int) -> tuple[arb_mat, arb_mat]:
     """Rotation (3, 3) to the world and position (3, 1) of a body's frame."""
     node = mechanism.tree.carrier[body]
     rotation, position = mechanism.poses[node].rotation, mechanism.poses[node].position
-    frame = mechanism.tree.frame_place[body]
-    if frame is None:
-        return rotation, position
-    a, b, c, _ = frame.table()
-    return rotation * arb_mat([a[:3], b[:3], c[:3]]), rotation * arb_mat([a[3:], b[3:], c[3:]]) + position
+    place = mechanism.tree.frame_place[body]
+    return (rotation, position) if place is None else (rotation * place[0], rotation * place[1] + position)

@@ -1,7 +1,7 @@
 """Kinematics of a robot in ball arithmetic: the transforms between its joints and the places of its bodies.
 
-Every joint is split into elementary ones (a composite joint has several, with massless bodies between them), and the transform
-through an elementary joint is affine in the sine and cosine of its angle, or in its displacement. Twists are (ω, v) and wrenches
+Every joint is split into elementary ones (a composite joint has several, with massless bodies between them). The rotation through
+an elementary joint is affine in the sine and cosine of its angle, and its place in its displacement. Twists are (ω, v) and wrenches
 (moment, force), both written at the origin and in the axes of the joint's own frame (Featherstone 2008, Chapter 2).
 """
 
@@ -51,9 +51,10 @@ class Node(NamedTuple):
         parent: index of the node before; −1 for the world.
         body: index of the body that it carries; −1 inside a composite joint.
         joint: its record.
-        transform: the parts (6, 6) that add up to the transform of twists from the parent's frame into its own, with the factors
-            of `factors`; for a joint that has a rotation of its own, the transform at rest.
-        place: the same for homogeneous placements (4, 4) of its frame in the parent's.
+        rotation: (3, 3) of its frame at rest in the parent's.
+        offset: (3, 1) its origin there [m].
+        parts: what its coordinate does to them: the rotation becomes parts[0] + parts[1] cos q + parts[2] sin q, or the origin
+            moves by parts[0] q; empty for a joint of several coordinates.
         S: (6, n) twists of its unit velocities in its own frame.
         inertia: (6, 6) spatial inertia of its body in its own frame.
     """
@@ -61,8 +62,9 @@ class Node(NamedTuple):
     parent: int
     body: int
     joint: Joint
-    transform: tuple[arb_mat, ...]
-    place: tuple[arb_mat, ...]
+    rotation: arb_mat
+    offset: arb_mat
+    parts: tuple[arb_mat, ...]
     S: arb_mat
     inertia: arb_mat
 
@@ -74,13 +76,13 @@ class Tree(NamedTuple):
         nodes: the elementary joints, each after its parent.
         carrier: index of the node that carries each body.
         frame: transform (6, 6) of twists from that node's frame into the body's; None where they are the same.
-        frame_place: placement (4, 4) of the body's frame in the node's; None where they are the same.
+        frame_place: rotation (3, 3) and origin (3, 1) of the body's frame in the node's; None where they are the same.
     """
 
     nodes: tuple[Node, ...]
     carrier: tuple[int, ...]
     frame: tuple[arb_mat | None, ...]
-    frame_place: tuple[arb_mat | None, ...]
+    frame_place: tuple[tuple[arb_mat, arb_mat] | None, ...]
 
 
 class Pose(NamedTuple):
@@ -146,59 +148,47 @@ def tree_of(robot: Robot, data: Data) -> Tree:
             nodes.append(_node(parent, i if last else -1, part, data, len(nodes), inertia))
             parent = len(nodes) - 1
         carrier.append(parent)
-    frames, places = [], []
+    places: list[tuple[arb_mat, arb_mat] | None] = []
     for quaternion, offset in zip(data.body_rotation, data.body_offset, strict=True):
         same = not quaternion[:3].any() and not offset.any()
-        R, p = rotation_matrix(quaternion), [arb(x) for x in offset.tolist()]
-        frames.append(None if same else _transform(R, p))
-        places.append(None if same else _homogeneous(R, p, 1))
-    return Tree(tuple(nodes), tuple(carrier), tuple(frames), tuple(places))
+        places.append(None if same else (_rotation(quaternion), arb_mat(3, 1, offset.tolist())))
+    frames = tuple(None if place is None else _transform(*place) for place in places)
+    return Tree(tuple(nodes), tuple(carrier), frames, tuple(places))
 
 
 def _node(parent: int, body: int, joint: Joint, data: Data, k: int, inertia: arb_mat) -> Node:
     """One elementary joint."""
-    R, p = rotation_matrix(data.rotation[k]), [arb(x) for x in data.offset[k].tolist()]
-    rest, place = _transform(R, p), _homogeneous(R, p, 1)
+    R, p = _rotation(data.rotation[k]), arb_mat(3, 1, data.offset[k].tolist())
     zero = [arb(0)] * 3
     if joint.axis is None:
         planar = joint.kind == "planar"
         spins, slides = (EYE.table()[2:], EYE.table()[:2]) if planar else (EYE.table(), EYE.table())
         columns = [[*zero, *slide] for slide in slides] if joint.kind in ("free", "planar") else []
         columns += [[*spin, *zero] for spin in spins]
-        return Node(parent, body, joint, (rest,), (place,), arb_mat(columns).transpose(), inertia)
-    a = unit_vector(data.axis[k])
+        return Node(parent, body, joint, R, p, (), arb_mat(columns).transpose(), inertia)
+    axis = unit_vector(data.axis[k])
+    a = arb_mat(3, 1, axis)
     if joint.kind == "prismatic":
-        slide = blocks(arb_mat(3, 3), None, arb_mat(cross_matrix([-x for x in a])), arb_mat(3, 3)) * rest
-        shift = place * _homogeneous(arb_mat(3, 3), a, 0)
-        return Node(parent, body, joint, (rest, slide), (place, shift), arb_mat([zero + a]).transpose(), inertia)
-    # Rodrigues' formula R = a aᵀ + cos (1 − a aᵀ) + sin [a]×; twists are turned by Rᵀ.
-    along, K = arb_mat([[x * y for y in a] for x in a]), arb_mat(cross_matrix(a))
-    turns = (along, EYE - along, K)
-    return Node(
-        parent,
-        body,
-        joint,
-        tuple(blocks(T.transpose(), None, None, T.transpose()) * rest for T in turns),
-        tuple(place * _homogeneous(T, zero, int(T is along)) for T in turns),
-        arb_mat([a + zero]).transpose(),
-        inertia,
-    )
+        return Node(parent, body, joint, R, p, (R * a,), arb_mat(6, 1, [*zero, *axis]), inertia)
+    # Rodrigues' formula R = a aᵀ + cos (1 − a aᵀ) + sin [a]×.
+    along = R * a * a.transpose()
+    return Node(parent, body, joint, R, p, (along, R - along, R * cross_matrix(a)), arb_mat(6, 1, [*axis, *zero]), inertia)
 
 
-def _transform(R: arb_mat, p: list[arb]) -> arb_mat:
+def _rotation(quaternion: Array) -> arb_mat:
+    """The rotation (3, 3) of a quaternion."""
+    return rotation_matrix(quaternion) if quaternion[:3].any() else EYE
+
+
+def _transform(R: arb_mat, p: arb_mat) -> arb_mat:
     """Transform (6, 6) of twists into a frame placed at (R, p): (Rᵀ ω, Rᵀ (v + ω × p))."""
     Rt = R.transpose()
-    return blocks(Rt, None, Rt * arb_mat(cross_matrix([-x for x in p])), Rt)
-
-
-def _homogeneous(R: arb_mat, p: list[arb], one: int) -> arb_mat:
-    """The matrix [[R, p], [0, one]]."""
-    return arb_mat([[*row, x] for row, x in zip(R.table(), p, strict=True)] + [[0, 0, 0, one]])
+    return blocks(Rt, None, Rt * cross_matrix(-p), Rt)
 
 
 def _spatial_inertia(mass: float, lever: Array, inertia: Array) -> arb_mat:
     """Spatial inertia (6, 6) at the frame's origin of a mass with its inertia about its centre (Featherstone 2008, Eq. 2.63)."""
-    m, C = arb(mass), arb_mat(cross_matrix([arb(x) for x in lever.tolist()]))
+    m, C = arb(mass), cross_matrix(arb_mat(3, 1, lever.tolist()))
     mC = C * m
     return blocks(matrix(inertia) + mC * C.transpose(), mC, mC.transpose(), EYE * m)
 
@@ -212,19 +202,18 @@ def poses(tree: Tree, q: Array | Balls, free_base: bool) -> list[Pose]:
         free_base: whether the first joint is a floating base, from whose place positions are counted.
     """
     found: list[Pose] = []
-    homogeneous: list[arb_mat] = []
     for k, node in enumerate(tree.nodes):
-        X, T = _through(node, q, free_base and k == 0)
+        R, p = _through(node, q, free_base and k == 0)
+        X = _transform(R, p)
         if node.parent >= 0:
-            T = homogeneous[node.parent] * T
-        homogeneous.append(T)
-        a, b, c, _ = T.table()
-        found.append(Pose(X, arb_mat([a[:3], b[:3], c[:3]]), arb_mat([a[3:], b[3:], c[3:]])))
+            before = found[node.parent]
+            R, p = before.rotation * R, before.position + before.rotation * p
+        found.append(Pose(X, R, p))
     return found
 
 
 def _through(node: Node, q: Array | Balls, base: bool) -> tuple[arb_mat, arb_mat]:
-    """Transform of twists and placement through a joint."""
+    """Rotation (3, 3) and origin (3, 1) of a node's frame in its parent's."""
     kind, at = node.joint.kind, q[node.joint.q]
     if kind == "revolute" or kind == "continuous":
         if kind == "revolute":
@@ -233,14 +222,13 @@ def _through(node: Node, q: Array | Balls, base: bool) -> tuple[arb_mat, arb_mat
             c, s = arb(at[0]), arb(at[1])
             length = (c * c + s * s).sqrt()
             sine, cosine = s / length, c / length
-        (X0, X1, X2), (T0, T1, T2) = node.transform, node.place
-        return X0 + X1 * cosine + X2 * sine, T0 + T1 * cosine + T2 * sine
+        rest, even, odd = node.parts
+        return rest + even * cosine + odd * sine, node.offset
     if kind == "prismatic":
-        d = arb(at[0])
-        return node.transform[0] + node.transform[1] * d, node.place[0] + node.place[1] * d
-    p = [arb(0)] * 3
+        return node.rotation, node.offset + node.parts[0] * arb(at[0])
+    p = arb_mat(3, 1)
     if kind == "planar":
-        p = [arb(at[0]), arb(at[1]), arb(0)]
+        p = arb_mat(3, 1, [arb(at[0]), arb(at[1]), 0])
         c, s = arb(at[2]), arb(at[3])
         length = (c * c + s * s).sqrt()
         c, s = c / length, s / length
@@ -248,5 +236,5 @@ def _through(node: Node, q: Array | Balls, base: bool) -> tuple[arb_mat, arb_mat
     else:
         R = rotation_matrix(at[-4:])
         if kind == "free" and not base:
-            p = [arb(x) for x in at[:3].tolist()]
-    return _transform(R, p) * node.transform[0], node.place[0] * _homogeneous(R, p, 1)
+            p = arb_mat(3, 1, [arb(x) for x in at[:3].tolist()])
+    return node.rotation * R, node.offset + node.rotation * p

@@ -2,7 +2,6 @@
 
 import random
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,8 +20,8 @@ __all__ = ["Sensitivity", "sensitivity"]
 CHANGES = 2
 """Random changes of the data from which the sensitivity to them is estimated."""
 
-STEPS = np.array([-2.0, -1.0, 1.0, 2.0])
-"""Changes of a datum in units in the last place."""
+STEPS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+"""Changes of a datum in units in the last place; a decimal file's last digit is as large as a few of them."""
 
 KINDS = (
     "masses and inertias",
@@ -90,25 +89,25 @@ def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs,
         inertia = _last_digit(draw, data.inertia)
         inertia = np.triu(inertia) + np.swapaxes(np.triu(inertia, 1), 1, 2)
         data = data._replace(mass=_last_digit(draw, data.mass), lever=_last_digit(draw, data.lever), inertia=inertia)
-        inputs = replace(inputs, armature=_last_digit(draw, inputs.armature))
+        inputs = inputs._replace(armature=_last_digit(draw, inputs.armature))
     if "placements and axes of the joints" in kinds:
         fields = ("rotation", "offset", "axis", "body_rotation", "body_offset")
         data = data._replace(**{name: _last_digit(draw, getattr(data, name)) for name in fields})
     if "joint values of the posture" in kinds:
-        inputs = replace(inputs, q=_last_digit(draw, np.asarray(inputs.q, dtype=float)))
+        inputs = inputs._replace(q=_last_digit(draw, np.asarray(inputs.q, dtype=float)))
     if "contact points and motion before the impact" in kinds:
         blocks = tuple(
             block._replace(point=_last_digit(draw, block.point), forces=_last_digit(draw, block.forces)) for block in inputs.blocks
         )
-        inputs = replace(inputs, blocks=blocks, before=Motion(*(_last_digit(draw, part) for part in inputs.before)))
+        inputs = inputs._replace(blocks=blocks, before=Motion(*(_last_digit(draw, part) for part in inputs.before)))
     return inputs, tree_of(inputs.robot, data)
 
 
 def _last_digit(draw: random.Random, values: Array) -> Array:
-    """Doubles changed by one or two units in the last place, up or down at random; zeros stay.
+    """Doubles changed by one to four units in the last place, up or down at random; zeros stay.
 
     Two numbers that would change by the same amount keep their difference, so there are more amounts than one.
     """
     # The standard library's generator: numpy's takes longer to import than all changes.
-    steps = STEPS[np.frombuffer(draw.randbytes(values.size), np.uint8) & 3].reshape(values.shape)
+    steps = STEPS[np.frombuffer(draw.randbytes(values.size), np.uint8) & 7].reshape(values.shape)
     return np.asarray(np.where(values == 0.0, values, values + steps * np.spacing(values)))

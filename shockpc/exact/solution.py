@@ -1,8 +1,8 @@
 """The impact of one landing in ball arithmetic: rows, impulses along them and the jump of every body."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat, ctx
@@ -20,8 +20,7 @@ from shockpc.robot.robot import Robot
 __all__ = ["ExactImpact", "Inputs", "beside", "cross_columns", "free_mechanism", "stacked", "work"]
 
 
-@dataclass(frozen=True, eq=False)
-class Inputs:
+class Inputs(NamedTuple):
     """All that an impact depends on besides the robot's own numbers; doubles, taken as exact.
 
     Attributes:

@@ -134,7 +134,7 @@ def closure_gap(state: Dynamics, loop: Loop) -> Array:
 
 def _orientation(state: Dynamics, body: int, rotation: Array) -> Array:
     """Orientation (N, 3, 3) of a frame on a body, or on the world."""
-    n = len(state.H)
+    n = len(state.J)
     return np.broadcast_to(rotation, (n, 3, 3)) if body < 0 else state.rotation[:, body] @ rotation
 
 

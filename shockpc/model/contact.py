@@ -25,8 +25,8 @@ class Contact:
     Attributes:
         frame: link or frame that strikes.
         offset: contact point from that frame's origin, in the frame's axes [m].
-        at: "frame" takes that point; "lowest" takes the lowest point of the link's own collision geometry in this posture
-            (the middle of all that are equally low), and adds the offset to it.
+        at: "frame" takes that point; "lowest" takes the lowest point of the link's own collision geometry, or of the geom, in
+            this posture (the middle of all that are equally low), and adds the offset to it.
         directions: world axes or vectors along which the contact stops the point; the others slide.
         kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
             twisting if it sticks.
@@ -188,12 +188,13 @@ def _across(up: Array) -> tuple[Array, Array]:
     return first, np.cross(up, first)
 
 
-def _shapes(robot: Robot, link: str) -> tuple[Shape, ...]:
-    """The collision shapes of a link itself."""
-    found = tuple(shape for shapes in outline(robot, "collision").shapes for shape in shapes if shape.link == link)
+def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
+    """The collision shapes of a link itself, or the shape of a geom."""
+    frame = robot.frame(name)
+    found = tuple(shape for shapes in outline(robot, "collision").shapes for shape in shapes if shape.belongs_to(frame))
     if not found:
         raise SceneError(
-            f'link "{link}" has no collision geometry that could be read, so it has no lowest point; '
+            f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point; '
             "give the contact point by its offset, or name a link that has collision geometry"
         )
     return found

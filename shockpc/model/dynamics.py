@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.inertia import Inertia, Momenta, matrix_of
 from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
 
@@ -20,12 +21,15 @@ __all__ = ["PINOCCHIO", "Dynamics", "Workspace", "dynamics"]
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
 
+MANY = 150_000
+"""Postures times squared joint velocities from which the momenta take less time than H."""
+
 
 class Dynamics(NamedTuple):
     """A robot in N postures.
 
     Attributes:
-        H: (N, nv, nv) joint-space inertia of the bodies, and of the joints' armature if it was given [kg, kg m, kg m²].
+        inertia: of the bodies, and of the joints' armature if it was given; as momenta where that takes less time.
         J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the bodies behind it.
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) origins of the body frames, from the base [m].
@@ -33,12 +37,17 @@ class Dynamics(NamedTuple):
         moves: (nb, nv) which joint velocities move which bodies.
     """
 
-    H: Array
+    inertia: Inertia
     J: Array
     rotation: Array
     position: Array
     origin: Array
     moves: np.ndarray
+
+    @property
+    def H(self) -> Array:
+        """(N, nv, nv) joint-space inertia [kg, kg m, kg m²]."""
+        return matrix_of(self.inertia)
 
 
 class Workspace(NamedTuple):
@@ -48,6 +57,8 @@ class Workspace(NamedTuple):
         model: the model; its armature is that of the last call.
         data: the data.
         J: (nv, 6) view of the Jacobian's columns, valid for as long as the data are.
+        F: (nv, 6) view of the momenta of unit joint velocities, angular about the centre of mass.
+        com: (3,) view of the centre of mass.
         placements: (njoints, 12) view of the joints' placements.
         symmetric: whether crba fills both triangles, which depends on the version.
     """
@@ -55,6 +66,8 @@ class Workspace(NamedTuple):
     model: pin.Model
     data: pin.Data
     J: Array
+    F: Array
+    com: Array
     placements: Array
     symmetric: bool
 
@@ -67,31 +80,53 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
         Q: (N, nq) configurations in Pinocchio's layout.
         armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
     """
-    model, data, J_view, placements, symmetric = _workspace(robot, threading.get_ident())
+    model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
     model.armature = np.zeros(model.nv) if armature is None else armature
     n, nv = len(Q), model.nv
-    H, J, placed = np.empty((n, nv, nv)), np.empty((n, nv, 6)), np.empty((n, *placements.shape))
+    J, placed = np.empty((n, nv, 6)), np.empty((n, *placements.shape))
     Q, origin = np.array(Q, dtype=float), np.zeros((n, 3))
     if robot.free_base:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
-    world, crba = pin.Convention.WORLD, pin.crba
-    for k, q in enumerate(Q):
-        H[k] = crba(model, data, q, world)
-        J[k] = J_view
-        placed[k] = placements
-    if not symmetric:
-        row, column = np.tril_indices(nv, -1)
-        H[:, row, column] = H[:, column, row]
+    inertia: Inertia
+    if n * nv**2 < MANY:
+        inertia, world, crba = np.empty((n, nv, nv)), pin.Convention.WORLD, pin.crba
+        for k, q in enumerate(Q):
+            inertia[k] = crba(model, data, q, world)
+            J[k] = J_view
+            placed[k] = placements
+        if not symmetric:
+            row, column = np.tril_indices(nv, -1)
+            inertia[:, row, column] = inertia[:, column, row]
+    else:
+        F, com = np.empty((n, nv, 6)), np.empty((n, 3))
+        for k, q in enumerate(Q):
+            pin.computeCentroidalMap(model, data, q)
+            J[k], F[k], com[k] = J_view, F_view, com_view
+            placed[k] = placements
     # Pinocchio writes the linear part first.
     J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
+    if n * nv**2 >= MANY:
+        inertia = Momenta(J, _about_the_origin(F, com), model.armature, tuple(data.parents_fromRow))
     rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:
         turned, offset = robot.body_frames
         position = position + (rotation @ offset[..., None])[..., 0]
         rotation = rotation @ turned
-    return Dynamics(H, J, rotation, position, origin, robot.moves)
+    return Dynamics(inertia, J, rotation, position, origin, robot.moves)
+
+
+def _about_the_origin(F: Array, com: Array) -> Array:
+    """Momenta (N, 6, nv), angular part first and about the origin. Args: F (N, nv, 6) as Pinocchio has them; com (N, 3)."""
+    # The posture comes last, so that every operation runs over contiguous numbers.
+    F, (x, y, z) = F.transpose(1, 2, 0), com.T.copy()
+    out = np.concatenate([F[:, 3:], F[:, :3]], axis=1, out=np.empty(F.shape))
+    a, b, c = (out[:, i] for i in (3, 4, 5))
+    out[:, 0] += y * c - z * b
+    out[:, 1] += z * a - x * c
+    out[:, 2] += x * b - y * a
+    return out.transpose(2, 1, 0)
 
 
 @functools.lru_cache(maxsize=16)
@@ -110,4 +145,4 @@ def _workspace(robot: Robot, thread: int) -> Workspace:
     if data.oMi[0].translation.ctypes.data - first.ctypes.data != 72 or first.strides != (8, 24):
         raise ImportError(f"Pinocchio {PINOCCHIO} stores placements in another way than versions 4.0 and 4.1; install one of those")
     flat = np.lib.stride_tricks.as_strided(first.T, (model.njoints, 12), (step, 8), writeable=False)
-    return Workspace(model, data, data.J.T.reshape(model.nv, 6), flat, np.array_equal(H, H.T))
+    return Workspace(model, data, data.J.T, data.Ag.T, data.com[0], flat, np.array_equal(H, H.T))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.impulse import TOLERANCE
+from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.rows import Block, row_jacobian, row_terms
@@ -16,7 +17,7 @@ class Equation(NamedTuple):
     """The impulsive equation of motion in N postures, in the free velocities ẏ.
 
     Attributes:
-        H: (N, ny, ny) GᵀHG, armature included.
+        inertia: GᵀHG, armature included.
         J_c: (N, nc, ny) J_c G, closure rows included.
         b: (N, nc, k) speeds to be undone along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
         G: (N, nv, ny), or None where all velocities are free.
@@ -24,12 +25,17 @@ class Equation(NamedTuple):
         blocks: the rows.
     """
 
-    H: Array
+    inertia: Inertia
     J_c: Array
     b: Array
     G: Array | None
     state: Dynamics
     blocks: tuple[Block, ...]
+
+    @property
+    def H(self) -> Array:
+        """(N, ny, ny) GᵀHG [kg, kg m, kg m²]."""
+        return matrix_of(self.inertia)
 
     def terms(self, k: int) -> Array:
         """Sizes (nc, ny) of the terms that the entries of J_c are sums of, in one posture."""
@@ -41,7 +47,7 @@ class Equation(NamedTuple):
 
         Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity: little cancels.
         """
-        weight = 1.0 / np.sqrt(np.maximum(np.einsum("nii->ni", self.H), 1e-300))[:, None]
+        weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
         terms = row_terms(self.state, self.blocks)
         terms = terms if self.G is None else terms @ np.abs(self.G)
         length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, terms))
@@ -62,7 +68,7 @@ def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], b: Array, G: 
         b: (N, nc, k) speeds to be undone along each row.
         G: (N, nv, ny) columns of the free velocities, or None.
     """
-    H, J_c = state.H, row_jacobian(state, blocks)
+    J_c = row_jacobian(state, blocks)
     if G is None:
-        return Equation(H, J_c, b, None, state, blocks)
-    return Equation(np.swapaxes(G, -1, -2) @ H @ G, J_c @ G, b, G, state, blocks)
+        return Equation(state.inertia, J_c, b, None, state, blocks)
+    return Equation(np.swapaxes(G, -1, -2) @ state.H @ G, J_c @ G, b, G, state, blocks)

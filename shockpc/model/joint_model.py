@@ -74,12 +74,11 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
 
     Raises:
         UnknownName: a pattern fits no joint.
-        SceneError: an inertia that is not above zero, a drive on the floating base, "geared" without any reflected inertia, or a
+        SceneError: an inertia that is not above zero, a drive on a floating joint, "geared" without any reflected inertia, or a
             joint locked apart from the one that it follows.
     """
     armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(robot.model.nv)
-    if robot.free_base:
-        armature[:6] = 0.0
+    armature[~robot.driven] = 0.0
     locked = np.zeros(robot.model.nv, dtype=bool)
     given = dict(joints.armature)
     for pattern, rotor in joints.rotor.items():
@@ -106,30 +105,29 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     for pattern in joints.locked:
         for columns in _velocities(robot, pattern):
             locked[columns] = True
-    own = np.ones(robot.model.nv, dtype=bool)
-    if robot.free_base:
-        own[:6] = False
     if joints.model == "locked":
-        locked |= own
+        locked |= robot.driven
     for pattern in given:
         if all(locked[columns].all() for columns in _velocities(robot, pattern)):
             raise SceneError(
                 f'"{pattern}" is locked, so a reflected inertia changes nothing there; leave out the lock, or the armature or rotor'
             )
     _refuse_split_followers(robot, locked)
-    if joints.model == "geared" and not armature[own & ~locked].any():
+    if joints.model == "geared" and not armature[robot.driven & ~locked].any():
         raise SceneError(
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
-    return JointModel(armature, locked, _named(armature[own], locked[own]))
+    return JointModel(armature, locked, _named(armature[robot.driven], locked[robot.driven]))
 
 
 def _velocities(robot: Robot, pattern: str) -> list[slice]:
     """The velocity columns of the joints that a pattern means."""
-    if robot.free_base and pattern == robot.joints[0].name:
-        raise SceneError(f'"{pattern}" is the floating base of robot "{robot.name}", which has no drive; name a joint')
-    return [robot.joint(name).v for name in robot.match_joints(pattern)]
+    names = (pattern,) if pattern == robot.joints[0].name else robot.match_joints(pattern)
+    driven = [robot.joint(name).v for name in names if robot.joint(name).kind != "free"]
+    if not driven:
+        raise SceneError(f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one')
+    return driven
 
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:

@@ -28,5 +28,5 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     """Twist (N, 6) of a body before the impact: ω, and v of its point at the base's origin, world axes [rad/s, m/s]."""
     whole = np.concatenate([before.omega, before.velocity])
     if not before.joint_rates.any():
-        return np.broadcast_to(whole, (len(state.H), 6))
+        return np.broadcast_to(whole, (len(state.J), 6))
     return np.asarray(whole + state.J @ np.where(state.moves[body], before.joint_rates, 0.0))

@@ -135,10 +135,7 @@ def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float)
 
 def _value(robot: Robot, name: str, q: Array) -> float:
     """The value of a joint of one degree of freedom, 0 for a fixed one [rad, m]."""
-    if name not in robot.joint_names:
-        return 0.0
-    joint = robot.joint(name)
-    return math.atan2(*q[joint.q][::-1]) if joint.kind == "continuous" else float(q[joint.q.start])
+    return robot.joint(name).value(q) if name in robot.joint_names else 0.0
 
 
 def _set(joint: Joint, value: float, q: Array) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
 
-__all__ = ["Block", "block_axes", "block_point", "row_jacobian", "row_terms", "slices_of"]
+__all__ = ["Block", "block_axes", "block_point", "block_wrenches", "row_jacobian", "row_terms", "slices_of"]
 
 NO_AXES = np.zeros((0, 3))
 
@@ -69,13 +69,23 @@ def block_axes(state: Dynamics, block: Block) -> Array:
     """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
     axes = np.concatenate([block.forces, block.moments])
     if block.axes_body < 0:
-        return np.broadcast_to(axes, (len(state.H), *axes.shape))
+        return np.broadcast_to(axes, (len(state.J), *axes.shape))
     return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
 
 
+def block_wrenches(state: Dynamics, block: Block) -> Array:
+    """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin [m], and force; world axes."""
+    n, axes = len(block.forces), block_axes(state, block)
+    out = np.zeros((*axes.shape[:2], 6))
+    out[:, :n, 3:], out[:, n:, :3] = axes[:, :n], axes[:, n:]
+    (x, y, z), (a, b, c) = block_point(state, block).T[..., None], axes[:, :n].transpose(2, 0, 1)
+    out[:, :n, 0], out[:, :n, 1], out[:, :n, 2] = y * c - z * b, z * a - x * c, x * b - y * a
+    return out
+
+
 def row_jacobian(state: Dynamics, blocks: Sequence[Block]) -> Array:
-    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4)."""
-    return np.concatenate([_rows(state, block) for block in blocks], axis=1)
+    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the power of its wrench."""
+    return np.concatenate([block_wrenches(state, block) @ state.J * _moved(state, block) for block in blocks], axis=1)
 
 
 def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
@@ -95,20 +105,6 @@ def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
         of_forces, of_moments = (r * angular + linear) * moved, angular * moved
         terms += [of_forces] * len(block.forces) + [of_moments] * len(block.moments)
     return np.stack(terms, axis=1)
-
-
-def _rows(state: Dynamics, block: Block) -> Array:
-    """The power of the wrenches of one block: (r × a, a) for a force and (a, 0) for a moment."""
-    n = len(block.forces)
-    axes, r, J = block_axes(state, block), block_point(state, block)[:, None, :], state.J
-    forces = axes[:, :n]
-    x, y, z = r[..., 0], r[..., 1], r[..., 2]
-    a, b, c = forces[..., 0], forces[..., 1], forces[..., 2]
-    moments = np.stack([y * c - z * b, z * a - x * c, x * b - y * a], axis=-1)
-    speeds = moments @ J[:, :3] + forces @ J[:, 3:]
-    if len(block.moments):
-        speeds = np.concatenate([speeds, axes[:, n:] @ J[:, :3]], axis=1)
-    return np.asarray(speeds * _moved(state, block))
 
 
 def _moved(state: Dynamics, block: Block) -> Array:

@@ -7,17 +7,30 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.beam import centre_of_percussion, radius_of_percussion
-from shockpc.paper.claim import ROUNDING, Claim
+from shockpc.paper.claim import ROUNDING, Panel, PaperFigure
 from shockpc.paper.landings import along, changed, land, scene
 from shockpc.result import ShockProfile
 
-__all__ = ["BEAM_CLAIMS", "beam", "eq_3_radius"]
+__all__ = ["BEAM", "beam", "eq_3_radius"]
+
+BEAM = PaperFigure(
+    1,
+    "a slender beam on a slider",
+    "The pivot O is the left end. The text does not give the impact point of B; Eq. 3 allows the tip or a third of the length.",
+    (
+        Panel("A", "fig1_a", "at the centre of mass"),
+        Panel("B", "fig1_b", "elsewhere: the tip"),
+        Panel("C", "fig1_c", "at 2/3, the CoPc of O"),
+        Panel("D", "fig1_d", "at the pivot O"),
+    ),
+)
+SLIDER = "free beam; the contact stops its point across the beam and slides along it, like a massless slider"
+zero = functools.partial(BEAM.claim, below=ROUNDING, interpretation=SLIDER)
 
 R_G = 1.0 / math.sqrt(12.0)
 """Radius of gyration of the beam, which is 1 m long [m]."""
 
 TIP = np.array([1.0, 0.0, 0.0])
-SLIDER = "free beam; the contact stops its point across the beam and slides along it, like a massless slider"
 STICKING = ("x", "y", "z")
 
 
@@ -55,120 +68,96 @@ def _percussion() -> float:
     return float(land("fig1_d").copc[0, 0])
 
 
+@zero("range of the shock over the beam [1]")
+def _a() -> float:
+    """Figure 1, beam A: an impact at the centre of mass causes a purely translational shock."""
+    return float(np.ptp(_shock("a", *np.linspace(0.0, 1.0, 41))))
+
+
+@zero("shock at O [1]")
+def _c() -> float:
+    """Figure 1, beam C: an impact at the CoPc of O causes no shock at the slider."""
+    return float(_shock("c", 0.0)[0])
+
+
+ELSEWHERE = "impact at the tip; the text gives no place, and a third of the length has the same RoPc"
+
+
+@BEAM.claim("shock at O [1]", above=ROUNDING, interpretation=ELSEWHERE)
+def _b() -> float:
+    """Figure 1, beam B: an impact anywhere else causes a shock at the slider."""
+    return float(_shock("b", 0.0)[0])
+
+
+@zero("shock at 2/3 of the length [1]")
+def _d() -> float:
+    """Figure 1, beam D: an impact at O causes no shock at the CoPc: the two points can be interchanged."""
+    return float(_shock("d", 2.0 / 3.0)[0])
+
+
+@zero("deviation of p, the distance of the CoPc from O for an impact at O, over the length [1]")
+def _eq_1() -> float:
+    """Eq. 1: c (p − c) = r_g²: p = 2/3 l for a slender uniform beam."""
+    return abs(_percussion() - centre_of_percussion(0.5, R_G))
+
+
+@BEAM.claim("product of their signed distances from it, over r_g² [1]", below=0.0, interpretation="impact at O")
+def _opposite_sides() -> float:
+    """Section 2.1: pivot and CoPc lie on opposite sides of the centre of mass."""
+    return -0.5 * (_percussion() - 0.5) / R_G**2
+
+
+@zero("largest change of CoPc and RoPc [m]", interpretation="beams B to D at 1000 m/s instead of 1 m/s")
 def _change_with_speed() -> float:
+    """Section 2.1: the magnitude of the applied impulse is irrelevant."""
     pairs = [(p, land(changed(p.scene, strike={"speed": 1000.0, "strike_angle_deg": 0.0}))) for p in _turning()]
     return max(float(np.abs([*(a.copc - b.copc).ravel(), *(a.ropc - b.ropc)]).max()) for a, b in pairs)
 
 
+@BEAM.claim(
+    "shock on the screw axis of the velocity change [1]",
+    above=ROUNDING,
+    interpretation="impact at an edge of the tip, oblique in space",
+    options={"impact in a plane with the beam": {"at": (1.0,), "velocity": (0.3, 0.0, -1.0)}},
+)
 def _on_screw_axis(at: tuple[float, ...] = (1.0, 0.04, 0.04), velocity: tuple[float, ...] = (0.3, 0.4, -1.0)) -> float:
+    """Section 2.1: in 3D there is an axis of minimum, but not zero, shock."""
     profile = beam(*at, velocity=velocity, directions=STICKING)
     omega, v = profile.delta_omega[0], profile.delta_v[0]
     return float(profile.shock_at("beam", np.cross(omega, v) / (omega @ omega)))
 
 
-def _off_eq_2(profile: ShockProfile) -> float:
-    shock, x = along(profile, "beam", (0.0 * TIP, TIP)), np.linspace(0.0, 1.0, 41)
-    return float(np.abs(shock - np.abs(x - profile.copc[0, 0]) / profile.ropc[0]).max())
+@zero("largest deviation [1]", interpretation="beams B to D, 41 points each")
+def _off_eq_2() -> float:
+    """Eq. 2: shock is proportional to the distance from the CoPc: Δ|ṽ| = r / r_p."""
+    x = np.linspace(0.0, 1.0, 41)
+    return max(float(np.abs(along(p, "beam") - np.abs(x - p.copc[0, 0]) / p.ropc[0]).max()) for p in _turning())
 
 
+@zero(
+    "largest deviation for impacts at O, 1/3, 2/3 and the tip, over the length [1]",
+    interpretation="impact across the beam; the contact slides along it",
+    options={"sticking contact, impact 45° from across the beam": {"directions": STICKING, "angle": 45.0}},
+)
 def _off_eq_3(directions: tuple[str, ...] = ("z",), angle: float = 0.0) -> float:
+    """Eq. 3: r_p = |d + r_g² / d|, d the distance of the centre of mass from the line of the impact."""
     places = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
     return max(abs(float(beam(at, angle=angle, directions=directions).ropc[0]) - eq_3_radius(at, angle)) for at in places)
 
 
+@zero("largest deviation, over the length [1]")
+def _same_radius() -> float:
+    """Figure 1: r_p = p for beams B, C and D."""
+    return max(abs(float(p.ropc[0]) - _percussion()) for p in _turning())
+
+
+@BEAM.claim(
+    "smallest r_p of beams B to D [m]",
+    above=0.0,
+    interpretation="as printed",
+    options={"with the absolute value of Δω_z": {"absolute": True}},
+)
 def _eq_12(absolute: bool = False) -> float:
+    """Eq. 12: r_p = v_in / Δω_z is a radius, so it is positive."""
     turns = [float(p.delta_omega[0] @ (p.plane.normal @ p.rotation[0])) / p.v_in for p in _turning()]
     return min(1.0 / (abs(turn) if absolute else turn) for turn in turns)
-
-
-zero = functools.partial(Claim, below=ROUNDING, interpretation=SLIDER)
-
-BEAM_CLAIMS = (
-    zero(
-        "an impact at the centre of mass causes a purely translational shock",
-        "range of the shock over the beam [1]",
-        lambda: float(np.ptp(_shock("a", *np.linspace(0.0, 1.0, 41)))),
-        section="Figure 1, beam A",
-    ),
-    zero(
-        "an impact at the CoPc of O causes no shock at the slider",
-        "shock at O [1]",
-        lambda: float(_shock("c", 0.0)[0]),
-        section="Figure 1, beam C",
-    ),
-    Claim(
-        "an impact anywhere else causes a shock at the slider",
-        "shock at O [1]",
-        lambda: float(_shock("b", 0.0)[0]),
-        above=ROUNDING,
-        section="Figure 1, beam B",
-        interpretation="impact at the tip; the text gives no place, and a third of the length has the same RoPc",
-    ),
-    zero(
-        "an impact at O causes no shock at the CoPc: the two points can be interchanged",
-        "shock at 2/3 of the length [1]",
-        lambda: float(_shock("d", 2.0 / 3.0)[0]),
-        section="Figure 1, beam D",
-    ),
-    zero(
-        "c (p − c) = r_g²: p = 2/3 l for a slender uniform beam",
-        "deviation of p, the distance of the CoPc from O for an impact at O, over the length [1]",
-        lambda: abs(_percussion() - centre_of_percussion(0.5, R_G)),
-        section="Eq. 1",
-    ),
-    Claim(
-        "pivot and CoPc lie on opposite sides of the centre of mass",
-        "product of their signed distances from it, over r_g² [1]",
-        lambda: -0.5 * (_percussion() - 0.5) / R_G**2,
-        below=0.0,
-        section="Section 2.1",
-        interpretation="impact at O",
-    ),
-    zero(
-        "the magnitude of the applied impulse is irrelevant",
-        "largest change of CoPc and RoPc [m]",
-        _change_with_speed,
-        section="Section 2.1",
-        interpretation="beams B to D at 1000 m/s instead of 1 m/s",
-    ),
-    Claim(
-        "in 3D there is an axis of minimum, but not zero, shock",
-        "shock on the screw axis of the velocity change [1]",
-        _on_screw_axis,
-        above=ROUNDING,
-        section="Section 2.1",
-        interpretation="impact at an edge of the tip, oblique in space",
-        options={"impact in a plane with the beam": {"at": (1.0,), "velocity": (0.3, 0.0, -1.0)}},
-    ),
-    zero(
-        "shock is proportional to the distance from the CoPc: Δ|ṽ| = r / r_p",
-        "largest deviation [1]",
-        lambda: max(map(_off_eq_2, _turning())),
-        section="Eq. 2",
-        interpretation="beams B to D, 41 points each",
-    ),
-    zero(
-        "r_p = |d + r_g² / d|, d the distance of the centre of mass from the line of the impact",
-        "largest deviation for impacts at O, 1/3, 2/3 and the tip, over the length [1]",
-        _off_eq_3,
-        section="Eq. 3",
-        interpretation="impact across the beam; the contact slides along it",
-        options={"sticking contact, impact 45° from across the beam": {"directions": STICKING, "angle": 45.0}},
-    ),
-    zero(
-        "r_p = p for beams B, C and D",
-        "largest deviation, over the length [1]",
-        lambda: max(abs(float(p.ropc[0]) - _percussion()) for p in _turning()),
-        section="Figure 1",
-    ),
-    Claim(
-        "r_p = v_in / Δω_z is a radius, so it is positive",
-        "smallest r_p of beams B to D [m]",
-        _eq_12,
-        above=0.0,
-        section="Eq. 12",
-        interpretation="as printed",
-        options={"with the absolute value of Δω_z": {"absolute": True}},
-    ),
-)
-"""The claims, in the paper's order."""

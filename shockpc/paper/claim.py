@@ -1,16 +1,20 @@
-"""A claim of the paper as a record: what it says, how it is interpreted, what is computed, and when it holds."""
+"""Claims of the paper and its figures as records: what is said, how it is interpreted, what is computed, and when it holds."""
 
 import math
 from collections.abc import Callable
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
-__all__ = ["ROUNDING", "Claim", "Options"]
+from shockpc.paper.landings import land
+from shockpc.result import ShockProfile
+
+__all__ = ["ROUNDING", "Claim", "Options", "Panel", "PaperFigure"]
 
 ROUNDING = 1e-11
 """Bound on rounding errors in lengths and shocks of order 1."""
 
+Compute = Callable[..., float]
 Options = dict[str, dict[str, Any]]
 """Other interpretations or conditions by name, each as arguments of a claim's function."""
 
@@ -20,10 +24,9 @@ class Claim:
     """A claim of the paper. It holds if its value lies strictly between two bounds.
 
     Attributes:
-        statement: what the paper says.
+        statement: section, equation, figure or footnote of the paper, and what it says there.
         quantity: name and unit of the value.
         compute: function that returns the value; without arguments under the interpretation.
-        section: section, equation, figure or footnote of the paper.
         interpretation: how the statement is made computable, including the choice of what the text leaves open.
         above, below: bounds of the value.
         options: other interpretations.
@@ -31,9 +34,7 @@ class Claim:
 
     statement: str
     quantity: str
-    compute: Callable[..., float]
-    _: KW_ONLY
-    section: str
+    compute: Compute
     interpretation: str
     above: float = -math.inf
     below: float = math.inf
@@ -61,3 +62,44 @@ class Claim:
         if math.isinf(self.above):
             return f"below {self.below:g}"
         return f"above {self.above:g}" if math.isinf(self.below) else f"between {self.above:g} and {self.below:g}"
+
+
+class Panel(NamedTuple):
+    """One panel of a figure: the letter or angle under it, the name of its scene file without ".toml", and what it shows."""
+
+    label: str
+    scene: str
+    words: str
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure of the paper that is drawn from a model.
+
+    Attributes:
+        number: in the paper.
+        title: short description.
+        note: what is assumed or not given in the paper.
+        panels: from left to right.
+        claims: those that the models of the figure decide, in the paper's order.
+    """
+
+    number: int
+    title: str
+    note: str
+    panels: tuple[Panel, ...]
+    claims: list[Claim] = field(default_factory=list)
+
+    @cached_property
+    def profiles(self) -> tuple[ShockProfile, ...]:
+        """The shock profile of every panel."""
+        return tuple(land(panel.scene) for panel in self.panels)
+
+    def claim(self, quantity: str, **record: Any) -> Callable[[Compute], Compute]:
+        """Make a function that computes a value a claim, whose statement is its docstring; other arguments as in `Claim`."""
+
+        def add(compute: Compute) -> Compute:
+            self.claims.append(Claim((compute.__doc__ or "").removesuffix("."), quantity, compute, **record))
+            return compute
+
+        return add

@@ -14,10 +14,17 @@ from shockpc.robot.catalogue import own_robots_folder
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.scene import Scene, Strike, read_scene
 
-__all__ = ["Line", "along", "changed", "land", "line_shock", "robot_of", "scene"]
+__all__ = ["along", "changed", "land", "largest", "middle_lines", "robot_of", "scene"]
 
-Line = tuple[Array, Array]
-"""The two ends (3,) of the middle line of a slender body, in the body's frame [m]."""
+ORIGIN, X, Z = np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+SEGMENT = (-0.4 * Z, ORIGIN)
+MIDDLE_LINES: dict[str, dict[str, tuple[Array, Array]]] = {
+    "beam": {"beam": (ORIGIN, X)},
+    "leg": {"foot": (-0.2 * Z, ORIGIN), "lower_leg": SEGMENT, "upper_leg": SEGMENT, "torso": (ORIGIN, 1.5 * 0.4 * Z)},
+    "skippy": {"torso": (ORIGIN, 0.6 * Z)},
+    "quadruped": {"hind_lower_leg": SEGMENT, "hind_upper_leg": SEGMENT, "torso": (-0.4 * X, 0.4 * X)},
+}
+"""Ends (3,) of the middle lines of slender bodies by robot, in their frames [m]: bodies from the ground up, lower end first."""
 
 NOTHING: Mapping[str, Any] = {}
 
@@ -63,12 +70,17 @@ def _robot(path: str, xacro: tuple[tuple[str, str], ...]) -> Robot:
     return load_robot(path, xacro=dict(xacro))
 
 
-def along(profile: ShockProfile, body: str, line: Line, count: int = 41) -> Array:
-    """Shock (count,) at evenly spaced points of a line on a body, from its first end to its second [1]."""
-    share = np.linspace(0.0, 1.0, count)[:, None]
-    return profile.shock_at(body, (1.0 - share) * line[0] + share * line[1])
+def middle_lines(profile: ShockProfile) -> dict[str, tuple[Array, Array]]:
+    """The ends of the middle lines of the bodies that this landing has, from the ground up."""
+    return {body: line for body, line in MIDDLE_LINES[profile.robot.name].items() if body in profile.bodies}
 
 
-def line_shock(profile: ShockProfile, body: str, line: Line) -> float:
-    """Largest shock on a line of a body [1]; it occurs at an end, because |Δv| is convex."""
-    return float(along(profile, body, line, 2).max())
+def along(profile: ShockProfile, body: str, count: int = 41) -> Array:
+    """Shock (count,) at evenly spaced points of a body's middle line, from its lower end [1]."""
+    (low, high), share = MIDDLE_LINES[profile.robot.name][body], np.linspace(0.0, 1.0, count)[:, None]
+    return profile.shock_at(body, (1.0 - share) * low + share * high)
+
+
+def largest(profile: ShockProfile) -> dict[str, float]:
+    """Largest shock on every middle line [1]; it occurs at an end, because |Δv| is convex."""
+    return {body: float(along(profile, body, 2).max()) for body in middle_lines(profile)}

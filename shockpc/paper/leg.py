@@ -3,20 +3,18 @@
 import functools
 import itertools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from shockpc.core.beam import centre_of_percussion
-from shockpc.paper.claim import ROUNDING, Claim, Options
-from shockpc.paper.landings import Line, along, changed, land, line_shock, scene
-from shockpc.paper.quadruped import ANGLES, QUADRUPED_LINES, quadruped
+from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
+from shockpc.paper.landings import along, changed, land, largest, middle_lines, scene
+from shockpc.paper.quadruped import ANGLES, quadruped
 from shockpc.result import ShockProfile
 
-__all__ = ["LEG_CLAIMS", "cases", "leg_lines", "reductions"]
-
-SEGMENT = np.array([0.0, 0.0, 0.4])
-"""A segment of the leg, upward [m]."""
+__all__ = ["LEG", "cases", "reductions"]
 
 UPRIGHT_KNEE = -15.0
 """Knee angle at which the lower leg is vertical: the upper leg is at 15 degrees [deg]."""
@@ -28,6 +26,23 @@ OPEN: Options = {
     "ankle's 75° counted from the line of the lower leg": {"ankle": 75.0},
 }
 """Other values of what the text leaves open, each as arguments of `cases`."""
+
+
+LEG = PaperFigure(
+    2,
+    "a human leg",
+    "The text gives neither the strike angles nor the angle of the lower leg; the scene files state the values chosen here.",
+    (
+        Panel("A", "fig2_a", "walking"),
+        Panel("B", "fig2_b", "running"),
+        Panel("C", "fig2_c", "climbing stairs"),
+        Panel("D", "fig2_d", "C with a torso"),
+        Panel("E", "fig2_e", "steep, with a torso"),
+        Panel("F", "fig2_f", "E with a foot"),
+    ),
+)
+chain = functools.partial(LEG.claim, interpretation="cases A to F as drawn", options=OPEN)
+level = functools.partial(LEG.claim, interpretation="leg upright, foot level and struck along its normal")
 
 
 @functools.cache
@@ -50,208 +65,167 @@ def cases(
     return tuple(found)
 
 
-def leg_lines(profile: ShockProfile) -> dict[str, Line]:
-    """The middle lines of foot, lower leg, upper leg and torso, each from its lower end to its upper one."""
-    spans = {"foot": (-0.5, 0.0), "lower_leg": (-1.0, 0.0), "upper_leg": (-1.0, 0.0), "torso": (0.0, 1.5)}
-    return {body: (low * SEGMENT, high * SEGMENT) for body, (low, high) in spans.items() if body in profile.bodies}
-
-
 def reductions(**how: Any) -> dict[str, float]:
     """By how much case F lowers the largest shock of every link of case E [%]; arguments as for `cases`."""
-    without, with_foot = map(_largest, cases(**how)[4:])
+    without, with_foot = map(largest, cases(**how)[4:])
     return {body: 100.0 * (1.0 - with_foot[body] / shock) for body, shock in without.items()}
-
-
-def _largest(profile: ShockProfile) -> dict[str, float]:
-    """Largest shock on the middle line of every body [1]."""
-    return {body: line_shock(profile, body, line) for body, line in leg_lines(profile).items()}
 
 
 def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
     """Distance of the lower leg's CoPc in front of its line, and from the nearest point of it, over its length [1]."""
-    front, _, height = profile.copc[profile.bodies.index("lower_leg")] / SEGMENT[2]
+    front, _, height = profile.copc[profile.bodies.index("lower_leg")] / 0.4
     return float(front), math.hypot(front, max(height, -1.0 - height, 0.0))
 
 
-def _shown(figure_5: float | None, **how: Any) -> list[tuple[ShockProfile, dict[str, Line]]]:
-    """Cases A to F, or the quadruped with leg segments at that angle, with the middle lines of the chain."""
-    if figure_5 is not None:
-        return [(quadruped(figure_5), QUADRUPED_LINES)]
-    return [(profile, leg_lines(profile)) for profile in cases(**how)]
+def _shown(torso: bool = False, figure_5: Sequence[float] = (), **how: Any) -> list[ShockProfile]:
+    """Cases A to F, or the quadruped with leg segments at some angles; those with a torso, or all."""
+    found = [quadruped(angle) for angle in figure_5] or cases(**how)
+    return [profile for profile in found if "torso" in profile.bodies or not torso]
 
 
-def _rise(figure_5: float | None = None, on_line: bool = False, **how: Any) -> float:
-    """Largest ratio of the shock of a body to that of the body below it."""
+def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float:
+    """Distance of a CoPc from 2/3 of a body's middle line, along the line or in the plane, over its length [1]."""
+    low, high = middle_lines(profile)[body]
+    axis = high - low
+    off = profile.copc[profile.bodies.index(body)] - low - centre_of_percussion(0.5, 1.0 / math.sqrt(12.0)) * axis
+    return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
+
+
+@chain(
+    "smallest distance of the CoPc in front of the lower leg, over its length [1]",
+    above=ROUNDING,
+    interpretation="cases A to E as drawn",
+)
+def _in_front(**how: Any) -> float:
+    """Section 3.4: when the robot moves forward, the CoPc of the struck lower leg lies on its front side."""
+    return min(_lower_leg_centre(profile)[0] for profile in cases(**how)[:5])
+
+
+@chain(
+    "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
+    below=1.0 - ROUNDING,
+    options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": (0.0,)}},
+)
+def _rise(on_line: bool = False, **how: Any) -> float:
+    """Section 3.4: upper bodies are generally subject to less shock."""
     ratios = []
-    for profile, lines in _shown(figure_5, **how):
+    for profile in _shown(**how):
         at_com = dict(zip(profile.bodies, map(float, profile.shock_com), strict=True))
-        shock = [line_shock(profile, body, line) if on_line else at_com[body] for body, line in lines.items()]
+        shock = [on_its_line if on_line else at_com[body] for body, on_its_line in largest(profile).items()]
         ratios += [upper / lower for lower, upper in itertools.pairwise(shock)]
     return max(ratios)
 
 
-def _nearer(body: str = "upper_leg", figure_5: float | None = None, **how: Any) -> float:
-    """Distance of a CoPc from the joint above over that from the joint below: by Eq. 2 the ratio of the shocks there."""
-    found = [(profile, lines[body]) for profile, lines in _shown(figure_5, **how) if body in lines and "torso" in lines]
-    return max(float(np.divide(*along(profile, body, line, 2)[::-1])) for profile, line in found)
+@chain(
+    "largest distance of the CoPc from the joint above over that from the joint below [1]",
+    below=1.0 - ROUNDING,
+    interpretation="upper leg, cases D to F as drawn",
+    options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": (0.0,)}},
+)
+def _nearer(body: str = "upper_leg", **how: Any) -> float:
+    """Section 3.4: the CoPc of a body tends to move toward the next joint in the chain."""
+    # By Eq. 2 the ratio of the distances is that of the shocks there.
+    return max(float(np.divide(*along(profile, body, 2)[::-1])) for profile in _shown(torso=True, **how))
 
 
+@level(
+    "largest shock above the foot, a third of which lies behind the ankle [1]",
+    below=ROUNDING,
+    options={"foot ends at the ankle": {"heel": "0"}, "struck 15° from the normal": {"strike": 15.0}},
+)
 def _above_foot(heel: str = "0.1", strike: float = 0.0) -> float:
-    level = cases(steep=strike, ankle=90.0)[5]
-    shock = _largest(land(changed(level.scene, xacro={"heel": heel})))
+    """Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides with the next joint."""
+    shock = largest(land(changed(cases(steep=strike, ankle=90.0)[5].scene, xacro={"heel": heel})))
     return max(shock[body] for body in shock if body != "foot")
 
 
+@level(
+    "largest shock of the lower leg over that without the foot [1]",
+    below=0.5,
+    options={"struck 45° from the normal": {"strike": 45.0}},
+)
 def _one_component(strike: float = 0.0) -> float:
-    without, with_foot = map(_largest, cases(steep=strike, ankle=90.0)[4:])
+    """Section 3.4: two slender bodies hinged perpendicularly can each mitigate one translational component of the shock."""
+    without, with_foot = map(largest, cases(steep=strike, ankle=90.0)[4:])
     return with_foot["lower_leg"] / without["lower_leg"]
 
 
-def _off_eq_1(profile: ShockProfile, body: str, line: Line, in_plane: bool = False) -> float:
-    """Distance of a CoPc from 2/3 of a body's line, along the line or in the plane, over its length [1]."""
-    axis = line[1] - line[0]
-    off = profile.copc[profile.bodies.index(body)] - line[0] - centre_of_percussion(0.5, 1.0 / math.sqrt(12.0)) * axis
-    return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
+@chain("largest deviation along the body, over its length [1]", below=ROUNDING)
+def _at_the_end(**how: Any) -> float:
+    """Section 3.4: for a body at the end of the chain, the CoPc lies at 2/3 of a slender body."""
+    return max(_off_eq_1(profile, list(middle_lines(profile))[-1]) for profile in cases(**how))
 
 
-def _torsos(figure_5: bool, **how: Any) -> list[tuple[ShockProfile, str, Line]]:
-    """The torsos of cases D to F or of Figure 5, with their middle lines."""
-    shown = [one for angle in ANGLES for one in _shown(angle)] if figure_5 else _shown(None, **how)[3:]
-    return [(profile, "torso", lines["torso"]) for profile, lines in shown]
-
-
-def _off_three_quarters(figure_5: bool = False, **how: Any) -> float:
-    places = [float(np.argmin(along(*torso, 121))) / 120.0 for torso in _torsos(figure_5, **how)]
-    return max(abs(place - 0.75) for place in places)
-
-
+@LEG.claim(
+    "largest change of shock on the middle lines of the legs [1]",
+    below=0.25,
+    interpretation="both struck at 75°; 0.25 is one step of the colour scale",
+    options={"both struck at 45°": {"strike": 45.0}, "both struck at 15°": {"strike": 15.0}},
+)
 def _torso_changes(strike: float = 75.0) -> float:
-    shocks = [
-        np.stack([along(profile, body, leg_lines(profile)[body]) for body in ("lower_leg", "upper_leg")])
+    """Section 4.1: the effect of the torso on the shock of the legs is minimal (C against D)."""
+    without, with_torso = (
+        np.stack([along(profile, body) for body in ("lower_leg", "upper_leg")])
         for profile in cases(strikes=(15.0, 45.0, strike))[2:4]
-    ]
-    return float(np.abs(shocks[1] - shocks[0]).max())
+    )
+    return float(np.abs(with_torso - without).max())
 
 
+@chain("largest ratio of its distance from the body to that in the case before [1]", below=1.0)
 def _approach(**how: Any) -> float:
+    """Section 4.1: flattening the impact brings the CoPc of the lower leg closer to the body (A to C)."""
     distances = [_lower_leg_centre(profile)[1] for profile in cases(**how)[:3]]
     return max(after / before for before, after in itertools.pairwise(distances))
 
 
+@chain(
+    "smallest reduction of the largest shock on a link [%]",
+    above=80.0,
+    interpretation="both struck at 15°, lower leg vertical, ankle's 75° counted from the knee",
+)
+def _least_reduction(**how: Any) -> float:
+    """Section 4.1: the foot reduces the shock of all links by more than 80 % (E against F)."""
+    return min(reductions(**how).values())
+
+
+@chain("largest friction coefficient that a contact needs [1]", below=1.0)
 def _friction(**how: Any) -> float:
-    """Largest friction coefficient needed; infinite where the ground would have to pull."""
+    """Footnote 4: the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1."""
+    # None where the ground would have to pull.
     needed = [profile.contacts[0].friction_needed for profile in cases(**how)]
     return max(math.inf if friction is None else friction for friction in needed)
 
 
+@LEG.claim(
+    "shock at the new place over that at the old one [1]",
+    below=1.0,
+    interpretation="case A; moved by a tenth of the length both ways",
+    options={"case B": {"case": 1}, "case C": {"case": 2}},
+)
 def _moved_imu(case: int = 0) -> float:
+    """Figure 4: moving the IMU from the middle of the lower leg forward and down lowers its shock."""
     old, new = cases()[case].shock_at("lower_leg", 0.4 * np.array([[0.0, 0.0, -0.5], [0.1, 0.0, -0.6]]))
     return float(new / old)
 
 
-chain = functools.partial(Claim, section="Section 3.4", interpretation="cases A to F as drawn", options=OPEN)
-level = functools.partial(Claim, section="Section 3.4", interpretation="leg upright, foot level and struck along its normal")
-
-LEG_CLAIMS = (
-    chain(
-        "when the robot moves forward, the CoPc of the struck lower leg lies on its front side",
-        "smallest distance of the CoPc in front of the lower leg, over its length [1]",
-        lambda **how: min(_lower_leg_centre(p)[0] for p in cases(**how)[:5]),
-        above=ROUNDING,
-        interpretation="cases A to E as drawn",
-    ),
-    chain(
-        "upper bodies are generally subject to less shock",
-        "largest ratio of the shock at a body's centre of mass to that of the body below [1]",
-        _rise,
-        below=1.0 - ROUNDING,
-        options=OPEN | {"largest shock on the middle line of a body": {"on_line": True}, "Figure 5 at 0°": {"figure_5": 0.0}},
-    ),
-    chain(
-        "the CoPc of a body tends to move toward the next joint in the chain",
-        "largest distance of the CoPc from the joint above over that from the joint below [1]",
-        _nearer,
-        below=1.0 - ROUNDING,
-        interpretation="upper leg, cases D to F as drawn",
-        options=OPEN | {"lower leg": {"body": "lower_leg"}, "Figure 5 at 0°": {"body": "hind_upper_leg", "figure_5": 0.0}},
-    ),
-    level(
-        "a design can eliminate further propagation of shock; the CoPc then coincides with the next joint",
-        "largest shock above the foot, a third of which lies behind the ankle [1]",
-        _above_foot,
-        below=ROUNDING,
-        options={"foot ends at the ankle": {"heel": "0"}, "struck 15° from the normal": {"strike": 15.0}},
-    ),
-    level(
-        "two slender bodies hinged perpendicularly can each mitigate one translational component of the shock",
-        "largest shock of the lower leg over that without the foot [1]",
-        _one_component,
-        below=0.5,
-        options={"struck 45° from the normal": {"strike": 45.0}},
-    ),
-    chain(
-        "for a body at the end of the chain, the CoPc lies at 2/3 of a slender body",
-        "largest deviation along the body, over its length [1]",
-        lambda **how: max(_off_eq_1(p, *list(leg_lines(p).items())[-1]) for p in cases(**how)),
-        below=ROUNDING,
-    ),
-    Claim(
-        "the effect of the torso on the shock of the legs is minimal (C against D)",
-        "largest change of shock on the middle lines of the legs [1]",
-        _torso_changes,
-        below=0.25,
-        section="Section 4.1",
-        interpretation="both struck at 75°; 0.25 is one step of the colour scale",
-        options={"both struck at 45°": {"strike": 45.0}, "both struck at 15°": {"strike": 15.0}},
-    ),
-    chain(
-        "flattening the impact brings the CoPc of the lower leg closer to the body (A to C)",
-        "largest ratio of its distance from the body to that in the case before [1]",
-        _approach,
-        below=1.0,
-        section="Section 4.1",
-    ),
-    chain(
-        "the foot reduces the shock of all links by more than 80 % (E against F)",
-        "smallest reduction of the largest shock on a link [%]",
-        lambda **how: min(reductions(**how).values()),
-        above=80.0,
-        section="Section 4.1",
-        interpretation="both struck at 15°, lower leg vertical, ankle's 75° counted from the knee",
-    ),
-    chain(
-        "the vertical impulse exceeds the horizontal one, so nothing slips at a friction coefficient of 1",
-        "largest friction coefficient that a contact needs [1]",
-        _friction,
-        below=1.0,
-        section="Footnote 4",
-    ),
-    Claim(
-        "moving the IMU from the middle of the lower leg forward and down lowers its shock",
-        "shock at the new place over that at the old one [1]",
-        _moved_imu,
-        below=1.0,
-        section="Figure 4",
-        interpretation="case A; moved by a tenth of the length both ways",
-        options={"case B": {"case": 1}, "case C": {"case": 2}},
-    ),
-    chain(
-        "the torso is well described by Eq. 1",
-        "largest distance of its CoPc from 2/3 of the length, over the length [1]",
-        lambda figure_5=False, in_plane=False, **how: max(_off_eq_1(*torso, in_plane) for torso in _torsos(figure_5, **how)),
-        below=0.05,
-        section="Section 5",
-        interpretation="distance along the torso, cases D to F as drawn",
-        options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": True}},
-    ),
-    chain(
-        "sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
-        "largest distance of the place of least shock from 3/4 of the torso, over its length [1]",
-        _off_three_quarters,
-        below=0.25,
-        section="Section 5",
-        interpretation="cases D to F as drawn",
-        options=OPEN | {"Figure 5": {"figure_5": True}},
-    ),
+@chain(
+    "largest distance of its CoPc from 2/3 of the length, over the length [1]",
+    below=0.05,
+    interpretation="distance along the torso, cases D to F as drawn",
+    options=OPEN | {"distance in the plane": {"in_plane": True}, "Figure 5": {"figure_5": ANGLES}},
 )
-"""The claims, in the paper's order."""
+def _torso_by_eq_1(in_plane: bool = False, **how: Any) -> float:
+    """Section 5: the torso is well described by Eq. 1."""
+    return max(_off_eq_1(profile, "torso", in_plane) for profile in _shown(torso=True, **how))
+
+
+@chain(
+    "largest distance of the place of least shock from 3/4 of the torso, over its length [1]",
+    below=0.25,
+    interpretation="cases D to F as drawn",
+    options=OPEN | {"Figure 5": {"figure_5": ANGLES}},
+)
+def _off_three_quarters(**how: Any) -> float:
+    """Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but below its top."""
+    places = [float(np.argmin(along(profile, "torso", 121))) / 120.0 for profile in _shown(torso=True, **how)]
+    return max(abs(place - 0.75) for place in places)

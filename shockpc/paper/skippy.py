@@ -7,12 +7,19 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.paper.claim import Claim, Options
-from shockpc.paper.landings import changed, land, line_shock, scene
+from shockpc.paper.claim import Options, Panel, PaperFigure
+from shockpc.paper.landings import changed, land, largest, middle_lines, scene
 from shockpc.result import ShockProfile
 from shockpc.scene import GRAVITY
 
-__all__ = ["ASSUMED", "SKIPPY_CLAIMS", "above_contact", "skippy"]
+__all__ = ["ASSUMED", "SKIPPY", "above_contact", "skippy"]
+
+SKIPPY = PaperFigure(
+    3,
+    "Skippy",
+    "Assumed, not published with the paper: all masses, most lengths, the drive, and the IMU locations a and b.",
+    (Panel("Skippy", "fig3", "after a vertical jump"),),
+)
 
 ASSUMED = {
     "torso_mass": 1.5,
@@ -36,6 +43,9 @@ OPEN: Options = {
 }
 """Other values of what the text leaves open, each as arguments of `skippy`."""
 
+AS_DRAWN = "hip 38° from the straight line, torso forward, 85° between foot and leg, as drawn"
+drawn = functools.partial(SKIPPY.claim, interpretation=AS_DRAWN, options=OPEN)
+
 FALL = math.sqrt(2.0 * GRAVITY * 4.0)
 """Speed after a fall from 4 m, the height that the paper names [m/s]."""
 
@@ -44,6 +54,8 @@ TURN, SWING = 2.0 * math.pi, 10.0
 
 LANDINGS = ((0, 0, 0), (30, 0, 0), (-30, 0, 0), (0, TURN, 0), (0, -TURN, 0), (0, 0, SWING), (0, 0, -SWING))
 """Strike angle [deg], rates of the base and of the ankle [rad/s]."""
+
+EXTREME = "strikes at ±30°, somersaults and a swinging foot both ways; still below 2 %"
 
 
 @functools.cache
@@ -77,83 +89,64 @@ def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockP
     return land(changed(still.scene, strike=strike))
 
 
-def _largest(profile: ShockProfile) -> float:
+def _torso(**how: Any) -> float:
     """Largest shock on the torso [1]."""
-    return line_shock(profile, "torso", (np.zeros(3), profile.robot.frame("head").offset))
+    return largest(skippy(**how))["torso"]
 
 
 def _at_imus(profile: ShockProfile) -> float:
     return max(point.shock for point in profile.points)
 
 
-def _off_line(profile: ShockProfile) -> float:
-    """Distance of the torso's CoPc from its middle line [m]."""
-    x, _, z = profile.copc[0]
-    return math.hypot(x, max(z - float(profile.robot.frame("head").offset[2]), -z, 0.0))
+@drawn("RoPc of the torso [m]", above=10.0)
+def _radius(**how: Any) -> float:
+    """Section 4.2: the radius of percussion of the torso is as large as 10 m."""
+    return float(skippy(**how).ropc[0])
 
 
+@drawn("largest shock on the middle line of the torso [%]", below=6.0)
+def _on_torso(**how: Any) -> float:
+    """Section 4.2: nowhere on the torso does shock exceed 6 % of the applied shock."""
+    return 100.0 * _torso(**how)
+
+
+@drawn("larger shock of the middle and 3/4 of the torso [%]", below=2.0)
+def _mounted(**how: Any) -> float:
+    """Section 4.2: two mounting locations near the CoPc receive less than 2 % of the applied shock."""
+    return 100.0 * _at_imus(skippy(**how))
+
+
+@drawn("distance of the CoPc from the middle line over half the thickness of the torso [1]", above=1.0)
+def _outside(**how: Any) -> float:
+    """Section 4.2: the CoPc of the torso falls outside the physical body."""
+    x, _, z = skippy(**how).copc[0]
+    _, top = middle_lines(skippy(**how))["torso"]
+    return math.hypot(x, max(z - float(top[2]), -z, 0.0)) / (0.5 * float(scene("fig3").xacro["side"]))
+
+
+@drawn("largest shock on the torso with 30° between foot and leg, over that as drawn [1]", above=2.0)
+def _perpendicular(**how: Any) -> float:
+    """Section 4.2: so little shock reaches the torso because foot and leg are nearly perpendicular."""
+    return _torso(**how | {"ankle": 30.0}) / _torso(**how)
+
+
+@drawn("larger shock of the two [%]", below=2.0, interpretation=EXTREME)
+def _extreme_landings(**how: Any) -> float:
+    """Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two locations significantly."""
+    return 100.0 * max(_at_imus(_landing(*landing, **how)) for landing in LANDINGS)
+
+
+@SKIPPY.claim(
+    "largest reading of its axes in a vertical jump over that of the rotated IMU [1]",
+    above=1.0,
+    below=math.sqrt(2.0) * (1.0 + 1e-12),
+    interpretation="torso upright, rotated about its forward axis",
+    options={"torso leaning, rotated about the axis across the sagittal plane": {"leaning": True, "axes": (2, 0)}},
+)
 def _rotated_imu(axes: tuple[int, int] = (1, 2), leaning: bool = False) -> float:
+    """Footnote 5: an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration."""
     reading = land("fig3").rotation[0][2] if leaning else np.array([0.0, 0.0, 1.0])
     rotated = reading.copy()
     i, j = axes
     rotated[[i, j]] = np.array([reading[i] + reading[j], reading[j] - reading[i]]) / math.sqrt(2.0)
     return float(np.abs(reading).max() / np.abs(rotated).max())
-
-
-drawn = functools.partial(
-    Claim,
-    section="Section 4.2",
-    interpretation="hip 38° from the straight line, torso forward, 85° between foot and leg, as drawn",
-    options=OPEN,
-)
-
-SKIPPY_CLAIMS = (
-    drawn(
-        "the radius of percussion of the torso is as large as 10 m",
-        "RoPc of the torso [m]",
-        lambda **how: float(skippy(**how).ropc[0]),
-        above=10.0,
-    ),
-    drawn(
-        "nowhere on the torso does shock exceed 6 % of the applied shock",
-        "largest shock on the middle line of the torso [%]",
-        lambda **how: 100.0 * _largest(skippy(**how)),
-        below=6.0,
-    ),
-    drawn(
-        "two mounting locations near the CoPc receive less than 2 % of the applied shock",
-        "larger shock of the middle and 3/4 of the torso [%]",
-        lambda **how: 100.0 * _at_imus(skippy(**how)),
-        below=2.0,
-    ),
-    drawn(
-        "the CoPc of the torso falls outside the physical body",
-        "distance of the CoPc from the middle line over half the thickness of the torso [1]",
-        lambda **how: _off_line(skippy(**how)) / (0.5 * float(scene("fig3").xacro["side"])),
-        above=1.0,
-    ),
-    drawn(
-        "so little shock reaches the torso because foot and leg are nearly perpendicular",
-        "largest shock on the torso with 30° between foot and leg, over that as drawn [1]",
-        lambda **how: _largest(skippy(**how | {"ankle": 30.0})) / _largest(skippy(**how)),
-        above=2.0,
-    ),
-    drawn(
-        "other extreme landings, such as a somersault, do not change the shock at the two locations significantly",
-        "larger shock of the two [%]",
-        lambda **how: 100.0 * max(_at_imus(_landing(*landing, **how)) for landing in LANDINGS),
-        below=2.0,
-        interpretation="strikes at ±30°, somersaults and a swinging foot both ways; still below 2 %",
-    ),
-    Claim(
-        "an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration",
-        "largest reading of its axes in a vertical jump over that of the rotated IMU [1]",
-        _rotated_imu,
-        above=1.0,
-        below=math.sqrt(2.0) * (1.0 + 1e-12),
-        section="Footnote 5",
-        interpretation="torso upright, rotated about its forward axis",
-        options={"torso leaning, rotated about the axis across the sagittal plane": {"leaning": True, "axes": (2, 0)}},
-    ),
-)
-"""The claims, in the paper's order."""

@@ -1,6 +1,6 @@
 """How far to trust a result: the proven bound, the error of double precision, and the sensitivity to the data."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ AT_REST = 1e-13
 """A body that moves by less than this share of the fastest one counts as at rest where errors are compared with motion."""
 
 
-@dataclass(frozen=True)
-class Health:
+class Health(NamedTuple):
     """How far to trust a profile.
 
     Attributes:

@@ -1,6 +1,6 @@
 """The same landing with free, modelled and locked joints: the choice that changes the answer most."""
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,22 +18,21 @@ from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import impulsive_equation
 from shockpc.model.rows import row_jacobian
 from shockpc.results.points import spots
+from shockpc.results.proof import UNPHYSICAL, greatest_motion
 from shockpc.results.speed import speed_in
-from shockpc.results.variants import lockable
 
 __all__ = ["Bracket", "joint_bracket"]
 
 
-@dataclass(frozen=True)
-class Bracket:
+class Bracket(NamedTuple):
     """The same landing with three models of the joints; shock at one place [1].
 
     Attributes:
         place: a body (its centre of mass), or a sensor.
         free: no reflected inertia; None if massless bodies then make it unsolvable.
         as_modelled: as the scene says.
-        locked: every joint holds; None if the contact could not give way then, or rounding would decide whether its rows are
-            independent.
+        locked: every joint holds; None if the contact could not give way then, or hardly, or rounding would decide whether its
+            rows are independent.
     """
 
     place: str
@@ -45,7 +44,7 @@ class Bracket:
 def joint_bracket(landing: Landing, proof: Proof, v_in: float) -> tuple[Bracket, ...]:
     """Shock at the heaviest body's centre of mass and at every sensor and point, for three models of the joints."""
     robot = landing.robot
-    every = lockable(landing)
+    every = robot.driven
     as_modelled = proof.enclosure
     free = as_modelled if landing.joint_model.name == "free" else _variant(landing, as_modelled, np.zeros_like(every))
     locked = as_modelled if landing.joint_model.name == "locked" else _variant(landing, as_modelled, every)
@@ -66,18 +65,20 @@ def _variant(landing: Landing, enclosure: Enclosure, locked: np.ndarray) -> Encl
         return None
     b = landing.approach(state, blocks)
     equation = impulsive_equation(state, blocks, b, G)
-    impact = solve_impact(equation.H, equation.J_c, b, equation.terms)
+    impact = solve_impact(equation.inertia, equation.J_c, b, equation.terms)
     choice = impact.choices.get(0, RowChoice.every(b.shape[1]))
     if choice.uncertain:
         return None
-    changed = replace(enclosure.inputs, armature=np.zeros(len(locked)), locked=locked, choice=choice)
+    changed = enclosure.inputs._replace(armature=np.zeros(len(locked)), locked=locked, choice=choice)
     found = Enclosure(changed)
     try:
         delta = found.read(lambda impact: np.array([float(row[3]) for row in impact.delta_qd]))
+        jumps = found.read(lambda impact: np.array([[float(x) for x in jump] for jump in impact.body_jumps[..., 3]]))
     except SingularError:
         return None
     left = np.abs(row_jacobian(state, blocks)[0] @ delta + b[0, :, 3])
-    return found if left.max() <= 1e-6 * np.abs(b[0, :, 3]).max() else None
+    singular = greatest_motion(landing, jumps)[0] > UNPHYSICAL
+    return found if left.max() <= 1e-6 * np.abs(b[0, :, 3]).max() and not singular else None
 
 
 def _shocks(enclosure: Enclosure | None, landing: Landing, bodies: list[int], r: Array, v_in: float) -> list[float | None]:

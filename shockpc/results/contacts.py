@@ -1,6 +1,6 @@
 """What the ground does at every contact and standing foot, and how the robot resists it."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,7 @@ IMMOVABLE = 1e-7
 """Part of the normal along directions that cannot move with which a sticking contact cannot give way."""
 
 
-@dataclass(frozen=True, eq=False)
-class ContactImpulse:
+class ContactImpulse(NamedTuple):
     """What the ground does at a contact.
 
     Attributes:
@@ -58,8 +57,7 @@ class ContactImpulse:
     mitigation: float | None
 
 
-@dataclass(frozen=True, eq=False)
-class StanceImpulse:
+class StanceImpulse(NamedTuple):
     """What the ground does at a foot that stands already.
 
     Attributes:
@@ -75,8 +73,7 @@ class StanceImpulse:
     friction_needed: float | None
 
 
-@dataclass(frozen=True, eq=False)
-class TotalImpulse:
+class TotalImpulse(NamedTuple):
     """Impulse (3,) of the ground on the robot [N s], and its moment (3,) about the robot's centre of mass [N m s], world axes."""
 
     force: Array

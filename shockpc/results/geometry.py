@@ -8,7 +8,7 @@ from shockpc.diagnostic import Diagnostic
 from shockpc.robot.geometry import Outline, outline
 from shockpc.robot.robot import Robot
 
-__all__ = ["body_pieces", "shock_ranges"]
+__all__ = ["body_outline", "body_pieces", "shock_ranges"]
 
 
 def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array, tuple[Diagnostic, ...]]:
@@ -23,7 +23,7 @@ def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array,
 
     Returns: least (nb,), greatest (nb,) [1], NaN for a body without geometry; warnings.
     """
-    seen = _outline(robot)
+    seen = body_outline(robot)
     least, greatest = shock_extremes(jumps[:, :3], jumps[:, 3:], seen.pieces, v_in)
     warnings = tuple(Diagnostic("geometry", robot.name, None, text) for text in seen.warnings)
     return np.asarray(least), np.asarray(greatest), warnings
@@ -31,8 +31,9 @@ def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array,
 
 def body_pieces(robot: Robot, body: int) -> Pieces:
     """The same geometry of one body alone, which becomes the only body of the pieces."""
-    return Pieces.of([[(shape.points, shape.radius) for shape in _outline(robot).shapes[body]]])
+    return Pieces.of([[(shape.points, shape.radius) for shape in body_outline(robot).shapes[body]]])
 
 
-def _outline(robot: Robot) -> Outline:
+def body_outline(robot: Robot) -> Outline:
+    """The collision geometry of every body; the visual one, if the file has no collision geometry."""
     return outline(robot, "collision" if robot.source.kind == "mjcf" or "<collision" in robot.source.xml else "visual")

@@ -1,6 +1,6 @@
 """Impulses through the joints: what their bearings and gearboxes have to carry."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from shockpc.landing import Landing
 __all__ = ["JointLoad", "joint_loads"]
 
 
-@dataclass(frozen=True, eq=False)
-class JointLoad:
+class JointLoad(NamedTuple):
     """Impulse that a body receives through its joint.
 
     Attributes:

@@ -1,6 +1,5 @@
 """Shock at sensors and at points that were asked for."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.results.directions import directions_at
+from shockpc.results.placement import world
 from shockpc.results.speed import speed_in
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.robot import Frame, Robot
@@ -23,8 +23,7 @@ from shockpc.scene import GRAVITY, Point, Scene
 __all__ = ["PointShock", "Spot", "point_shocks", "saturated", "spot_of", "spots"]
 
 
-@dataclass(frozen=True, eq=False)
-class PointShock:
+class PointShock(NamedTuple):
     """Shock at a sensor, or at a point that was asked for.
 
     Attributes:
@@ -90,14 +89,14 @@ def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | Non
         v_in: speed by which shock is normalised [m/s].
         pulse: for peak accelerations.
     """
-    state, found = landing.state, spots(landing.robot, landing.scene.point)
+    found = spots(landing.robot, landing.scene.point)
     moving = [spot for spot in found if spot.frame.body >= 0]
     bodies = [spot.frame.body for spot in moving]
     r = np.array([spot.r for spot in moving]).reshape(-1, 3)
     axes = np.array([spot.frame.rotation for spot in moving]).reshape(-1, 3, 3)
     size = np.linalg.norm(proof.jumps[bodies, :, 3], axis=-1)
 
-    def shocks(impact: ExactImpact) -> tuple[Array, Array, Array]:
+    def shocks(impact: ExactImpact) -> tuple[Array, Array, Array, Array]:
         jumps = impact.body_jumps[bodies][..., 3]
         delta_v = velocity_at(jumps[:, :3], jumps[:, 3:], balls(r))
         turned, speed = np.sum(balls(axes) * delta_v[:, :, None], axis=1), norm(delta_v)
@@ -105,9 +104,11 @@ def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | Non
             nearest(turned, size[:, None]),
             nearest(speed / speed_in(impact, landing), size / v_in),
             nearest(speed, size),
+            world(impact, landing, bodies, r),
         )
 
-    delta_v, shock, speed = proof.enclosure.read(shocks) if moving else (np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    none = np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros((0, 3))
+    delta_v, shock, speed, position = proof.enclosure.read(shocks) if moving else none
     directions = directions_at(proof.enclosure, bodies, r, landing.up) if moving else None
     results: list[PointShock] = []
     k = 0
@@ -121,7 +122,7 @@ def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | Non
             PointShock(
                 frame=label,
                 body=landing.robot.bodies[i].name,
-                position=state.origin[0] + state.position[0, i] + state.rotation[0, i] @ place,
+                position=position[k],
                 delta_v=delta_v[k],
                 shock=float(shock[k]),
                 directions=ExtremeDirections(*(part[k] for part in directions)),

@@ -1,23 +1,28 @@
-"""Choose the independent rows of a landing, enclose its impact, and refuse what no impact can do."""
+"""Choose the independent rows of a landing, enclose its impact, and refuse what no impact can do or nothing can decide."""
 
-import itertools
-from collections.abc import Iterator
+import math
 
 import numpy as np
 
 from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, is_singular, weakest_columns
+from shockpc.core.spatial import Array, velocity_at
+from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError, SolveError
 from shockpc.exact.equation import SingularError
 from shockpc.exact.proof import Proof, prove
 from shockpc.exact.solution import Inputs
-from shockpc.landing import Landing
+from shockpc.landing import Landing, contact_velocity
 from shockpc.model.equation import Equation
 from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
+from shockpc.printed import few
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.results.speed import normalising_speed
 from shockpc.robot.robot import Robot
 
-__all__ = ["proven"]
+__all__ = ["UNPHYSICAL", "greatest_motion", "nearly_singular", "proven"]
+
+UNPHYSICAL = 1e6
+"""Motion relative to the strike beyond which it is that of a singular posture, and of no robot [1]."""
 
 NO_INERTIA = 1e-30
 """Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
@@ -35,7 +40,8 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         impact: solution of that in double precision.
 
     Raises:
-        SolveError: no inertia resists a motion, or rows that should be independent are not.
+        SolveError: no inertia resists a motion, rows that should be independent are not, rounding decides whether they are, or
+            the posture is so nearly singular that the result is that of no robot.
         SceneError: the mechanism cannot meet its contacts.
     """
     if not np.isfinite(equation.H).all():
@@ -45,11 +51,12 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         )
     diagonal = np.diagonal(equation.H[0])
     if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
-        raise SolveError(_without_inertia(landing.robot, equation, -1))
+        raise SolveError(_without_inertia(landing, equation, -1))
     joints, length = landing.joint_model, rotation_lengths(landing)
     blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in equation.blocks)
     every = RowChoice.every(equation.J_c.shape[1])
-    for choice in [impact.choices[0]] if impact.choices else itertools.chain([every], _chosen(equation, impact)):
+    for given in [impact.choices[0]] if impact.choices else (every, None):
+        choice = given or _chosen(equation, impact)
         inputs = Inputs(
             landing.robot, landing.q, blocks, choice, landing.base, landing.plane, joints.armature, joints.locked, landing.before
         )
@@ -57,9 +64,12 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
             proof = prove(inputs, length)
         except SingularError as singular:
             if singular.body >= 0 or is_singular(equation.H[0]):
-                raise SolveError(_without_inertia(landing.robot, equation, singular.body)) from None
+                raise SolveError(_without_inertia(landing, equation, singular.body)) from None
             continue
         _refuse_contradiction(equation, choice, proof)
+        _refuse_singular(landing, equation, proof)
+        if choice.uncertain:
+            raise SolveError(_undecided(landing, equation))
         if landing.scene.v_in == "com":
             normalising_speed(landing, proof.enclosure)  # which refuses a centre of mass at rest
         return choice, proof
@@ -67,14 +77,15 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
     raise SolveError(f"the rows of {names} depend on one another, and rounding decides which; leave out a contact")
 
 
-def _chosen(equation: Equation, impact: Impact) -> Iterator[RowChoice]:
+def _chosen(equation: Equation, impact: Impact) -> RowChoice:
     """The rows that are independent on a closer look than `solve_impact` took."""
     size = np.sqrt(np.abs(np.diagonal(equation.H[0])))
-    yield choose_rows(equation.J_c[0], equation.terms(0), size, impact.scale[0])
+    return choose_rows(equation.J_c[0], equation.terms(0), size, impact.scale[0])
 
 
-def _without_inertia(robot: Robot, equation: Equation, body: int) -> str:
+def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
     """The message for an inertia that cannot be inverted: the bodies whose joints carry none."""
+    robot = landing.robot
     columns = weakest_columns(equation.H[0])
     velocities = columns if equation.G is None else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
     names = [
@@ -83,9 +94,13 @@ def _without_inertia(robot: Robot, equation: Equation, body: int) -> str:
         if i == body or any(joint.v.start <= v < joint.v.stop for v in velocities)
     ]
     listed = ", ".join(f'"{name}"' for name in names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+    light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
     return (
         f'{"bodies" if len(names) > 1 else "body"} {listed} of robot "{robot.name}" can move, but no mass or inertia resists it, '
-        "so the inertia matrix cannot be inverted; give mass and inertia in the file (mass on a joint's axis does not resist "
+        "so the inertia matrix cannot be inverted; "
+        + "bolt the robot's massless root down with --base fixed, or "
+        * light_base
+        + "give mass and inertia in the file (mass on a joint's axis does not resist "
         "turning about it), or lock the joints with --lock"
     )
 
@@ -105,13 +120,78 @@ def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -
     worst = int(np.argmax(excess))
     if excess[worst] <= 0.0:
         return
-    row = int(others[worst])
+    name, axis = _direction(equation, int(others[worst]))
+    raise SceneError(
+        f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
+        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
+        "or free the base"
+    )
+
+
+def _direction(equation: Equation, row: int) -> tuple[str, str]:
+    """What a row belongs to, and its direction."""
     block, own = next(
         (block, own) for block, own in zip(equation.blocks, slices_of(equation.blocks), strict=True) if row < own.stop
     )
-    axis = " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
-    raise SceneError(
-        f"{block.name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
-        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
-        "or free the base"
+    return block.name, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
+
+
+def greatest_motion(landing: Landing, jumps: Array) -> tuple[float, int]:
+    """The greatest motion of a body relative to the fastest contact's approach [1], and the body's index.
+
+    Args:
+        landing: the landing.
+        jumps: (nb, 6) of the bodies (Δω, Δv), body coordinates.
+    """
+    contacts = landing.rows(landing.state)[: len(landing.contacts)]
+    fastest = max(float(np.linalg.norm(contact_velocity(landing, landing.state, block))) for block in contacts)
+    speeds = _speeds(landing.robot, jumps)
+    return float(speeds.max()) / fastest, int(np.argmax(speeds))
+
+
+def _speeds(robot: Robot, jumps: Array) -> Array:
+    """Speed (nb,) of the centre of mass, or the rotation times the radius of gyration if that is more. Args: jumps (nb, 6)."""
+    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
+    return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * robot.gyration))
+
+
+def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
+    """A warning where strikes in other directions than the scene's have no verdict in its posture."""
+    most = max(float(_speeds(landing.robot, proof.jumps[..., k]).max()) for k in range(3))
+    if most <= UNPHYSICAL:
+        return ()
+    text = (
+        f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or nearly "
+        "so; the most severe directions say that alone, and no robot moves like that"
+    )
+    return (Diagnostic("posture", "", most, text),)
+
+
+def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None:
+    """Refuse a posture so nearly singular that the impact is that of no robot."""
+    robot, posture = landing.robot, f'posture "{landing.scene.posture.reference}"'
+    times, body = greatest_motion(landing, proof.jumps[..., 3])
+    if times > UNPHYSICAL:
+        rates = np.abs(proof.delta_qd[:, 3])
+        fast = [
+            joint for joint in robot.joints[robot.free_base :] if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
+        ]
+        units = {"rad": (math.degrees(1.0), "deg"), "m": (1.0, "m")}
+        at = [f'"{joint.name}" at {joint.value(landing.q) * units[joint.unit][0]:.3g} {units[joint.unit][1]}' for joint in fast]
+        name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
+        raise SolveError(
+            f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
+            f"{posture}{' with ' * bool(at)}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
+            f"another posture, such as with --set {fast[-1].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
+            "contact or of the strike"
+        )
+
+
+def _undecided(landing: Landing, equation: Equation) -> str:
+    """The message for rows whose independence rounding decides."""
+    names = ", ".join(block.name for block in equation.blocks)
+    return (
+        f'no verdict: in posture "{landing.scene.posture.reference}" the rows of {names} depend on one another so nearly that '
+        "rounding decides whether one more of them holds. Leave one out (a contact, a direction, the rotation of a flat one), put "
+        "points that nearly meet exactly together or a billionth of the robot apart, or set another posture with --set"
     )

@@ -1,25 +1,16 @@
 """The same landing with other joints: all free, all locked."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from shockpc.core.impulse import RowChoice
 from shockpc.exact.proof import Enclosure
 from shockpc.landing import Landing
 
-__all__ = ["held_joints_enclosure", "lockable"]
-
-
-def lockable(landing: Landing) -> np.ndarray:
-    """Which joint velocities (nv,) are not those of a floating base."""
-    every = np.ones(landing.robot.model.nv, dtype=bool)
-    every[: 6 * landing.robot.free_base] = False
-    return every
+__all__ = ["held_joints_enclosure"]
 
 
 def held_joints_enclosure(enclosure: Enclosure, landing: Landing) -> Enclosure:
     """The robot with every joint locked and its base free, without rows: only what its inertia resists can be read from it."""
     none = RowChoice(np.zeros(0, dtype=int), np.zeros((0, 0)), np.zeros(0, dtype=bool), False)
     nothing = np.zeros(landing.robot.model.nv)
-    return Enclosure(replace(enclosure.inputs, blocks=(), choice=none, base="free", armature=nothing, locked=lockable(landing)))
+    return Enclosure(enclosure.inputs._replace(blocks=(), choice=none, base="free", armature=nothing, locked=landing.robot.driven))

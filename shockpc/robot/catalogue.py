@@ -6,9 +6,8 @@ better one. Nothing is opened here: names and paths only.
 
 import os
 import sys
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from shockpc.errors import RobotError, UnknownName
 
@@ -69,8 +68,7 @@ _SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".toml")
 _SHARE = "share/example-robot-data"
 
 
-@dataclass(frozen=True)
-class CatalogueEntry:
+class CatalogueEntry(NamedTuple):
     """One robot that can be called by name.
 
     Attributes:

@@ -1,7 +1,6 @@
 """What a robot's file holds beside its links, whatever its format: joints that follow others, loops, postures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
@@ -14,8 +13,7 @@ from shockpc.printed import listed
 __all__ = ["Built", "Loop", "Mimic", "leaders_first"]
 
 
-@dataclass(frozen=True)
-class Mimic:
+class Mimic(NamedTuple):
     """A joint that follows another: q_joint = multiplier · q_leader + offset.
 
     Attributes:
@@ -55,10 +53,10 @@ class Built(NamedTuple):
     """What the reader of a format makes of a file: the fields of `Robot` of the same names; joints that follow are independent."""
 
     model: pin.Model
+    start: Array
     postures: Mapping[str, Array]
     mimics: tuple[Mimic, ...]
     loops: tuple[Loop, ...] = ()
-    drawn: Array | None = None
     notes: tuple[str, ...] = ()
 
 

@@ -8,7 +8,6 @@ defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote
@@ -29,8 +28,7 @@ _UTF_8 = ("utf-8", "utf8", "us-ascii", "ascii")
 _LATIN = ("iso-8859-1", "iso-8859-15", "latin-1", "windows-1252")
 
 
-@dataclass(frozen=True)
-class OpenFolders:
+class OpenFolders(NamedTuple):
     """The folders that a robot file may read, and the packages that it can name.
 
     Attributes:

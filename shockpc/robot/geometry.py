@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -22,8 +21,7 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import parse_xml, read_bytes
 from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
-from shockpc.robot.mjcf import compiled, geom_kinds
-from shockpc.robot.robot import Body, Robot
+from shockpc.robot.robot import Body, Frame, Robot
 from shockpc.robot.source import RobotSource
 
 __all__ = ["Kind", "Outline", "Shape", "ball_points", "inertia_box", "outline"]
@@ -41,8 +39,7 @@ LARGEST = 1e6
 """Largest coordinate or radius of a shape [m]; more is an error in the file."""
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
+class Shape(NamedTuple):
     """One convex piece of a body: the hull of some points, rounded by a radius (a sphere is one point, a capsule two).
 
     Attributes:
@@ -51,13 +48,15 @@ class Shape:
         radius: of the rounding [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
         discs: (centre, axis, radius) of the round faces that some of the points only approximate.
+        name: of its geom, if the file gives one.
     """
 
     link: str
-    points: Array = field(repr=False)
+    points: Array
     radius: float = 0.0
-    mesh: Mesh | None = field(default=None, repr=False)
-    discs: tuple[tuple[Array, Array, float], ...] = field(default=(), repr=False)
+    mesh: Mesh | None = None
+    discs: tuple[tuple[Array, Array, float], ...] = ()
+    name: str = ""
 
     def lowest(self, up: Array) -> Array:
         """Return points (k, 3) among which the lowest are, exact for round faces. Args: up (3,), a unit vector, body frame."""
@@ -69,12 +68,16 @@ class Shape:
             below.append((centre - radius * level / length if length > 1e-9 else centre)[None])
         return np.concatenate(below)
 
+    def belongs_to(self, frame: Frame) -> bool:
+        """Whether it is one of the shapes of this link, or the geom of this name."""
+        return frame.name == (self.link if frame.kind == "link" else self.name)
+
     def placed(self, rotation: Array, offset: Array) -> "Shape":
         """Return the shape in another frame, in which the present one has this rotation (3, 3) and this origin (3,) [m]."""
         points = read_only(self.points @ rotation.T + offset)
         mesh = self.mesh and Mesh(read_only(self.mesh.vertices @ rotation.T + offset), self.mesh.triangles)
         discs = tuple((rotation @ centre + offset, rotation @ axis, radius) for centre, axis, radius in self.discs)
-        return Shape(self.link, points, self.radius, mesh, discs)
+        return Shape(self.link, points, self.radius, mesh, discs, self.name)
 
 
 class Outline(NamedTuple):
@@ -171,6 +174,8 @@ def _numbers(element: Element, key: str, default: str = "") -> Array:
 
 def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
+    from shockpc.robot.mjcf import compiled, geom_kinds
+
     try:
         found = compiled(source, meshes=True)
     except RobotError as refusal:
@@ -186,7 +191,7 @@ def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShap
         w, x, y, z = (float(value) for value in geom.quat)
         try:
             shape = _primitive(link, primitive, np.array(geom.size)) if primitive else _mjcf_mesh(link, m, int(geom.dataid[0]))
-            yield _checked(shape.placed(pin.Quaternion(w, x, y, z).matrix(), np.array(geom.pos)))
+            yield _checked(shape._replace(name=geom.name).placed(pin.Quaternion(w, x, y, z).matrix(), np.array(geom.pos)))
         except ValueError as refusal:
             yield UnreadShape(link, "", str(refusal), (kind,))
 

@@ -2,6 +2,8 @@
 
 import re
 
+import numpy as np
+
 from shockpc.robot.robot import Robot
 
 __all__ = ["each_foot", "feet", "is_imu", "sensors"]
@@ -13,17 +15,28 @@ SENSOR = re.compile(rf"{IMU.pattern}|camera", re.IGNORECASE)
 
 
 def feet(robot: Robot) -> tuple[str, ...]:
-    """Links that a robot is likely to land on: those named like a foot, else the last link of every leg, else of every limb."""
+    """What a robot is likely to land on: links named like a foot, else a site or geom of each body named so, else the limbs' ends.
+
+    The end of a limb is the site or geom of its last body that is farthest from the body's origin, or else the body's last link.
+    """
     named = tuple(link for link in robot.links if FOOT.search(link) and not SENSOR.search(link))
     if named:
         return named
-    parents = {robot.model.parents[body.joint] for body in robot.bodies}
-    tips = tuple(body.links[-1] for body in robot.bodies if body.joint not in parents)
-    return tuple(tip for tip in tips if LEG_END.search(tip)) or tips
+    places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not SENSOR.search(f.name)]
+    feet = {place.body: place.name for place in reversed(places) if FOOT.search(place.name)}
+    if feet:
+        return tuple(feet[body] for body in sorted(feet))
+    ends = [i for i in range(len(robot.bodies)) if i not in robot.parents]
+    ends = [i for i in ends if LEG_END.search(robot.bodies[i].links[-1])] or ends
+    tips = {i: [place for place in places if place.body == i] for i in ends}
+    return tuple(
+        max(own, key=lambda place: float(np.linalg.norm(place.offset))).name if own else robot.bodies[i].links[-1]
+        for i, own in tips.items()
+    )
 
 
 def each_foot(robot: Robot) -> tuple[str, ...]:
-    """One link for each foot: its sole if one is named so, else the first; a foot that carries another is no end of a leg."""
+    """One frame for each foot: its sole if one is named so, else the first; a foot that carries another is no end of a leg."""
     links: dict[int, list[str]] = {}
     for link in feet(robot):
         links.setdefault(robot.frames[link].body, []).append(link)
@@ -35,7 +48,7 @@ def each_foot(robot: Robot) -> tuple[str, ...]:
 
 def sensors(robot: Robot) -> tuple[str, ...]:
     """Links and sites named like a sensor, on bodies that move."""
-    return tuple(f.name for f in robot.frames.values() if f.kind != "joint" and f.body >= 0 and SENSOR.search(f.name))
+    return tuple(f.name for f in robot.frames.values() if f.kind in ("link", "site") and f.body >= 0 and SENSOR.search(f.name))
 
 
 def is_imu(name: str) -> bool:

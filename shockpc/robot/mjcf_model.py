@@ -18,7 +18,7 @@ __all__ = ["build_mjcf"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT = range(3)  # mjtEq
-_SPHERE = 2  # mjtGeom
+_MESH = 7  # mjtGeom; its frame depends on the file of the mesh
 _SITE = 6  # mjtObj
 # Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part; and its velocities.
 _COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,), _HINGE: (0,)}
@@ -52,7 +52,8 @@ def build_mjcf(source: RobotSource) -> Built:
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
     model.lowerPositionLimit, model.upperPositionLimit = limits[order].T
     model.armature = _armature(m, file)[velocities]
-    if model.joints[1].shortname() == "JointModelFreeFlyer":
+    floats = model.joints[1].shortname() == "JointModelFreeFlyer"
+    if floats:
         extra = float(model.armature[0])
         model.armature[:6] = 0.0
         if extra:
@@ -61,13 +62,16 @@ def build_mjcf(source: RobotSource) -> Built:
                 f'{file}: joint "{model.names[1]}" is free and has armature {extra:g}, which adds {extra:g} kg and '
                 f'{extra:g} kg m² to the base, as in MuJoCo; if that is not meant, set armature="0" there or use a <freejoint/>',
             )
+    start, loops = pin.neutral(model), tuple(_loops(m, tree))
+    if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
+        start[:7] = m.qpos0[order][:7]
     postures, more = _postures(m, found.keys, order, file)
     return Built(
         model=model,
+        start=read_only(start),
         postures=postures,
         mimics=_mimics(m, tree, file),
-        loops=tuple(_loops(m, tree)),
-        drawn=read_only(m.qpos0[order]),
+        loops=loops,
         notes=(*found.warnings, *notes, *more),
     )
 
@@ -81,7 +85,7 @@ class _Tree(NamedTuple):
 
 
 def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
-    """The model of some bodies, carriers first, with their sites, and their spheres under their names (many are feet)."""
+    """The model of some bodies, carriers first, with their sites and named collision geoms (many are feet)."""
     model = pin.Model()
     model.name = name
     tree, frame = _Tree(model, {0: 0}, {0: pin.SE3.Identity()}), {0: 0}
@@ -98,12 +102,13 @@ def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
                 moments = R @ np.diag(m.body_inertia[body]) @ R.T
                 inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
                 model.appendBodyToJoint(joint, inertia, place)
-        named = [m.site(number) for number in np.flatnonzero(m.site_bodyid == body)]
-        named += [m.geom(number) for number in np.flatnonzero((m.geom_bodyid == body) & (m.geom_type == _SPHERE))]
-        for item in named:
-            if item.name and not model.existFrame(item.name, pin.FrameType.OP_FRAME):
+        named = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
+        solid = (m.geom_bodyid == body) & (m.geom_type != _MESH) & ((m.geom_contype | m.geom_conaffinity) != 0)
+        named += [(m.geom(number), pin.FrameType.SENSOR) for number in np.flatnonzero(solid)]
+        for item, kind in named:
+            if item.name and not any(model.existFrame(item.name, one) for one in (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)):
                 place = tree.place[body] * _place(item.pos, item.quat)
-                model.addFrame(pin.Frame(item.name, tree.joint[body], frame[body], place, pin.FrameType.OP_FRAME))
+                model.addFrame(pin.Frame(item.name, tree.joint[body], frame[body], place, kind))
     return tree
 
 

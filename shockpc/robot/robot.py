@@ -1,10 +1,11 @@
 """A robot: URDF, xacro or MJCF in, moving bodies and frames out. What cannot be computed is refused by name."""
 
 import fnmatch
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -14,9 +15,8 @@ from shockpc.errors import UnknownName
 from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning
 from shockpc.robot.limits import refuse_drives
-from shockpc.robot.mjcf_model import build_mjcf
 from shockpc.robot.source import RobotSource, read_source
-from shockpc.robot.urdf_model import build_urdf
+from shockpc.robot.urdf_model import WORLD, build_urdf
 
 __all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
 
@@ -32,11 +32,15 @@ KINDS = {
 }
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
-SITES = (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
+FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]] = {
+    pin.FrameType.BODY: "link",
+    pin.FrameType.OP_FRAME: "site",
+    pin.FrameType.SENSOR: "geom",
+}
+"""Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
 
 
-@dataclass(frozen=True)
-class Body:
+class Body(NamedTuple):
     """What moves as one: a link and all that is fixed to it.
 
     Attributes:
@@ -53,15 +57,14 @@ class Body:
     name: str
     joint: int
     links: tuple[str, ...]
-    rotation: Array = field(repr=False)
-    offset: Array = field(repr=False)
+    rotation: Array
+    offset: Array
     mass: float
-    com: Array = field(repr=False)
-    inertia: Array = field(repr=False)
+    com: Array
+    inertia: Array
 
 
-@dataclass(frozen=True)
-class Joint:
+class Joint(NamedTuple):
     """How a body moves against the one that carries it.
 
     Attributes:
@@ -80,10 +83,10 @@ class Joint:
 
     name: str
     kind: str
-    axis: Array | None = field(repr=False)
+    axis: Array | None
     parent: int
-    rotation: Array = field(repr=False)
-    offset: Array = field(repr=False)
+    rotation: Array
+    offset: Array
     q: slice
     v: slice
     limits: tuple[float, float]
@@ -94,13 +97,16 @@ class Joint:
         """Unit of its coordinate."""
         return "m" if self.kind == "prismatic" else "rad"
 
+    def value(self, q: Array) -> float:
+        """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
+        return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
 
-@dataclass(frozen=True)
-class Frame:
+
+class Frame(NamedTuple):
     """A named place on a body.
 
     Attributes:
-        name: link, joint or site.
+        name: link, joint, site or geom.
         body: index into `Robot.bodies`; −1 if it is fixed to the world.
         rotation: (3, 3) in the body frame.
         offset: (3,) origin in the body frame [m].
@@ -109,9 +115,9 @@ class Frame:
 
     name: str
     body: int
-    rotation: Array = field(repr=False)
-    offset: Array = field(repr=False)
-    kind: Literal["link", "joint", "site"]
+    rotation: Array
+    offset: Array
+    kind: Literal["link", "joint", "site", "geom"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,19 +127,19 @@ class Robot:
     Attributes:
         source: the file's text and where it came from.
         model: the Pinocchio model; its first joint is the base's if `free_base`.
+        start: (nq,) configuration with neutral joints; a base that its file places stands there.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
-        drawn: (nq,) configuration in which the file draws the robot; None if that is the neutral one.
         notes: warnings of the file's reader.
     """
 
     source: RobotSource
     model: pin.Model
+    start: Array
     postures: Mapping[str, Array]
     mimics: tuple[Mimic, ...]
     loops: tuple[Loop, ...]
-    drawn: Array | None
     notes: tuple[str, ...]
 
     def __repr__(self) -> str:
@@ -163,7 +169,12 @@ class Robot:
     @cached_property
     def free_base(self) -> bool:
         """Whether the base can move (every URDF; an MJCF whose root body has a free joint)."""
-        return bool(self.model.joints[1].shortname() == "JointModelFreeFlyer")
+        return self.joints[0].kind == "free"
+
+    @property
+    def usual_base(self) -> Literal["free", "fixed"]:
+        """How the base moves unless a scene says otherwise: a root link called "world" stands for the ground."""
+        return "free" if self.free_base and self.bodies[0].name != WORLD else "fixed"
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
@@ -192,17 +203,16 @@ class Robot:
 
     @cached_property
     def frames(self) -> Mapping[str, Frame]:
-        """Every named place, by name; where a link and a joint or a site share a name it is the link's."""
+        """Every named place, by name; where a link shares its name with another it is the link's."""
         frames: dict[str, Frame] = {}
         for frame in sorted(self.model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
             index, place = frame.parentJoint - 1, frame.placement
             if index >= 0:
                 place = pin.SE3(self.bodies[index].rotation, self.bodies[index].offset).inverse() * place
-            kind: Literal["link", "joint", "site"] = "site" if frame.type in SITES else "joint"
-            if frame.type == pin.FrameType.BODY:
-                kind = "link"
             if frame.name != "universe" and frame.name not in frames:
-                frames[frame.name] = Frame(frame.name, index, read_only(place.rotation), read_only(place.translation), kind)
+                frames[frame.name] = Frame(
+                    frame.name, index, read_only(place.rotation), read_only(place.translation), FRAMES.get(frame.type, "joint")
+                )
         return frames
 
     @cached_property
@@ -219,6 +229,15 @@ class Robot:
     def joint(self, name: str) -> Joint:
         """The joint of that exact name."""
         return next(joint for joint in self.joints if joint.name == name)
+
+    @cached_property
+    def driven(self) -> np.ndarray:
+        """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
+        driven = np.ones(self.model.nv, dtype=bool)
+        for joint in self.joints:
+            driven[joint.v] = joint.kind != "free"
+        driven.flags.writeable = False
+        return driven
 
     @cached_property
     def mass(self) -> float:
@@ -269,14 +288,6 @@ class Robot:
         moves.flags.writeable = False
         return moves
 
-    @cached_property
-    def start(self) -> Array:
-        """Neutral joints (nq,); a free base that its file ties to the world stands where the file draws it, for there it meets."""
-        q = np.array(pin.neutral(self.model))
-        if self.drawn is not None and self.free_base and any(-1 in loop.bodies for loop in self.loops):
-            q[:7] = self.drawn[:7]
-        return read_only(q)
-
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.
 
@@ -320,7 +331,10 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
-    built = build_mjcf(source) if source.kind == "mjcf" else build_urdf(source)
+    build = build_urdf
+    if source.kind == "mjcf":
+        from shockpc.robot.mjcf_model import build_mjcf as build
+    built = build(source)
     refuse_drives(source.path.name, built.model.armature)
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:

@@ -78,7 +78,7 @@ def read_source(
     markup = read_xml(path)
     folders = open_folders(path, packages or {})
     warnings: tuple[str, ...] = ()
-    if markup.root.tag == "robot" and (path.suffix == ".xacro" or _uses_xacro(markup.root)):
+    if markup.root.tag == "robot" and (path.suffix == ".xacro" or _uses_xacro(markup)):
         from shockpc.robot.xacro import expand_xacro
 
         text, warnings = expand_xacro(markup, folders, xacro or {})
@@ -117,13 +117,13 @@ def read_source(
     return RobotSource(name, kind, text, robot_name, postures, folders, warnings)
 
 
-def _uses_xacro(root: ElementTree.Element) -> bool:
+def _uses_xacro(markup: Markup) -> bool:
     """Whether a file has to be expanded: one whose links carry no mass, or numbers that are expressions, without xacro.
 
     Expanded files often keep a <xacro:…> element or two that mean nothing any more; their links are complete.
     """
-    elements = list(root.iter())
-    if not any(key.startswith("xacro:") for element in elements for key in (element.tag, *element.attrib)):
+    root = markup.root
+    if "xacro:" not in markup.text or not any(key.startswith("xacro:") for part in root.iter() for key in (part.tag, *part.attrib)):
         return False
     plain = [element for link in root.findall("link") + root.findall("joint") for element in link.iter()]
     written = [value for element in plain for value in (element.tag, *element.attrib, *element.attrib.values())]

@@ -60,11 +60,11 @@ def vector(text: str | None, size: int) -> tuple[float, ...] | None:
     A number that is too large or too small for a double is none, because the parser would drop the element that holds it.
     """
     words = (text or "").split()
-    if len(words) != size or not all(_NUMBER.fullmatch(word) for word in words):
+    if len(words) != size or not all(map(_NUMBER.fullmatch, words)):
         return None
-    values = tuple(float(word) for word in words)
-    held = (sys.float_info.min <= abs(value) < math.inf or _ZERO.fullmatch(word) for value, word in zip(values, words, strict=True))
-    return values if all(held) else None
+    values = tuple(map(float, words))
+    small = (word for value, word in zip(values, words, strict=True) if abs(value) < sys.float_info.min)
+    return values if all(map(math.isfinite, values)) and all(map(_ZERO.fullmatch, small)) else None
 
 
 def moving_parts(robot: Element) -> str:
@@ -89,12 +89,14 @@ def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[st
     Raises:
         RobotError: a joint mimics twice.
     """
-    warnings = []
-    before = [dict(element.attrib) for element in robot.iter()]
-    robot.set("name", robot.get("name") or name)
+    warnings, changed = [], not robot.get("name")
+    if changed:
+        robot.set("name", name)
     for element in robot.iter():
-        element.attrib.update({key: value.strip() for key, value in element.attrib.items()})
-    changed = before != [element.attrib for element in robot.iter()]
+        for key, value in element.attrib.items():
+            if value != value.strip():
+                element.set(key, value.strip())
+                changed = True
     left = [element for element in robot if element.tag.startswith("xacro:")]
     if left:
         tags = ", ".join(dict.fromkeys(f"<{element.tag}>" for element in left))

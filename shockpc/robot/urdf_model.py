@@ -18,7 +18,10 @@ from shockpc.robot.files import parse_xml, read_xml
 from shockpc.robot.source import RobotSource
 from shockpc.robot.urdf import moving_parts, vector
 
-__all__ = ["build_urdf"]
+__all__ = ["WORLD", "build_urdf"]
+
+WORLD = "world"
+"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
 
 def build_urdf(source: RobotSource) -> Built:
@@ -29,10 +32,10 @@ def build_urdf(source: RobotSource) -> Built:
     """
     root = parse_xml(source.xml, source.path.name)
     try:
-        model = pin.buildModelFromXML(moving_parts(root), pin.JointModelFreeFlyer())
+        model, start, notes = _on_its_base(root, source.path.name)
     except (ValueError, RuntimeError, IndexError) as refusal:
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {' '.join(str(refusal).split())}") from None
-    postures = _read_srdf(source.srdf, model) if source.srdf is not None else {}
+    postures = _read_srdf(source.srdf, model, start) if source.srdf is not None else {}
     # A fixed joint follows nothing; one that follows a fixed joint keeps its offset.
     mimics = [
         Mimic(joint.get("name", ""), rule.get("joint", ""), float(rule.get("multiplier", "1")), float(rule.get("offset", "0")))
@@ -40,13 +43,39 @@ def build_urdf(source: RobotSource) -> Built:
         for rule in joint.findall("mimic")
         if model.existJointName(joint.get("name", ""))
     ]
-    return Built(model, postures, leaders_first(mimics, model, source.path.name))
+    return Built(model, start, postures, leaders_first(mimics, model, source.path.name), notes=notes)
 
 
-def _read_srdf(path: Path, model: pin.Model) -> dict[str, Array]:
+def _on_its_base(urdf: Element, file: str) -> tuple[pin.Model, Array, tuple[str, ...]]:
+    """The model on a floating base, the configuration (nq,) in which its joints are neutral, and warnings.
+
+    A root link that is called "world", or has no mass, and carries nothing but a floating or planar joint is the world, and that
+    joint is the floating base. It stands where its configuration says; its origin in the file is only where it starts.
+    """
+    model = pin.buildModelFromXML(moving_parts(urdf), pin.JointModelFreeFlyer())
+    notes: tuple[str, ...] = ()
+    root = next(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+    carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
+    kind = model.joints[carried[0]].shortname() if len(carried) == 1 and (root == WORLD or not model.inertias[1].mass) else ""
+    if kind in ("JointModelFreeFlyer", "JointModelPlanar"):
+        name = model.names[carried[0]]
+        if kind == "JointModelPlanar":
+            next(joint for joint in urdf.iter("joint") if joint.get("name") == name).set("type", "floating")
+            notes = (
+                f'{file}: joint "{name}" is planar and carries the whole robot, so it is computed as a floating base; '
+                "--base planar keeps it in the plane of the study",
+            )
+        model = pin.buildModelFromXML(moving_parts(urdf))
+    start = pin.neutral(model)
+    start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
+    model.jointPlacements[1] = pin.SE3.Identity()
+    return model, read_only(start), notes
+
+
+def _read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
     """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped.
 
-    What a state does not set is neutral. States of one name (an arm's and a leg's) make one posture.
+    What a state does not set is as at the start. States of one name (an arm's and a leg's) make one posture.
 
     Raises:
         RobotError: the file is no SRDF, or a number is missing or cannot be what it is to be.
@@ -57,10 +86,11 @@ def _read_srdf(path: Path, model: pin.Model) -> dict[str, Array]:
     postures: dict[str, Array] = {}
     for state in root.iter("group_state"):
         name = state.get("name", "")
-        q = postures.setdefault(name, np.asarray(pin.neutral(model)))
+        q = postures.setdefault(name, np.array(start))
         for entry in state.iter("joint"):
-            if model.existJointName(entry.get("name", "")):
-                joint = model.joints[model.getJointId(entry.get("name", ""))]
+            called = entry.get("name", "")
+            if called == "root_joint" or model.existJointName(called):
+                joint = model.joints[1 if called == "root_joint" else model.getJointId(called)]
                 q[joint.idx_q : joint.idx_q + joint.nq] = _values(entry, joint.nq, f'{path.name}: posture "{name}"')
     armature = np.array(model.armature)
     for entry in root.iterfind("rotor_params/joint"):

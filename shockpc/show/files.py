@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
@@ -22,6 +21,8 @@ def check_folder(folder: Path, option: str) -> None:
     Raises:
         OutputError: it is a file, it cannot be made, or nothing may be written in it.
     """
+    import tempfile
+
     _refuse_nul(folder)
     place = folder
     try:
@@ -84,6 +85,8 @@ def write_text(path: Path, content: str | bytes) -> None:
     Raises:
         OutputError: it cannot be written.
     """
+    import tempfile
+
     _refuse_nul(path)
     try:
         data = content.encode("utf-8") if isinstance(content, str) else content

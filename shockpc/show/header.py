@@ -5,11 +5,23 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from shockpc.model.columns import Base
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
+from shockpc.robot.urdf_model import WORLD
 
-__all__ = ["angle_text", "bodies_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text", "strike_text"]
+__all__ = [
+    "angle_text",
+    "base_text",
+    "bodies_text",
+    "contact_name",
+    "count",
+    "header_lines",
+    "joint_model_text",
+    "posture_text",
+    "strike_text",
+]
 
 JOINT_MODELS = {
     "free": "free (zero reflected inertia; a stiff gearbox changes the results considerably)",
@@ -18,9 +30,11 @@ JOINT_MODELS = {
     "mixed": "mixed (some joints have reflected inertia or are locked, the others are free)",
 }
 BASES = {
-    "free": "free; --base planar or --base fixed restrains it",
+    "free": "falls freely; --base planar or --base fixed restrains it",
     "planar": "moves in the plane only; --base free releases it",
     "fixed": "fixed to the world; --base free releases it",
+    "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
+    "file": "fixed in the file; a <freejoint/> in its root body releases it",
 }
 PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
 
@@ -33,13 +47,20 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     lines = {
         "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {bodies_text(robot)}{xacro})",
         "posture": posture_text(profile),
-        "base": BASES[scene.base or "free"],
+        "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
         "strike": f"{strike_text(profile)}: velocity ({_vector(profile.strike)}) m/s{normalised}",
         "joint model": "; ".join([joint_model_text(profile), *_drive_settings(profile)]),
         "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({_vector(profile.plane.normal)})",
     }
     return [(name, printable(text)) for name, text in lines.items()]
+
+
+def base_text(robot: Robot, base: Base) -> str:
+    """How the base moves, why, and what changes it."""
+    if base != "fixed" or not robot.free_base:
+        return BASES[base if robot.free_base else "file"]
+    return BASES["world" if robot.usual_base == "fixed" else "fixed"]
 
 
 def joint_model_text(profile: ShockProfile) -> str:

@@ -217,7 +217,7 @@ def limits(
             "allow a greater shock, or give another range with --range"
         )
     names = tuple(one.name for one in joints)
-    here = (_own_value(joints[0], landing.q), own)
+    here = (joints[0].value(landing.q), own)
     return ShockLimits(
         profile, spot.label, names, unit, max_shock, (low, high), file_limits, here, angles, step, values, gram, tuple(found),
         unreachable, inaccurate,
@@ -272,7 +272,7 @@ class _Sweep:
         landing = self._landing
         if not landing.loops:
             return values, np.stack([self.posture(value, landing.q) for value in values.tolist()]), ()
-        start = int(np.argmin(np.abs(values - _own_value(self._joints[0], landing.q))))
+        start = int(np.argmin(np.abs(values - self._joints[0].value(landing.q))))
         found: dict[float, Array] = {}
         refused: list[tuple[float, float, str]] = []
         for walk in (values[start:].tolist(), values[start::-1].tolist()):
@@ -466,12 +466,6 @@ def _targets(own: float, strikes: tuple[float, float]) -> list[tuple[float, floa
     own_deg = round(math.degrees(own), 9)
     others = [math.radians(angle) for angle in single if angle != own_deg]
     return list(dict.fromkeys([(own, own), *((angle, angle) for angle in others), strikes]))
-
-
-def _own_value(joint: Joint, q: Array) -> float:
-    """The value of a joint in a configuration [rad, m]."""
-    at = q[joint.q]
-    return float(np.arctan2(at[1], at[0])) if len(at) == 2 else float(at[0])
 
 
 def _value(value: float, unit: str) -> str:

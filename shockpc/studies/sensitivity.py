@@ -8,7 +8,7 @@ ball arithmetic, exact to the last digit. The jump is linear in the velocity of 
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -356,7 +356,7 @@ def _path(landing: Landing, inputs: Inputs, rates: Array) -> Callable[[float], I
             block._replace(point=balls(block.point) + balls(t * speeds[k])) if k in speeds else block
             for k, block in enumerate(inputs.blocks)
         )
-        return replace(inputs, q=displaced(robot, landing.q, rates, t), blocks=blocks)
+        return inputs._replace(q=displaced(robot, landing.q, rates, t), blocks=blocks)
 
     return path
 

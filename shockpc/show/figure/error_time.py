@@ -1,6 +1,5 @@
 """Error against run time on logarithmic axes, for the benchmark."""
 
-from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -8,9 +7,8 @@ from matplotlib.figure import Figure
 from shockpc.printed import printable
 from shockpc.show.figure.canvas import render
 from shockpc.show.figure.palette import INK, PAPER
-from shockpc.show.files import write_text
 
-__all__ = ["save_error_time"]
+__all__ = ["error_time_svg"]
 
 COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -18,13 +16,10 @@ FLOOR = 1e-17
 """Errors below this are drawn here."""
 
 
-def save_error_time(path: Path, title: str, series: dict[str, list[tuple[float, float]]], accurate: float) -> None:
+def error_time_svg(title: str, series: dict[str, list[tuple[float, float]]], accurate: float) -> bytes:
     """Draw run time [s] and error [1] of the results of several methods, by the method's name, as SVG.
 
     A line shows the largest error of an accurate result.
-
-    Raises:
-        OutputError: the file cannot be written.
     """
 
     def draw() -> Figure:
@@ -42,7 +37,7 @@ def save_error_time(path: Path, title: str, series: dict[str, list[tuple[float, 
         figure.legend(loc="outside right upper", fontsize=7.5)
         return figure
 
-    write_text(path, render(draw, formulas=True)["svg"])
+    return render(draw, formulas=True)["svg"]
 
 
 def _text(name: str) -> str:

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from shockpc.paper.figures import PaperFigure
+from shockpc.paper.claim import PaperFigure
 from shockpc.show.figure.canvas import render
 from shockpc.show.figure.panels import draw_panels
 from shockpc.show.figure.view import view_of

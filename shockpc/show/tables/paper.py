@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from shockpc.paper.claim import Claim
-from shockpc.paper.figures import PaperFigure
+from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.landings import scene
 from shockpc.scene import scene_text
 from shockpc.show.files import write_folder
@@ -24,7 +23,7 @@ def paper_text(figures: Sequence[PaperFigure]) -> str:
     }
     lines = ["claims of the paper: " + ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count), "─" * 8]
     for claim in claims:
-        lines += [f"{claim.section}: {claim.statement}", f"    {claim.quantity}, {claim.criterion}"]
+        lines += [claim.statement, f"    {claim.quantity}, {claim.criterion}"]
         lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
     return f"{as_text(_bodies_sheet(figures))}\n" + "\n".join(lines) + "\n"
 
@@ -66,7 +65,7 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
 def _claims_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     """One row for every claim, and one for each alternative interpretation that changes the outcome."""
     rows = [
-        (claim.section, claim.statement, interpretation, claim.quantity, claim.criterion, value, outcome)
+        (*claim.statement.partition(": ")[::2], interpretation, claim.quantity, claim.criterion, value, outcome)
         for figure in figures
         for claim in figure.claims
         for interpretation, value, outcome in _outcomes(claim)

@@ -8,7 +8,7 @@ from shockpc.model.posture import reference_name
 from shockpc.printed import few, printable
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.robot import Robot
-from shockpc.show.header import bodies_text, count
+from shockpc.show.header import base_text, bodies_text, count
 from shockpc.show.tables.sheets import Cell, Sheet
 
 __all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
@@ -44,7 +44,7 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
     lines = {
         "robot": f"{robot.name}, {size}",
         "file": str(robot.source.path),
-        "base": "free by default; --base planar or --base fixed restrains it" if robot.free_base else "fixed in the file",
+        "base": base_text(robot, robot.usual_base),
         "feet": few(feet(robot), 12),
         "sensors": few(sensors(robot), 12) or "no link or site is named like an IMU, gyro, accelerometer or camera",
         "postures": f"{postures}; {reference_name(robot, None)} by default",
@@ -54,15 +54,15 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
 
 
 def links_sheet(robot: Robot) -> Sheet:
-    """Every link and site that can be a contact or a point: a row for each body, and under it all that is fixed to the body."""
+    """Every link, site and geom that can be a contact or a point: a row for each body, and under it what is fixed to it."""
     rows: list[tuple[Cell, ...]] = []
-    sites = [frame for frame in robot.frames.values() if frame.kind == "site"]
+    places = [frame for frame in robot.frames.values() if frame.kind in ("site", "geom")]
     for i, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
         rows.append((body.name, "body", robot.bodies[joint.parent].name if joint.parent >= 0 else "world", float(body.mass)))
         rows += [(link, "link", body.name, None) for link in body.links[1:]]
-        rows += [(site.name, "site", body.name, None) for site in sites if site.body == i]
+        rows += [(place.name, place.kind, body.name, None) for place in places if place.body == i]
     header = ("name", "what", "joined or fixed to", "mass of the body [kg]")
-    return Sheet("bodies, and the links and sites fixed to them", header, rows)
+    return Sheet("bodies, and what is fixed to them", header, rows)
 
 
 def joints_sheet(robot: Robot) -> Sheet:

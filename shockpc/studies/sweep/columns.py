@@ -117,7 +117,7 @@ def _solve(landing: Landing, Q: Array, carriers: Sequence[int], own: bool) -> So
 
 def _com_velocity(landing: Landing, state: Dynamics) -> Array:
     """Velocity (m, 3) of the robot's centre of mass before the impact."""
-    robot, total = landing.robot, np.zeros((len(state.H), 3))
+    robot, total = landing.robot, np.zeros((len(state.J), 3))
     for i, (mass, com) in enumerate(zip(robot.masses, robot.coms, strict=True)):
         twist = twist_before(state, landing.before, i)
         total += mass * (twist[:, 3:] + np.cross(twist[:, :3], state.position[:, i] + state.rotation[:, i] @ com))

@@ -1,0 +1,310 @@
+"""The cases: families of landings that one parameter makes harder, on known robots and on lists of links, loaded as URDF."""
+
+import functools
+import math
+import os
+import re
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.model.closure import Closure, Place
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
+from shockpc.model.posture import Posture
+from shockpc.robot.robot import Robot, load_robot
+from shockpc.scene import Scene, Strike
+
+__all__ = [
+    "FAMILIES", "FOOTED", "OBLIQUE", "Case", "Family", "Link", "bent", "box", "chain", "feet_of", "known_robot", "landing",
+    "robot_of",
+]  # fmt: skip
+
+BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)
+OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))
+X, Y, Z = np.eye(3)
+ORIGIN = np.zeros(3)
+STICKING = ("x", "y", "z")
+
+FOOTED = (
+    "a1", "alexander", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "bolt", "g1", "go1", "go2", "human", "hyq", "icub",
+    "icub_reduced", "laikago", "romeo", "romeo_laas_small", "romeo_small", "simple_humanoid", "solo12", "solo8", "talos",
+    "talos_full", "talos_reduced_corrected",
+)  # fmt: skip
+"""Robots of example-robot-data with a link that is a foot."""
+
+FOOT = re.compile(r"(_foot|_FOOT|_sole|_sole_link|ankle_roll_link|^[lr]_ankle)$")
+ANYMAL_FEET = ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT")
+
+ENDS = {
+    f"struck {struck}, rooted {root}": (struck == root, root == "light")
+    for struck in ("heavy", "light")
+    for root in ("light", "heavy")
+}
+LIMBS = {"ankle": (3.0, None, 0.5), "toe": (3.0, 1.0, None), "arm": (3.0, 1.0, 0.5, None)}
+BASES = {"free base": ("free", STICKING), "fixed base": ("fixed", STICKING), "fixed base, foot slides": ("fixed", ("z",))}
+Built = tuple[Robot, Scene]
+Build = Callable[[Any, Any], Built]
+
+
+class Link(NamedTuple):
+    """A body and the joint that carries it.
+
+    Attributes:
+        parent: index of the link that carries the joint; −1 for the root, whose joint is the free base.
+        kind: "revolute", "continuous" or "prismatic"; not used for the root.
+        origin: (3,) of the joint in the parent's frame [m].
+        axis: (3,) unit vector of the joint; the axes of parent and link are parallel at q = 0.
+        mass: [kg]
+        com: (3,) in the link's frame [m].
+        inertia: (3, 3) about the centre of mass [kg m²].
+    """
+
+    parent: int
+    kind: str
+    origin: Array
+    axis: Array
+    mass: float
+    com: Array
+    inertia: Array
+
+
+class Case(NamedTuple):
+    """One landing of a family: the names of family and variant, the value of the parameter, and what builds robot and scene."""
+
+    family: str
+    variant: str
+    value: str
+    build: Callable[[], Built]
+
+
+class Family(NamedTuple):
+    """Cases that differ in one parameter.
+
+    Attributes:
+        name: short.
+        about: what lands, and why it is hard.
+        parameter: what its cases differ in, with its unit.
+        variants: of the landing, each with the first argument of `build`.
+        values: of the parameter: numbers, or names of robots.
+        build: variant and value → robot and scene.
+    """
+
+    name: str
+    about: str
+    parameter: str
+    variants: dict[str, Any]
+    values: tuple[Any, ...]
+    build: Build
+
+    def cases(self) -> Iterator[Case]:
+        """Its cases, variant by variant."""
+        return (self.case(variant, value) for variant in self.variants for value in self.values)
+
+    def case(self, variant: str, value: float | str) -> Case:
+        """One of its cases."""
+        text = value if isinstance(value, str) else f"{value:g}"
+        return Case(self.name, variant, text, functools.partial(self.build, self.variants[variant], value))
+
+
+FAMILIES: dict[str, Family] = {}
+"""All families by name."""
+
+
+def rod(mass: float, along: Array) -> tuple[Array, Array]:
+    """Centre of mass (3,) and inertia (3, 3) of a rod from the link's origin to `along`, as thick as a fiftieth of its length."""
+    length = float(np.linalg.norm(along))
+    u = along / length
+    across = mass * length**2 * (1.0 / 12.0 + 1.0 / 10000.0)
+    return 0.5 * along, across * (np.eye(3) - np.outer(u, u)) + mass * length**2 / 5000.0 * np.outer(u, u)
+
+
+def box(mass: float, sides: tuple[float, float, float]) -> Array:
+    """Inertia (3, 3) of a box about its centre [kg m²]. Args: sides [m]."""
+    squares = np.square(sides)
+    return np.asarray(mass / 12.0 * np.diag(squares.sum() - squares))
+
+
+@functools.cache
+def known_robot(name: str) -> Robot:
+    """A robot by its name, loaded once."""
+    return load_robot(name)
+
+
+def robot_of(links: list[Link], name: str = "tree") -> Robot:
+    """Write the links as a file and load it. Link i is called "link<i>" and its joint "joint<i>"; the first link is the root.
+
+    Raises:
+        RobotError: the links are not a robot.
+    """
+    lines = [f'<robot name="{name}">']
+    for i, link in enumerate(links):
+        moments = " ".join(f'i{"xyz"[r]}{"xyz"[c]}="{float(link.inertia[r, c])!r}"' for r in range(3) for c in range(r, 3))
+        lines.append(
+            f'<link name="link{i}"><inertial><origin xyz="{_numbers(link.com)}"/><mass value="{float(link.mass)!r}"/>'
+            f"<inertia {moments}/></inertial></link>"
+        )
+    for i, link in enumerate(links[1:], start=1):
+        limit = "" if link.kind == "continuous" else '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
+        lines.append(
+            f'<joint name="joint{i}" type="{link.kind}"><parent link="link{link.parent}"/><child link="link{i}"/>'
+            f'<origin xyz="{_numbers(link.origin)}"/><axis xyz="{_numbers(link.axis)}"/>{limit}</joint>'
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.urdf"
+        path.write_text("\n".join([*lines, "</robot>"]), encoding="utf-8")
+        return load_robot(os.fspath(path))
+
+
+def _numbers(values: Array) -> str:
+    """Numbers with all digits."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+def chain(masses: Array, lengths: Array) -> Robot:
+    """A chain of rods, each hinged to the end of the last; hinges turn about y, and every third about x."""
+    origins = [ORIGIN, *(length * Z for length in lengths[:-1])]
+    links = [
+        Link(i - 1, "revolute", origin, X if i % 3 == 2 else Y, mass, *rod(mass, length * Z))
+        for i, (mass, length, origin) in enumerate(zip(masses, lengths, origins, strict=True))
+    ]
+    return robot_of(links, "chain")
+
+
+def bent(robot: Robot, scale: float = 1.0) -> Posture:
+    """A chain that is bent at every joint, by angles that repeat."""
+    joints = {name: scale * BEND[i % len(BEND)] for i, name in enumerate(robot.joint_names)}
+    return Posture(base_rpy_deg=(0.0, 25.0, 0.0), joints=joints)
+
+
+def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any) -> Built:
+    """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by name."""
+    contact = tuple(Contact(frame=one) if isinstance(one, str) else one for one in contacts)
+    return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
+
+
+def feet_of(robot: Robot) -> tuple[str, ...]:
+    """The links that are feet or soles, by their names."""
+    found = tuple(link for link in robot.links if FOOT.search(link) and "virtual" not in link)
+    return tuple(link for link in found if "sole" in link) or found
+
+
+def _family(parameter: str, variants: dict[str, Any], values: tuple[Any, ...]) -> Callable[[Build], Build]:
+    """Make a function that builds landings a family, which has the function's name and docstring; arguments as in `Family`."""
+
+    def add(build: Build) -> Build:
+        about = " ".join((build.__doc__ or "").split()).removesuffix(".")
+        name = build.__name__.strip("_").replace("_", " ")
+        FAMILIES[name] = Family(name, about, parameter, variants, values, build)
+        return build
+
+    return add
+
+
+@_family("robot", {"one foot": 1, "all feet": None}, FOOTED)
+def _robots(feet: int | None, name: str) -> Built:
+    """Robots of example-robot-data, with links without mass (romeo, human) and condition numbers up to 9e18 (icub)."""
+    robot = known_robot(name)
+    return landing(robot, *feet_of(robot)[:feet])
+
+
+@_family("mass ratio [-]", ENDS, (1e10, 1e20))
+def _mass_ratio(variant: tuple[bool, bool], ratio: float) -> Built:
+    """Six links with a large ratio of masses: light ones are lost in sums, and small motions are differences of large ones."""
+    at_root, rooted_light = variant
+    masses = np.geomspace(ratio**-0.5, ratio**0.5, 6)
+    robot = chain(masses if rooted_light else masses[::-1], np.full(6, 0.4))
+    return landing(robot, "link0" if at_root else Contact(frame="link5", offset=(0.0, 0.0, 0.4)), posture=bent(robot))
+
+
+@_family("knee angle [rad]", BASES, (0.0, 1e-9, 1e-5))
+def _knee(variant: tuple[Any, Any], angle: float) -> Built:
+    """A knee that straightens, struck along the leg, which then does not yield: on a fixed base there is no solution or verdict."""
+    base, directions = variant
+    posture = Posture(reference="neutral", joints={"hind_hip": -0.5 * angle, "hind_knee": angle})
+    foot = Contact(frame="hind_foot", directions=directions)
+    return landing(known_robot("quadruped"), foot, strike=Strike(), base=base, posture=posture)
+
+
+@_family("number of links [-]", {"struck at the end": 0.0, "struck in the middle": 0.5}, (10, 50, 200))
+def _links(where: float, n: int) -> Built:
+    """Chains of equal links: the motion of a distant link is a small difference of long sums."""
+    robot = chain(np.full(n, 1.0), np.full(n, 0.2))
+    # Angles that shrink with the number of links keep a long chain from winding into itself.
+    return landing(robot, f"link{int(where * n)}", posture=bent(robot, 1.0 / math.sqrt(n)))
+
+
+@_family("reflected inertia [kg m²]", {"one foot": 1, "four feet": 4}, (1e-18, 1e-3, 1e12))
+def _armature(feet: int, inertia: float) -> Built:
+    """ANYmal B with drives from free to almost locked: large reflected inertias dominate the diagonal of H."""
+    return landing(known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=Joints(armature={"*": inertia}))
+
+
+@_family("mass of the link [kg]", LIMBS, (0.0, 1e-15, 1e-10))
+def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
+    """A leg with a link of almost no mass, whose motion is a quotient of rounding errors; without mass it is not determined."""
+    masses = [light if mass is None else mass for mass in variant]
+    # Hip, knee, ankle, and an arm on the body.
+    parents, axes = (0, 1, 2, 0), (Y, 0.6 * Y + 0.8 * Z, Y, X)
+    origins, along = (ORIGIN, -0.3 * Z, -0.3 * Z, 0.1 * X + 0.1 * Z), (-0.3 * Z, -0.3 * Z, -0.3 * Z, 0.3 * Z)
+    body = Link(-1, "", ORIGIN, Y, 10.0, 0.1 * Z, box(10.0, (0.4, 0.3, 0.2)))
+    limbs = [Link(parents[k], "revolute", origins[k], axes[k], mass, *rod(mass, along[k])) for k, mass in enumerate(masses)]
+    posture = Posture(joints={"joint1": 0.4, "joint2": -0.9, "joint3": 0.6})
+    return landing(robot_of([body, *limbs], "light"), Contact(frame="link3", offset=(0.0, 0.0, -0.3)), posture=posture)
+
+
+@_family("units of length in one metre [-]", {"kg": 1.0, "g": 1e3}, (1e-3, 1e3, 1e6))
+def _units(mass: float, length: float) -> Built:
+    """One robot in other units of length and mass, which set the condition number of H: it holds masses and moments of inertia."""
+    robot = chain(mass * np.array([8.0, 2.0, 1.0, 3.0, 0.5]), length * np.array([0.5, 0.3, 0.2, 0.4, 0.1]))
+    foot = Contact(frame="link4", offset=(0.0, 0.0, 0.1 * length))
+    return landing(robot, foot, posture=bent(robot), strike=Strike(velocity=(0.4 * length, 0.1 * length, -0.9 * length)))
+
+
+@_family("corners [-]", {"sticking": STICKING, "sliding": ("z",)}, (1, 4))
+def _corners(directions: Any, n: int) -> Built:
+    """A box with a mast that lands on several corners: from the third on rows are dependent, and the KKT matrix is singular."""
+    body = Link(-1, "", ORIGIN, Y, 7.0, np.array([0.02, 0.01, 0.03]), box(7.0, (0.6, 0.4, 0.2)))
+    mast = Link(0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *rod(1.0, 0.4 * Z))
+    corners = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)][:n]
+    contacts = (Contact(frame="link0", offset=corner, directions=directions) for corner in corners)
+    return landing(robot_of([body, mast], "brick"), *contacts)
+
+
+@_family("feet [-]", {"locked": Joints(model="locked"), "hips free": Joints(locked=("*HFE", "*KFE"))}, (1, 2, 4))
+def _locked_feet(joints: Joints, feet: int) -> Built:
+    """ANYmal B with locked joints on several feet: up to twelve rows on a mechanism with six to ten degrees of freedom."""
+    return landing(known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=joints)
+
+
+@_family("distance [m]", {"with another foot": "RH_FOOT"}, (1e-8, 1e-5, 1e-2))
+def _doubled_contact(other: str, apart: float) -> Built:
+    """A foot of ANYmal B that strikes with two points: they stop a rotation by rows that differ only by their distance."""
+    return landing(known_robot("anymal_b"), "LF_FOOT", other, Contact(frame="LF_FOOT", offset=(apart, 0.0, 0.0)))
+
+
+@_family("height over length [-]", {"closed in the plane": ("x", "z"), "closed in space": STICKING}, (0.0, 1e-10, 1.0))
+def _flat_four_bar(directions: Any, height: float) -> Built:
+    """A four-bar linkage almost folded into a line, where a closure row vanishes; closed in space, another row is dependent."""
+    # Drawn closed, so that every angle is zero: ends of crank and coupler, and the rocker's hinge, from the crank's hinge.
+    crank, coupler, rocker = 0.5 * X + height * Z, 1.1 * X - 0.7 * height * Z, 1.6 * X
+    hinge = -0.8 * X - 0.1 * Z
+    links = [
+        Link(-1, "", ORIGIN, Y, 9.0, 0.03 * X + 0.1 * Z, box(9.0, (1.6, 0.3, 0.3))),
+        Link(0, "revolute", hinge, Y, 0.8, *rod(0.8, crank)),
+        Link(1, "revolute", crank, Y, 0.6, *rod(0.6, coupler - crank)),
+        Link(0, "revolute", hinge + rocker, Y, 0.7, *rod(0.7, coupler - rocker)),
+    ]
+    a, b = Place(frame="link2", offset=tuple(coupler - crank)), Place(frame="link3", offset=tuple(coupler - rocker))
+    foot = Contact(frame="link1", offset=(0.2, 0.0, -0.1))
+    return landing(robot_of(links, "four_bar"), foot, closure=(Closure(a=a, b=b, directions=directions),))
+
+
+@_family("distance [m]", {"one foot": "LF_FOOT"}, (1e6, 1e9))
+def _far_from_the_origin(foot: str, away: float) -> Built:
+    """ANYmal B far from the origin of the world: velocities written there multiply every rotation by the distance."""
+    return landing(known_robot("anymal_b"), foot, posture=Posture(base_position=(away, -0.3 * away, 0.5)))

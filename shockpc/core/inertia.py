@@ -1,0 +1,102 @@
+"""The joint-space inertia H in N postures, as matrices or as the momenta that they consist of, and H⁻¹ B from either."""
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+
+__all__ = ["Inertia", "Momenta", "diagonal_of", "matrix_of", "solve_inertia"]
+
+
+class Momenta(NamedTuple):
+    """What H consists of: H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves; on the diagonal also armature.
+
+    With them the work for one posture grows with nv, and with its cube in the matrix, but each velocity costs a dozen calls.
+
+    Attributes:
+        J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the bodies behind it.
+        F: (N, 6, nv) momentum of these bodies then, angular about the common origin first [kg m², kg m; kg m, kg].
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        before: for each joint velocity the next one towards the base, −1 for none.
+    """
+
+    J: Array
+    F: Array
+    armature: Array
+    before: tuple[int, ...]
+
+
+Inertia: TypeAlias = Array | Momenta
+"""Matrices H (N, nv, nv), symmetric positive definite [kg, kg m, kg m²], or what they consist of."""
+
+
+def diagonal_of(inertia: Inertia) -> Array:
+    """The diagonal (N, nv) of H."""
+    if isinstance(inertia, Momenta):
+        return np.asarray(np.einsum("nij,nij->nj", inertia.J, inertia.F) + inertia.armature)
+    return np.asarray(np.einsum("nii->ni", inertia))
+
+
+def matrix_of(inertia: Inertia) -> Array:
+    """H (N, nv, nv)."""
+    if not isinstance(inertia, Momenta):
+        return inertia
+    carries = np.eye(len(inertia.before), dtype=bool)
+    for k, before in enumerate(inertia.before):
+        if before >= 0:
+            carries[:, k] |= carries[:, before]
+    upper = np.where(carries, np.swapaxes(inertia.J, -1, -2) @ inertia.F, 0.0)
+    return np.asarray(upper + np.swapaxes(np.triu(upper, 1), -1, -2) + np.diag(inertia.armature))
+
+
+def solve_inertia(inertia: Inertia, B: Array) -> Array:
+    """H⁻¹ B (N, nv, k). Args: B (N, nv, k).
+
+    Returns: NaN, or numbers without meaning, in a posture whose H is singular.
+    """
+    if isinstance(inertia, Momenta):
+        return _along_the_tree(inertia, B)
+    try:
+        return np.asarray(np.linalg.solve(inertia, B), dtype=float)
+    except np.linalg.LinAlgError:
+        if len(B) == 1:
+            return np.full_like(B, np.nan)
+        return np.concatenate([solve_inertia(inertia[k : k + 1], B[k : k + 1]) for k in range(len(B))])
+
+
+def _along_the_tree(inertia: Momenta, B: Array) -> Array:
+    """H⁻¹ B by Gaussian elimination from the leaves to the base, and back.
+
+    To eliminate velocity k takes H_ik H_kj / H_kk from H_ij. As H_ik = J_iᵀ F_k, this takes (F_k F_kᵀ / H_kk) J_j from F_j, and one
+    matrix (6, 6) serves all velocities before k: what it takes from their inertia leaves the articulated one (Featherstone 2008,
+    section 7.3).
+    """
+    # The posture comes last, so that every operation runs over contiguous numbers.
+    J, columns = inertia.J.transpose(2, 1, 0).copy(), np.empty((B.shape[1], 6 + B.shape[2], len(B)))
+    columns[:, :6], columns[:, 6:] = inertia.F.transpose(2, 1, 0), B.transpose(1, 2, 0)
+    pivot = np.einsum("kin,kin->kn", J, columns[:, :6]) + inertia.armature[:, None]
+    share, X = np.empty_like(J), columns[:, 6:]
+    behind: dict[int, Array] = {}
+    for k, before in reversed(list(enumerate(inertia.before))):
+        taken = behind.pop(k, None)
+        if taken is not None:
+            change = np.einsum("ijn,jn->in", taken, J[k])
+            columns[k] -= change
+            pivot[k] -= np.einsum("in,in->n", J[k], change[:6])
+        np.divide(columns[k, :6], pivot[k], out=share[k])
+        if before >= 0:
+            passed = columns[k][:, None] * share[k]
+            for other in (taken, behind.get(before)):
+                if other is not None:
+                    passed += other
+            behind[before] = passed
+        X[k] /= pivot[k]
+    twists: list[Array] = []
+    for k, before in enumerate(inertia.before):
+        if before >= 0:
+            X[k] -= np.einsum("ikn,in->kn", twists[before], share[k])
+        twists.append(J[k][:, None] * X[k])
+        if before >= 0:
+            twists[k] += twists[before]
+    return X.transpose(2, 0, 1).copy()

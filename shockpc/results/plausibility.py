@@ -1,0 +1,152 @@
+"""What a landing on level ground cannot be, and numbers that look as if they were meant in another unit."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from shockpc.diagnostic import Diagnostic
+from shockpc.landing import Landing
+from shockpc.model.dynamics import dynamics
+from shockpc.model.posture import reference_name
+from shockpc.model.rows import NO_AXES, block_point, row_jacobian
+from shockpc.printed import few, listed
+from shockpc.results.contacts import ContactImpulse
+from shockpc.results.geometry import body_outline
+
+__all__ = ["heights", "implausible"]
+
+LEVEL, SHARE = 0.02, 0.01
+"""Heights that differ by less than 2 cm [m] plus a hundredth of the robot's size are taken as equal, since meshes of round feet
+are that uneven."""
+
+STRAIGHT = 0.02
+"""A limb cannot move its end in a direction in which the joints move it by less than this share of what they do elsewhere [1]."""
+
+BEND = 0.7
+"""By how much every joint is moved to count the directions in which a limb that is not straight moves its end [rad, m]."""
+
+SMALL_ANGLES = (0.1, 3.2)
+"""Angles in degrees of which the largest lies between these may be meant in radians, where half a turn is 3.14."""
+
+HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
+"""Mass of a robot beyond which its file may give grams [kg]; reflected inertia [kg m²] that no robot below the second mass has."""
+
+
+def implausible(landing: Landing, contacts: Sequence[ContactImpulse]) -> tuple[Diagnostic, ...]:
+    """Warnings about heights, a limb that is straight because no posture is known, and units.
+
+    Args:
+        landing: the landing.
+        contacts: what the ground does at each of its contacts.
+    """
+    return (*heights(landing), *_straight(landing, contacts), *_angles(landing), *_masses(landing))
+
+
+def heights(landing: Landing) -> Iterator[Diagnostic]:
+    """Warnings about geometry below the contacts, and about contacts and standing feet that level ground cannot touch together.
+
+    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without their rounding.
+    """
+    robot, state, up = landing.robot, landing.state, landing.up
+    outline = body_outline(robot)
+    pieces, shapes = outline.pieces, [shape for own in outline.shapes for shape in own]
+    body = pieces.body[pieces.piece]
+    points = (state.rotation[0, body] @ pieces.points[..., None])[..., 0] + state.position[0, body]
+    core = np.minimum.reduceat(points @ up, pieces.start) if shapes else np.zeros(0)
+    surface = core - pieces.radius
+    slack = LEVEL + SHARE * (float(np.linalg.norm(np.ptp(points, axis=0))) if shapes else 0.0)
+    names = [*(contact.frame for contact in landing.contacts), *landing.scene.stance]
+    levels, below, others = [], {}, np.ones(len(shapes), dtype=bool)
+    for name, block in zip(names, landing.rows(state), strict=False):
+        own = np.array([shape.belongs_to(robot.frame(name)) for shape in shapes], dtype=bool)
+        point, others = float(block_point(state, block)[0] @ up), others & ~own
+        levels.append(min([point, *surface[own]]))
+        if block.kind == "contact" and point - min([point, *core[own]]) > slack:
+            below[name] = point - levels[-1]
+    if below:
+        low = max(below.values())
+        text = (
+            f"{listed(below, 4)} {'reach up to' if len(below) > 1 else 'reaches'} {low:.2g} m below the contact point; "
+            "strike the lowest point with --contact-point lowest"
+        )
+        yield Diagnostic("height", "+".join(below), low, text)
+    first, last = names[int(np.argmin(levels))], names[int(np.argmax(levels))]
+    low = max(levels) - min(levels)
+    if low > slack:
+        text = f'"{last}" is {low:.2g} m above "{first}", so level ground cannot touch both; change the posture, or leave one out'
+        yield Diagnostic("height", last, low, text)
+    if landing.base != "fixed" and others.any() and min(levels) - core[others].min() > slack:
+        k = int(np.argmin(np.where(others, surface, np.inf)))
+        low = min(levels) - float(surface[k])
+        text = (
+            f'"{first}": {low:.2g} m of the robot is below the contact, so level ground meets "{shapes[k].link}" first; '
+            "change the posture, or name what strikes"
+        )
+        yield Diagnostic("height", first, low, text)
+
+
+def _straight(landing: Landing, contacts: Sequence[ContactImpulse]) -> Iterator[Diagnostic]:
+    """Warnings of limbs that are straight in the neutral posture, which was taken because the robot has no other."""
+    robot, posture = landing.robot, landing.scene.posture
+    chosen = {posture.reference, reference_name(robot, None)} != {"neutral"} or "neutral" in robot.postures
+    if chosen or posture.joints or posture.joints_deg or landing.loops:
+        return
+    bent = np.array(landing.q)
+    for joint in robot.joints[robot.free_base :]:
+        if joint.kind == "continuous":
+            bent[joint.q] = math.cos(BEND), math.sin(BEND)
+        elif joint.q.stop - joint.q.start == joint.v.stop - joint.v.start:
+            bent[joint.q] += BEND
+    state = dynamics(robot, np.stack([landing.q, bent]))
+    straight = []
+    for found, block in zip(contacts, landing.rows(landing.state), strict=False):
+        moved = row_jacobian(state, [block._replace(forces=np.eye(3), moments=NO_AXES)])[..., 6 * robot.free_base :]
+        size = np.linalg.svd(moved, compute_uv=False)
+        here, elsewhere = np.sum(size > STRAIGHT * size.max(initial=0.0), axis=1)
+        if here < elsewhere:
+            straight.append(found)
+    if straight:
+        least = min((found.mitigation for found in straight if found.mitigation is not None), default=None)
+        limbs = "limb" if len(straight) == 1 else "limbs"
+        text = (
+            f"no standing posture found: neutral, with straight {limbs} at {listed((found.frame for found in straight), 4)}"
+            f"{'' if least is None else f'; mitigation {least:.2g}'}; set joints with --set, or give "
+            + ("the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf")
+        )
+        yield Diagnostic("posture", "+".join(found.frame for found in straight), least, text)
+
+
+def _angles(landing: Landing) -> Iterator[Diagnostic]:
+    """Warnings of degrees that look like radians, and of radians beyond a whole turn."""
+    robot, posture = landing.robot, landing.scene.posture
+    turns = {joint.name for joint in robot.joints if joint.kind != "prismatic"}
+    given = {name: value for name, value in posture.joints_deg.items() if turns.intersection(robot.match_joints(name))}
+    given |= zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False)
+    given = {name: value for name, value in given.items() if value}
+    least, most = SMALL_ANGLES
+    if least <= max(map(abs, given.values()), default=0.0) <= most and any(value % 1.0 for value in given.values()):
+        text = few([f"{name} = {value:g} deg" for name, value in given.items()], 4)
+        meant = few([f"{math.degrees(value):.4g}" for value in given.values()], 4)
+        yield Diagnostic("unit", "angles", max(given.values(), key=abs), f"{text}: if radians are meant, give {meant} deg")
+    for name, value in posture.joints.items():
+        if abs(value) > 2.0 * math.pi and turns.intersection(robot.match_joints(name)):
+            text = f"{name} = {value:g} rad: if degrees are meant, give {math.radians(value):.4g} rad"
+            yield Diagnostic("unit", name, value, text)
+
+
+def _masses(landing: Landing) -> Iterator[Diagnostic]:
+    """Warnings of masses that look like grams, and of reflected inertias that look like kg cm²."""
+    robot = landing.robot
+    if robot.mass > HEAVY:
+        text = f"the robot weighs {robot.mass:.4g} kg; if its file gives grams, that is {robot.mass / 1000.0:.4g} kg"
+        yield Diagnostic("unit", "mass", robot.mass, text)
+    armature = {joint.name: float(max(landing.joint_model.armature[joint.v])) for joint in robot.joints if joint.unit == "rad"}
+    large = {name: inertia for name, inertia in armature.items() if inertia > ARMATURE}
+    if large and robot.mass < LIGHT:
+        most = max(large.values())
+        text = (
+            f"{listed(large, 4)}: reflected inertia up to {most:g} kg m², on a robot of {robot.mass:.3g} kg; "
+            f"if kg cm² are meant, give {most * 1e-4:g} kg m²"
+        )
+        yield Diagnostic("unit", "armature", most, text)

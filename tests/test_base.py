@@ -1,0 +1,112 @@
+"""The base of a robot: which joint or link of the file it is, how it moves, and what the header says of it."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from commands import good, run
+from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
+from trees import known_robot, robot_from
+
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints, joint_model
+from shockpc.model.posture import Posture
+from shockpc.profile import shock_profile
+from shockpc.scene import Scene, Strike
+from shockpc.show.document import document
+
+SCENE = Scene(
+    robot="quadruped",
+    contact=(Contact(frame="front_foot"),),
+    posture=Posture(base_rpy_deg=(5.0, -10.0, 20.0), joints_deg={"*_knee": -20.0}),
+    strike=Strike(strike_angle_deg=20.0),
+)
+CHANGES = {
+    "as it is": {},
+    "armature": {"joints": Joints(armature={"*": 0.05})},
+    "locked": {"joints": Joints(model="locked")},
+    "fixed": {"base": "fixed", "posture": Posture()},
+    "planar": {"base": "planar", "posture": Posture()},
+    "turning": {"strike": Strike(velocity=(0.0, 0.0, -1.0), angular_velocity=(0.1, 2.0, 0.3))},
+    "standing on another foot": {"stance": ("hind_foot",)},
+}
+
+
+def in_a_world(text, root, kind="floating", name="world", turned=""):
+    """The URDF with another root link, to which a mark is fixed and that carries the robot on a joint."""
+    joints = joint("fix", name, "mark", "fixed", more="") + joint("carrier", name, root, kind, "0 0 1", turned)
+    return re.sub(r"(<robot[^>]*>)", rf'\1<link name="{name}"/><link name="mark"/>{joints}', text, count=1)
+
+
+def with_postures(text):
+    """The robot of a URDF with the postures of the quadruped."""
+    return robot_from(text, srdf=known_robot("quadruped").source.srdf.read_text())
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize(("kind", "name"), [("floating", "world"), ("floating", "footprint"), ("planar", "world")])
+def test_a_massless_root_that_carries_the_robot_on_a_floating_joint_is_the_world(kind, name, change):
+    """Every number is that of the same robot without that link and joint, whatever is fixed to the link."""
+    plain = known_robot("quadruped")
+    text = in_a_world(plain.source.xml, plain.bodies[0].name, kind, name)
+    scene = replace(SCENE, **CHANGES[change])
+    found, expected = (document(shock_profile(scene, robot)) for robot in (with_postures(text), plain))
+    assert (found.pop("robot") | {"file": ""}, found.pop("scene") | {"robot": ""}) == (
+        expected.pop("robot") | {"file": ""}, expected.pop("scene") | {"robot": ""},
+    )  # fmt: skip
+    notes = found["health"].pop("warnings")
+    assert [note for note in notes if note not in expected["health"]["warnings"]] == [
+        'robot.urdf: joint "carrier" is planar and carries the whole robot, so it is computed as a floating base; --base planar '
+        "keeps it in the plane of the study"
+    ] * (kind == "planar")
+    del expected["health"]["warnings"]
+    assert found == expected
+
+
+def test_the_origin_of_that_joint_is_where_the_base_starts():
+    """In the neutral posture the base is turned as the file says; one that a scene places stands there."""
+    plain = known_robot("quadruped")
+    text = in_a_world(plain.source.xml, plain.bodies[0].name, turned='<origin xyz="1 2 3" rpy="0.3 -0.2 0.1"/>')
+    turned = tuple(np.degrees((0.3, -0.2, 0.1)).tolist())
+    for posture in (Posture(reference="neutral"), Posture(reference="neutral", base_rpy_deg=turned)):
+        found = shock_profile(replace(SCENE, posture=posture), robot_from(text))
+        expected = shock_profile(replace(SCENE, posture=replace(posture, base_rpy_deg=turned)), plain)
+        np.testing.assert_allclose(found.delta_v, expected.delta_v, rtol=1e-12, atol=1e-13)
+
+
+def test_a_floating_joint_has_no_drive():
+    """Also where it carries a loose body: a pattern passes over it, locked joints leave it free."""
+    robot = robot_from(
+        urdf(*map(link, "abc"), joint("j", "a", "b"), joint("six", "a", "c", "floating", more="")),
+    )
+    for joints in (Joints(locked=("*",)), Joints(model="locked")):
+        assert joint_model(robot, joints).locked.tolist() == [False] * 6 + [True] + [False] * 6
+    assert joint_model(robot, Joints(armature={"*": 0.1})).armature.tolist() == [0.0] * 6 + [0.1] + [0.0] * 6
+
+
+def test_a_massless_root_under_a_hinge_is_computed_with_the_base_that_the_message_names(capfd, tmp_path):
+    """The message says --base fixed, and that works."""
+    robot = written(tmp_path, arm(base='<link name="base"/>'))
+    command = ("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0")
+    code, out, err = run(capfd, *command)
+    assert (code, out) == (3, "")
+    assert 'bodies "base", "tip" of robot "r" can move' in err
+    assert "bolt the robot's massless root down with --base fixed" in err
+    assert "fixed to the world; --base free releases it" in good(capfd, *command, "--base", "fixed")
+
+
+HEADERS = {
+    arm(): "falls freely; --base planar or --base fixed restrains it",
+    arm(base=link("world"), elbow=joint("elbow", "world", "tip")): (
+        'fixed to the world, because its root link is called "world"; --base free releases it'
+    ),
+    mjcf(body("tip", BODY, HINGE)): "fixed in the file; a <freejoint/> in its root body releases it",
+}
+
+
+@pytest.mark.parametrize("text", HEADERS)
+def test_the_header_says_whether_an_arm_is_bolted_down_and_what_changes_it(text, capfd, tmp_path):
+    robot = written(tmp_path, text, "arm.xml" if "<mujoco" in text else "arm.urdf")
+    for command in (("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0"), ("robots", robot)):
+        assert f"\nbase         {HEADERS[text]}\n" in good(capfd, *command)

@@ -1,0 +1,173 @@
+"""What level ground cannot touch, limbs that are straight because no posture is known, and numbers in another unit: warned of."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import run
+from robot_texts import written
+from trees import known_robot, robot_from
+
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
+from shockpc.model.posture import Posture
+from shockpc.profile import shock_profile
+from shockpc.robot.geometry import outline
+from shockpc.robot.landmarks import each_foot, feet
+from shockpc.robot.robot import Robot
+from shockpc.scene import Scene
+
+LEG = """
+<body name="{0}_thigh" pos="{1} .1 0">
+  <joint name="{0}_roll" axis="1 0 0"/><joint name="{0}_hip" axis="0 1 0"/>
+  <inertial pos="0 0 -.1" mass="1" diaginertia=".01 .01 .01"/>
+  <body name="{0}_calf" pos="0 0 -.2">
+    <joint name="{0}_knee" axis="0 1 0"/><inertial pos="0 0 -.1" mass=".5" diaginertia=".005 .005 .005"/>
+    <geom name="{0}" class="foot"/>
+  </body>
+</body>"""
+DOG = f"""
+<mujoco model="dog">
+  <default><default class="foot"><geom type="sphere" size=".02" pos="0 0 -.2"/></default></default>
+  <worldbody><body name="trunk"><freejoint/><inertial pos="0 0 0" mass="12" diaginertia=".1 .2 .2"/>
+    <geom type="box" size=".2 .1 .05"/>{LEG.format("FL", ".2")}{LEG.format("HL", "-.2")}
+  </body></worldbody>
+</mujoco>"""
+"""A dog of two legs: feet, balls of 2 cm radius, 0.4 m below the hips and 0.4 m apart; the trunk's bottom is 5 cm below them."""
+
+
+@pytest.fixture(scope="module")
+def dog() -> Robot:
+    return robot_from(DOG, ".xml")
+
+
+def warned(robot: Robot, *kinds: str, **scene):
+    """The warnings of these kinds."""
+    found = shock_profile(Scene(robot=robot.label, **scene), robot).health.warnings
+    return [warning for warning in found if warning.kind in kinds]
+
+
+# Feet
+
+
+def test_a_foot_without_a_link_is_a_geom(dog: Robot, tmp_path: Path, capfd):
+    """The geom's centre is the contact point, and its lowest point the sphere's; it is what a refused command suggests."""
+    for ours, drop in ((Contact(frame="FL"), 0.2), (Contact(frame="FL", at="lowest"), 0.22)):
+        same = Contact(frame="FL_calf", offset=(0, 0, -drop))
+        found, expected = (shock_profile(Scene(robot=dog.label, contact=(one,)), dog).delta_v for one in (ours, same))
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-15)
+    assert feet(dog) == ("FL", "HL")
+    assert 'such as "FL", "HL"\n' in run(capfd, "analyze", written(tmp_path, DOG, "dog.xml")).err
+    unnamed = written(tmp_path, DOG.replace('name="FL" ', "").replace('name="HL" ', ""), "unnamed.xml")
+    assert 'such as "FL_calf", "HL_calf"; "FL_calf" reaches 0.22 m below' in run(capfd, "analyze", unnamed).err
+
+
+@pytest.mark.parametrize("name", ["a_foot", "toe_site"])
+def test_a_site_named_like_a_foot_comes_first(name: str):
+    """Before geoms of that name, and before those of other names, wherever on the body it is."""
+    robot = robot_from(DOG.replace('<geom name="FL"', f'<site name="{name}"/><geom name="FL"'), ".xml")
+    assert feet(robot) == (name,)
+
+
+# Heights
+
+PITCHED = Posture(base_rpy_deg=(0, 15, 0))
+KNEE = Posture(joints_deg={"FL_knee": 60})
+RISE = 0.4 * math.sin(math.radians(15.0))
+
+
+@pytest.mark.parametrize(
+    ("contacts", "scene", "found"),
+    [
+        (("FL",), {}, []),
+        (("FL", "HL"), {}, []),
+        (("FL_calf",), {}, [("FL_calf", 0.22)]),
+        ((Contact(frame="FL_calf", at="lowest"),), {}, []),
+        (("FL_calf", "HL_calf"), {}, [("FL_calf+HL_calf", 0.22)]),
+        (("trunk",), {}, [("trunk", 0.05), ("trunk", 0.37)]),
+        (("FL",), {"posture": PITCHED}, []),
+        (("HL",), {"posture": PITCHED}, [("HL", RISE)]),
+        (("FL", "HL"), {"posture": PITCHED}, [("HL", RISE)]),
+        (("HL",), {"posture": PITCHED, "stance": ("FL",)}, [("HL", RISE)]),
+        (("FL", "HL"), {"posture": Posture(base_rpy_deg=(0, 3, 0))}, []),
+        (("FL", "HL"), {"posture": KNEE}, [("FL", 0.1)]),
+        (("FL",), {"posture": KNEE}, [("FL", 0.1)]),
+        (("FL",), {"posture": KNEE, "base": "fixed"}, []),
+    ],
+)
+def test_heights(dog: Robot, contacts, scene, found):
+    """A link that reaches below its contact point, another part of a robot that is not bolted down, contacts at two heights."""
+    seen = warned(dog, "height", contact=contacts, **scene)
+    assert [(one.subject, pytest.approx(one.value)) for one in seen] == found
+    assert all(f"{one.value:.2g} m" in one.text for one in seen)
+
+
+@pytest.mark.parametrize("name", ["a1", "anymal_b", "b1", "hyq"])
+def test_robots_that_stand_are_not_warned_of(name: str):
+    """On one foot and on all."""
+    robot = known_robot(name)
+    for contacts in (*((foot,) for foot in each_foot(robot)), each_foot(robot)):
+        assert warned(robot, "height", "posture", "unit", contact=contacts) == []
+
+
+def test_only_warnings_read_geometry():
+    """An analysis without them opens no mesh."""
+    robot = robot_from(DOG, ".xml")
+    before = outline.cache_info().misses
+    profile = shock_profile(Scene(robot=robot.label, contact=("FL",)), robot)
+    assert outline.cache_info().misses == before
+    assert profile.health.warnings
+    assert outline.cache_info().misses == before + 1
+
+
+# Posture
+
+HOME = '<keyframe><key name="home" qpos="0 0 0 1 0 0 0 0 0 0 0 0 0"/></keyframe>'
+
+
+def test_a_straight_limb_that_nobody_chose(dog: Robot):
+    """With the mitigation factor of that contact; not in a posture of the file, bent or not, nor where a joint is set."""
+    profile = shock_profile(Scene(robot=dog.label, contact=("FL",)), dog)
+    (warning,) = (one for one in profile.health.warnings if one.kind == "posture")
+    assert (warning.subject, warning.value) == ("FL", profile.contacts[0].mitigation)
+    assert "no standing posture found: neutral" in warning.text
+    assert f"mitigation {warning.value:.2g}; set joints with --set" in warning.text
+    home = robot_from(DOG.replace("</worldbody>", f"</worldbody>{HOME}"), ".xml")
+    assert warned(home, "posture", contact=("FL",)) == []
+    assert warned(dog, "posture", contact=("FL",), posture=Posture(joints_deg={"HL_knee": 0})) == []
+    bent = robot_from(DOG.replace('_calf" pos="0 0 -.2"', '_calf" pos="0 0 -.2" euler="0 40 0"'), ".xml")
+    assert warned(bent, "posture", contact=("FL",)) == []
+    assert warned(dog, "posture", contact=("trunk",)) == []
+
+
+# Units
+
+
+@pytest.mark.parametrize(
+    ("scene", "meant"),
+    [
+        ({"posture": Posture(joints_deg={"FL_knee": -1.4})}, "FL_knee = -1.4 deg: if radians are meant, give -80.21 deg"),
+        ({"posture": Posture(joints_deg={"*_knee": -3, "FL_knee": 0.5})}, "give -171.9, 28.65 deg"),
+        ({"posture": Posture(base_rpy_deg=(0, 0.26, 0))}, "pitch = 0.26 deg: if radians are meant, give 14.9 deg"),
+        ({"posture": Posture(joints={"FL_knee": -60.0})}, "FL_knee = -60 rad: if degrees are meant, give -1.047 rad"),
+        ({"joints": Joints(armature={"*_knee": 50})}, "50 kg m², on a robot of 15 kg; if kg cm² are meant, give 0.005 kg m²"),
+        ({"posture": Posture(joints_deg={"FL_knee": -2, "HL_knee": 1})}, None),
+        ({"posture": Posture(joints_deg={"FL_knee": -30.5, "HL_knee": 1.5})}, None),
+        ({"posture": Posture(joints_deg={"FL_knee": 0.01})}, None),
+        ({"posture": Posture(joints={"FL_knee": -1.4})}, None),
+        ({"joints": Joints(armature={"*_knee": 5})}, None),
+    ],
+)
+def test_units(dog: Robot, scene, meant):
+    """The value and its unit, and what it would be in the other."""
+    texts = [one.text for one in warned(dog, "unit", contact=("FL",), **scene)]
+    assert len(texts) == (meant is not None)
+    assert all(meant in text for text in texts)
+
+
+def test_grams():
+    """Of a robot of 12 kg; a large reflected inertia is not odd on one that heavy."""
+    robot = robot_from(DOG.replace('mass="12"', 'mass="12000"'), ".xml")
+    (warning,) = warned(robot, "unit", contact=("FL",), joints=Joints(armature={"*_knee": 50}))
+    assert warning.text == "the robot weighs 1.2e+04 kg; if its file gives grams, that is 12 kg"
