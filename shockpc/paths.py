@@ -52,7 +52,7 @@ def read_file(path: Path, what: str, error: type[Exception]) -> bytes:
 
     Args:
         path: of the file.
-        what: it is, in one word, for messages.
+        what: it is, such as "scene file", for messages.
         error: the kind of error that is raised.
 
     Raises:
@@ -66,9 +66,9 @@ def read_file(path: Path, what: str, error: type[Exception]) -> bytes:
                 return file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         where = "" if path.is_absolute() else f" (looked in {Path.cwd()})"
-        raise error(f'no {what} file "{path}"{where}') from None
+        raise error(f'no {what} "{path}"{where}') from None
     except IsADirectoryError:
-        raise error(f'"{path}" is a folder; give the {what} file in it') from None
+        raise error(f'"{path}" is a folder; give the {what} in it') from None
     except OSError as refusal:
         raise error(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except ValueError:

@@ -37,7 +37,7 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
     """
     import tomllib
 
-    data = read_file(path, what, error)
+    data = read_file(path, f"{what} file", error)
     try:
         yield tomllib.loads(data.decode("utf-8-sig"))
     except error as refusal:

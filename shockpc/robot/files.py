@@ -157,7 +157,7 @@ def read_bytes(path: Path) -> bytes:
     Raises:
         RobotError: as `read_file`.
     """
-    return read_file(path, "robot", RobotError)
+    return read_file(path, "file", RobotError)
 
 
 def read_text(path: Path) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
 __all__ = ["LINKS", "refuse_drives", "refuse_number", "refuse_tree"]
@@ -32,21 +31,22 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
         )
 
 
-def refuse_drives(file: str, armature: Array) -> None:
+def refuse_drives(file: str, velocities: int, armature: float) -> None:
     """Refuse a robot with more than 606 velocities (a chain of 600 joints on a free base), or with a drive out of range.
 
     Args:
         file: the file's name, for messages.
-        armature: (nv,) reflected inertia of every velocity [kg m², kg].
+        velocities: their number.
+        armature: the greatest reflected inertia [kg m²].
 
     Raises:
         RobotError: with their number, or the greatest reflected inertia.
     """
-    if len(armature) > _LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
+    if velocities > _LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
         raise RobotError(
-            f"{file} moves with {len(armature)} velocities, and up to {_LEVELS + 6} are computed; fix joints that do not matter"
+            f"{file} moves with {velocities} velocities, and up to {_LEVELS + 6} are computed; fix joints that do not matter"
         )
-    refuse_number(file, "the greatest reflected inertia", float(armature.max(initial=0.0)), "kg m²")
+    refuse_number(file, "the greatest reflected inertia", armature, "kg m²")
 
 
 def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:

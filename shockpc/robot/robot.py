@@ -335,7 +335,7 @@ def load_robot(
     if source.kind == "mjcf":
         from shockpc.robot.mjcf_model import build_mjcf as build
     built = build(source)
-    refuse_drives(source.path.name, built.model.armature)
+    refuse_drives(source.path.name, built.model.nv, float(built.model.armature.max(initial=0.0)))
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:
         R = place.rotation

@@ -112,7 +112,7 @@ def write_text(path: Path, content: str | bytes) -> None:
 def _earlier(folder: Path) -> set[str]:
     """The files that an earlier run wrote into a folder; none outside it, whatever the list says."""
     try:
-        names = read_file(folder / MANIFEST, "", OutputError).decode().splitlines()
+        names = read_file(folder / MANIFEST, "file", OutputError).decode().splitlines()
     except (OutputError, UnicodeDecodeError):
         return set()
     inside = {name for name in names if name and not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts}

@@ -80,7 +80,7 @@ def open_sweep(made: Sweep, folder: Path, format_: Format, resume: bool) -> None
         if not resume:
             raise OutputError(f'"{folder}" holds a sweep already; continue it with --resume, or name another folder with --out')
         try:
-            found = json.loads(read_file(path, "sweep", OutputError))
+            found = json.loads(read_file(path, "file", OutputError))
         except (OutputError, ValueError):
             found = {}
         different = [key for key in description if not isinstance(found, dict) or found.get(key) != description[key]]
