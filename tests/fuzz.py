@@ -13,6 +13,7 @@ import collections
 import contextlib
 import gc
 import io
+import itertools
 import json
 import multiprocessing
 import os
@@ -24,6 +25,7 @@ import signal
 import sys
 import tempfile
 import time
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -61,17 +63,23 @@ class Found(NamedTuple):
 
 def prepare() -> None:
     """Import everything that commands import when they run, so that forks have it."""
-    with tempfile.TemporaryDirectory(prefix="fuzz-") as name, contextlib.redirect_stdout(io.StringIO()):
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         Case(FILES, []).write(Path(name, "stick"))
         with contextlib.chdir(Path(name, "stick")):
-            for robot in ("robot.urdf", "robot.xml"):
-                for format_ in ("json", "markdown"):
-                    with contextlib.suppress(SystemExit):
-                        run_command(["analyze", robot, "--contact", "foot", "--format", format_, "--out", "out"])
-            for words in (["robots", "robot.urdf"], ["check", "budgets.toml", "--format", "junit"]):
-                with contextlib.suppress(SystemExit):
-                    run_command(words)
+            for robot, format_ in itertools.product(("robot.urdf", "robot.xml"), ("json", "csv", "markdown", "table")):
+                _succeed(["analyze", robot, "--contact", "foot", "--format", format_, "--out", "out"])
+            _succeed(["robots", "robot.urdf"])
+            _succeed(["check", "budgets.toml", "--format", "junit"])
     gc.freeze()
+
+
+def _succeed(words: list[str]) -> None:
+    """Run a command that has to succeed."""
+    try:
+        run_command(words)
+    except SystemExit as end:
+        if end.code:
+            sys.exit(f"shockpc {' '.join(words)} ends with {end.code}")
 
 
 def check(number: int) -> Found:

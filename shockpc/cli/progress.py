@@ -1,6 +1,7 @@
 """How far a long command is: one line on standard error, on a terminal alone."""
 
 import sys
+import time
 from collections.abc import Callable
 
 from shockpc.cli.signals import was_interrupted
@@ -8,8 +9,8 @@ from shockpc.cli.signals import was_interrupted
 __all__ = ["progress"]
 
 
-def progress(what: str, total: int) -> Callable[[str], None]:
-    """A function to call with the name of each part that is done; it removes its line after the last.
+def progress(what: str, total: int) -> Callable[..., None]:
+    """A function to call with the name of each part that is done, or with a number of `parts`; its line goes after the last.
 
     Args:
         what: is counted, such as "robots read".
@@ -18,16 +19,18 @@ def progress(what: str, total: int) -> Callable[[str], None]:
     Raises:
         KeyboardInterrupt: when it is called after a signal.
     """
-    count = 0
+    count, start = 0, time.monotonic()
 
-    def show(name: str) -> None:
+    def show(name: str = "", parts: int = 1) -> None:
         nonlocal count
-        count += 1
+        count += parts
         if was_interrupted():
             # A signal that comes while a library calls back is lost there.
             raise KeyboardInterrupt
         if sys.stderr.isatty():
-            sys.stderr.write("\r\033[K" + (f"{what}: {count} of {total}, {name}" if count < total else ""))
+            rate = count / max(time.monotonic() - start, 1e-9)
+            text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
+            sys.stderr.write("\r\033[K" + (text if count < total else ""))
             sys.stderr.flush()
 
     return show

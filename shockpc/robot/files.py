@@ -54,9 +54,12 @@ class OpenFolders(NamedTuple):
         """
         place = Path(os.path.realpath(path))
         if not self.contain(place):
+            package = re.match("(?:package|model):/+([^/]+)(/.+)", named)
+            folder = str(place).removesuffix(package[2]) if package else str(place)
+            definition = f"{package[1]}={folder}" if package and folder != str(place) else "NAME=DIR"
             raise RobotError(
                 f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be read ({listed(self.allowed)}). '
-                "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
+                f"If it belongs to the robot, name the folder that holds it: --package {definition}"
             )
         return place
 

@@ -37,10 +37,12 @@ class Mesh(NamedTuple):
     Attributes:
         vertices: (n, 3) [m].
         triangles: (m, 3) indices into the vertices.
+        y_up: whether it is from a COLLADA file that says that y is up.
     """
 
     vertices: Array
     triangles: NDArray[np.int64]
+    y_up: bool = False
 
 
 class UnreadShape(NamedTuple):
@@ -55,8 +57,8 @@ class UnreadShape(NamedTuple):
 def read_mesh(data: bytes, suffix: str) -> Mesh:
     """Read the triangles of a mesh file; polygons are divided into triangles, vertices at the same place become one.
 
-    The unit of a COLLADA document is applied. Its up axis is not: a link's mesh is modelled in the axes of the link, as Pinocchio
-    and RViz read it. COLLADA coordinates are held in single precision, as in STL files.
+    The unit of a COLLADA document is applied. Its up axis is not: most meshes are modelled in the axes of the link, whatever the
+    file says, and Pinocchio reads them so. COLLADA coordinates are held in single precision, as in STL files.
 
     Args:
         data: the content of the file.
@@ -71,10 +73,10 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     from collada.common import DaeError
     from trimesh.exchange.load import mesh_loaders
 
-    unit = 1.0
+    unit, y_up = 1.0, False
     try:
         if suffix == "dae":
-            data, unit = _collada_shape(data)
+            data, unit, y_up = _collada_shape(data)
         if suffix == "obj" and _RELATIVE_FACE.search(data, 0, max(data.rfind(b"\nv "), 0)):
             raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
         with warnings.catch_warnings():
@@ -104,7 +106,7 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
         raise ValueError("it has vertices that are not finite numbers")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise ValueError("a triangle refers to a vertex that does not exist")
-    return _merged(vertices * unit, triangles)
+    return _merged(vertices * unit, triangles)._replace(y_up=y_up)
 
 
 def hull_corners(vertices: Array) -> Array:
@@ -122,8 +124,8 @@ def hull_corners(vertices: Array) -> Array:
         return vertices
 
 
-def _collada_shape(data: bytes) -> tuple[bytes, float]:
-    """Reduce a COLLADA document to what its triangles depend on, and return its unit [m]."""
+def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
+    """Reduce a COLLADA document to what its triangles depend on; with it, its unit [m], and whether it says that y is up."""
     root = parse_xml(data.decode("utf-8-sig"), "the file")
     if root.tag != "COLLADA":
         raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
@@ -135,7 +137,8 @@ def _collada_shape(data: bytes) -> tuple[bytes, float]:
         if source.get("id") in positions and "nan" in source.findtext("float_array", "").lower():
             raise ValueError("it has vertices that are not finite numbers")
     unit = root.find("asset/unit")
-    return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0
+    y_up = root.findtext("asset/up_axis", "").strip() == "Y_UP"
+    return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0, y_up
 
 
 def _joined(found: dict[str, Any]) -> tuple[Array, NDArray[np.int64]]:
