@@ -50,7 +50,7 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
     except RecursionError:
         raise error(f"{path} is nested hundreds of levels deep; a {what} file needs four") from None
     except ValueError:
-        raise error(f"{path} holds an integer of thousands of digits") from None
+        raise error(f'"{path}" holds an integer of thousands of digits') from None
 
 
 @functools.cache

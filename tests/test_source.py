@@ -86,7 +86,7 @@ def test_only_regular_files_of_some_size_are_read(tmp_path: Path, monkeypatch: p
     with open(tmp_path / "large.urdf", "wb") as file:
         file.truncate(65 * 2**20)
     said = {
-        f"{tmp_path}/": f'"{tmp_path}" is a folder; give the file in it',
+        f"{tmp_path}/": f'"{tmp_path}" is a folder; give the robot file in it',
         f"{tmp_path}/pipe.urdf": f'"{tmp_path}/pipe.urdf" is a pipe or a device; save what it gives in a file',
         "/dev/zero": '"/dev/zero" is a pipe or a device; save what it gives in a file',
         f"{tmp_path}/large.urdf": f'"{tmp_path}/large.urdf" has 65 MB; files of up to 64 MB are read',
@@ -135,7 +135,7 @@ def test_srdf(tmp_path: Path):
     assert refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf")) == (
         "other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
     )
-    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no file "{folder / "none.srdf"}"'
+    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no SRDF file "{folder / "none.srdf"}"'
 
 
 def test_arguments_without_effect_are_refused(tmp_path: Path):

@@ -154,16 +154,16 @@ class Markup(NamedTuple):
     root: Element
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, what: str = "robot file") -> bytes:
     """Read a whole file; all input of a robot goes through here.
 
     Raises:
         RobotError: as `read_file`.
     """
-    return read_file(path, "file", RobotError)
+    return read_file(path, what, RobotError)
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, what: str = "robot file") -> str:
     """Read a text file in UTF-8, or in the Latin encoding that its XML declaration names.
 
     Returns:
@@ -172,7 +172,7 @@ def read_text(path: Path) -> str:
     Raises:
         RobotError: as `read_bytes`; or it is empty, or in another encoding.
     """
-    data = read_bytes(path)
+    data = read_bytes(path, what)
     start = _MARKS_AND_BLANKS.sub(b"", data, count=1)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
@@ -196,13 +196,13 @@ def read_text(path: Path) -> str:
     return text
 
 
-def read_xml(path: Path) -> Markup:
+def read_xml(path: Path, what: str = "robot file") -> Markup:
     """Read an XML file.
 
     Raises:
         RobotError: as `read_text` and `parse_xml`.
     """
-    text = read_text(path)
+    text = read_text(path, what)
     return Markup(text, parse_xml(text, path.name))
 
 

@@ -80,7 +80,7 @@ def _read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
     Raises:
         RobotError: the file is no SRDF, or a number is missing or cannot be what it is to be.
     """
-    root = read_xml(path).root
+    root = read_xml(path, "SRDF file").root
     if root.tag != "robot" or root.find("link") is not None:
         raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
     postures: dict[str, Array] = {}
