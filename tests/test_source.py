@@ -45,6 +45,7 @@ FILES: dict[str | bytes, str] = {
     "": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     " \n": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     b'<robot name="r">\n\xff</robot>': "dog.urdf: line 2: byte 0xff is not UTF-8; save the file as UTF-8 text",
+    '<robot name="r"/>'.encode("utf-16-be"): "dog.urdf holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text",
     '<robot name="r">\n  <link></robot>': (
         "dog.urdf: line 2, column 11: mismatched tag; the file is not well-formed XML, so nothing of it is used"
     ),
