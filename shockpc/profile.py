@@ -23,8 +23,8 @@ from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import Equation
 from shockpc.result import ShockMaps, ShockProfile, Solution
 from shockpc.results.proof import proven
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene
+from shockpc.robot.robot import Robot
+from shockpc.scene import Scene, robot_of
 from shockpc.trace import Trace
 
 __all__ = ["impact_jumps", "joined", "needs_proof", "shock_maps", "shock_profile"]
@@ -52,7 +52,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     """
     trace = trace or Trace()
     with trace.stage("robot file"):
-        robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+        robot = robot or robot_of(scene)
     with one_thread(robot.model.nv):
         with trace.stage("landing: posture, contacts, joint model"):
             landing = resolve(scene, robot)

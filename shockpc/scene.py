@@ -24,6 +24,7 @@ from shockpc.model.contact import Contact
 from shockpc.model.joint_model import LARGEST, Joints
 from shockpc.model.posture import Posture
 from shockpc.paths import usable_path
+from shockpc.robot.robot import Robot, load_robot
 from shockpc.toml import checked, inline, numbers, reading, toml_lines
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "check_scene",
     "plane_of",
     "read_scene",
+    "robot_of",
     "scene_from",
     "scene_schema",
     "scene_table",
@@ -234,6 +236,16 @@ def check_scene(scene: Scene) -> Scene:
         if abs(number) > FASTEST if rate else abs(number) > LARGEST and not key.startswith("strike."):
             raise SceneError(f"{key} is {number:g}, which is out of range; give a number up to {FASTEST if rate else LARGEST:g}")
     return found
+
+
+def robot_of(scene: Scene) -> Robot:
+    """Load the robot of a scene, with its xacro arguments, packages and postures.
+
+    Raises:
+        ShockError: a field of the scene is not valid, or the robot cannot be read.
+    """
+    check_scene(scene)
+    return load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
 
 
 def read_scene(path: Path | str) -> Scene:

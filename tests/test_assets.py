@@ -132,6 +132,19 @@ def test_nothing_outside_the_folders(uri: str, dog: Path, tmp_path: Path):
     )
 
 
+def test_a_package_that_is_found_outside_the_folders_can_be_opened(tmp_path: Path):
+    """The advice is the very option with which the file is read."""
+    for folder in ("ws/meshes", "ws/robots/dog"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "ws/meshes/a.stl").touch()
+    (tmp_path / "ws/robots/dog/dog.urdf").write_text(arm())
+    path, uri = str(tmp_path / "ws/robots/dog/dog.urdf"), "package://ws/meshes/a.stl"
+    with pytest.raises(RobotError) as caught:
+        read_source(path).folders.asset(uri)
+    name, _, folder = str(caught.value).rpartition("--package ")[2].partition("=")
+    assert read_source(path, packages={name: folder}).folders.asset(uri) == tmp_path / "ws/meshes/a.stl"
+
+
 MISSING = {
     "none.stl": '"none.stl" is missing: no file "{dog}/urdf/none.stl"',
     "../meshes": '"../meshes" is missing: no file "{dog}/meshes"',

@@ -160,7 +160,7 @@ def test_a_scene_lands_as_it_says(capfd, tmp_path):
         ((), "no robot is named"),
         (("--set", "hexapods"), 'no set of robots "hexapods"'),
         (("bolt", "--figures"), "--out"),
-        (("bolt", "--jobs", "0"), "whole number above zero"),
+        (("bolt", "--jobs", "0"), "range x>=1"),
         (("bolt", "--set", "*_knee=3"), "no set of robots"),
     ],
 )

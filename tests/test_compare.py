@@ -111,8 +111,8 @@ def test_what_has_no_partner_is_listed(dog):
 def test_two_landings_of_one_robot_are_told_apart(capfd):
     """Designs of the same name have letters of their own."""
     text = good(capfd, "compare", "go2", "go2", "--contact", "FL_foot", "--contact", "RL_foot")
-    assert "A  go2: on FL_foot" in text
-    assert "B  go2: on RL_foot" in text
+    assert "A            go2: on FL_foot" in text
+    assert "B            go2: on RL_foot" in text
     assert "FL_foot / RL_foot, sticking" in text
 
 
@@ -138,8 +138,8 @@ GO2 = ("compare", "go2", "--contact", "FL_foot", "--change", CHANGES)
 
 def test_command_prints_a_table_for_each_quantity(capfd):
     text = good(capfd, *GO2)
-    assert text.startswith("A  go2: on FL_foot")
-    assert f"B  go2; {CHANGES}: on FL_foot" in text
+    assert text.startswith("A            go2: on FL_foot")
+    assert f"B            go2; {CHANGES}: on FL_foot" in text
     for title in (
         "shock at the centre of mass",
         "radius of percussion",

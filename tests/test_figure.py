@@ -29,14 +29,14 @@ from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.scene import Scene, Strike
 from shockpc.show.figure.bodies import layers
-from shockpc.show.figure.canvas import STYLE
+from shockpc.show.figure.canvas import STYLE, render
 from shockpc.show.figure.field import Field, below, field_of
-from shockpc.show.figure.landing import draw, landing_figure
+from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.palette import BANDS, EDGES, band
-from shockpc.show.figure.paper import draw_paper_figure
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.view import view_of
 from shockpc.show.header import header_lines
+from shockpc.show.reports.paper import draw_paper_figure
 
 SAGITTAL = plane_from((0.0, -1.0, 0.0))
 BOX = (-1.0, -1.0, 1.0, 1.0)
@@ -60,6 +60,11 @@ def anymal():
 @pytest.fixture(scope="module")
 def beam():
     return landing("beam", "tip")
+
+
+def drawn(profile):
+    """The files of a landing's figure."""
+    return render("shock", lambda: draw_landing(profile))
 
 
 def words(figure):
@@ -286,12 +291,12 @@ def test_the_limits_around_1_are_the_greatest_steps():
 
 def test_the_title_states_robot_posture_strike_and_joint_model(anymal):
     """What was computed can be read off the picture, with units."""
-    written = words(draw(anymal))
+    written = words(draw_landing(anymal))
     assert "anymal_b: shock of landing on LF_FOOT" in written
     assert "posture standing; base free; strike 1 m/s, 0 deg from the vertical" in written
     assert "joint model: free (zero reflected inertia; a stiff gearbox changes the results considerably)" in written
     assert {"imu_link", "LF_SHANK", "0.44", "CoPc x", "z [m]", "RoPc [m]", "shock [-]"} <= set(written)
-    picture, bar = draw(anymal).axes[1:3]
+    picture, bar = draw_landing(anymal).axes[1:3]
     assert (picture.get_xlabel(), picture.get_ylabel()) == ("x [m]", "z [m]")
     assert bar.get_xlabel() == "normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded"
 
@@ -308,7 +313,7 @@ def test_the_title_states_what_changes_the_numbers():
     assert (
         "posture standing, knee = −20 deg, base at roll 0, pitch −15, yaw 0 deg; base planar; strike 2 m/s, 30 deg from the "
         "vertical; contact slides; restitution 0.5"
-    ) in words(draw(shock_profile(scene)))
+    ) in words(draw_landing(shock_profile(scene)))
 
 
 def test_the_figure_states_the_strike_of_the_report():
@@ -317,7 +322,7 @@ def test_the_figure_states_the_strike_of_the_report():
     profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=strike))
     text = dict(header_lines(profile))["strike"].partition(": velocity")[0]
     assert text == "3.723 m/s, -40.06 deg from the vertical, robot rotates at (0, 5, 0) rad/s"
-    assert any(text.replace("-40", "−40") in line for line in words(draw(profile)))
+    assert any(text.replace("-40", "−40") in line for line in words(draw_landing(profile)))
 
 
 def test_every_contact_has_an_arrow_of_its_own_velocity():
@@ -325,7 +330,7 @@ def test_every_contact_has_an_arrow_of_its_own_velocity():
     strike = Strike(angular_velocity=(0.0, 1.0, 0.0))
     contacts = (Contact(frame="LF_FOOT"), Contact(frame="LH_FOOT"))
     profile = shock_profile(Scene(robot="anymal_b", contact=contacts, strike=strike))
-    picture = draw(profile).axes[1]
+    picture = draw_landing(profile).axes[1]
     lines = [np.subtract(*patch._posA_posB[::-1]) for patch in picture.patches if getattr(patch, "_posA_posB", None)]
     arrows = np.array([line for line in lines if np.linalg.norm(line) > 0.0])
     for contact in profile.contacts:
@@ -340,7 +345,7 @@ def test_every_contact_has_an_arrow_of_its_own_velocity():
 def test_a_velocity_perpendicular_to_the_plane_is_a_ring():
     """Seen from above, a fall has no arrow in the picture or in the key."""
     profile = landing("anymal_b", "LF_FOOT", plane="xy")
-    written = words(draw(profile))
+    written = words(draw_landing(profile))
     assert "contact that moves perpendicular to the plane" in written
     assert "velocity of the contact before the impact" not in written
 
@@ -359,7 +364,7 @@ def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):
 def test_every_centre_of_percussion_is_in_the_table():
     """Struck near its middle, a beam rotates about a point 1.7 m beyond its end: not in the picture, but beside it."""
     profile = shock_profile(Scene(robot="beam", contact=(Contact(frame="center", offset=(0.04, 0.0, 0.0)),)))
-    figure = draw(profile)
+    figure = draw_landing(profile)
     x, z = to_plane(profile.copc_world, profile.plane)[0]
     assert x < figure.axes[1].get_xlim()[0]
     assert {f"{x:.2f}".replace("-", "−"), f"{z + 0.0:.2f}"} <= set(words(figure))
@@ -369,15 +374,15 @@ def test_every_centre_of_percussion_is_in_the_table():
 def test_the_peak_of_a_given_pulse_is_in_the_figure(anymal):
     """In g, for every sensor; without a pulse there is no such column."""
     profile = landing("anymal_b", "LF_FOOT", pulse="half-sine:5ms")
-    written = words(draw(profile))
+    written = words(draw_landing(profile))
     assert {"peak [g]", f"{profile.points[0].peak_g:.3g}", "peak acceleration for a pulse half-sine:5ms"} <= set(written)
-    assert "peak [g]" not in words(draw(anymal))
+    assert "peak [g]" not in words(draw_landing(anymal))
 
 
 def test_a_body_that_only_translates_has_no_centre():
     """Struck in the middle, the beam has one colour, no CoPc and no RoPc."""
     profile = landing("beam", "center")
-    written = words(draw(profile))
+    written = words(draw_landing(profile))
     assert {"none", "inf"} <= set(written)
     assert not any("CoPc of" in text or "RoPc:" in text for text in written)
     ((k, _),) = layers(view_of(profile).drawn[0].region, view_of(profile).drawn[0].field)
@@ -401,18 +406,31 @@ def test_bodies_without_shapes(tmp_path, monkeypatch):
     (drawn,) = (drawn for drawn in view_of(profile).drawn if drawn.body == 0)
     assert drawn.box
     assert drawn.region.area == pytest.approx(6 * 0.1 / 3)
-    written = words(draw(profile))
-    assert {"box of the inertia: the file has no shape", "not drawn, without shape and inertia: empty"} <= set(written)
+    written = words(draw_landing(profile))
+    assert "box of the inertia: there is no shape to draw" in written
+    assert "not drawn, neither shape nor valid inertia: empty" in written
     monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
     profile = shock_profile(scene)
-    assert "no body of this robot has a shape or an inertia to draw" in words(draw(profile))
-    assert outside(draw(profile)) == []
+    with style.context(STYLE, after_reset=True):
+        figure = draw_landing(profile)
+        assert "no body of this robot has a shape, or an inertia that a body can have" in words(figure)
+        assert outside(figure) == []
+
+
+def test_missing_meshes_are_named(tmp_path):
+    """Their bodies are drawn as boxes, and the figure says that the files are missing, not that there are none."""
+    visual = '<visual><geometry><mesh filename="package://bare/trunk.stl"/></geometry></visual>'
+    (tmp_path / "bare.urdf").write_text(BARE.replace("</inertial>", f"</inertial>{visual}", 1))
+    contact = (Contact(frame="trunk", offset=(0.2, 0.0, -0.2)),)
+    scene = Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(model="locked"))
+    written = words(draw_landing(shock_profile(scene)))
+    assert {"meshes that are missing or cannot be read: trunk.stl", "box of the inertia: there is no shape to draw"} <= set(written)
 
 
 def test_motion_out_of_the_plane_is_reported(anymal, beam):
     """Where a plane cannot show all of it, the figure says how much, and only there."""
-    assert any("out of the plane" in text for text in words(draw(anymal)))
-    assert not any("out of the plane" in text for text in words(draw(beam)))
+    assert any("out of the plane" in text for text in words(draw_landing(anymal)))
+    assert not any("out of the plane" in text for text in words(draw_landing(beam)))
 
 
 def outside(figure):
@@ -438,7 +456,7 @@ def outside(figure):
 def test_no_letter_leaves_the_page_or_covers_a_number(robot, frames, angle, plane):
     """Robots of every shape, in every plane; no label is written over the number of a body."""
     with style.context(STYLE, after_reset=True):
-        figure = draw(landing(robot, *frames, angle=angle, plane=plane))
+        figure = draw_landing(landing(robot, *frames, angle=angle, plane=plane))
         assert outside(figure) == []
         texts = figure.axes[1].texts
         rings = [text.get_window_extent() for text in texts if text.get_fontsize() == 6.5]
@@ -454,16 +472,16 @@ def test_names_are_written_as_they_are(tmp_path):
     profile = shock_profile(
         Scene(robot=str(tmp_path / "odd.urdf"), contact=(Contact(frame=name),), joints=Joints(armature={"j": 0.01}))
     )
-    written = "".join(ElementTree.fromstring(landing_figure(profile)["shock.svg"]).itertext())
+    written = "".join(ElementTree.fromstring(drawn(profile)["shock.svg"]).itertext())
     assert "a$b$c\\n足" in written
     assert "long" * 40 not in written
 
 
 def test_the_files_are_small_and_always_the_same(anymal):
     """ANYmal with its real meshes stays below 300 kB, and two runs write the same bytes: no dates, no random names."""
-    files = landing_figure(anymal)
+    files = drawn(anymal)
     assert set(files) == {"shock.svg", "shock.png"}
-    assert files == landing_figure(anymal)
+    assert files == drawn(anymal)
     assert len(files["shock.svg"]) < 300_000
     assert b"<dc:date>" not in files["shock.svg"]
     assert "anymal_b: shock of landing on LF_FOOT" in "".join(ElementTree.fromstring(files["shock.svg"]).itertext())
@@ -473,8 +491,10 @@ def test_the_files_are_small_and_always_the_same(anymal):
 SCRIPT = """
 import hashlib, sys
 from shockpc import Contact, Scene, shock_profile
-from shockpc.show.figure.landing import landing_figure
-files = landing_figure(shock_profile(Scene(robot="beam", contact=(Contact(frame="tip"),))))
+from shockpc.show.figure.canvas import render
+from shockpc.show.figure.landing import draw_landing
+profile = shock_profile(Scene(robot="beam", contact=(Contact(frame="tip"),)))
+files = render("shock", lambda: draw_landing(profile))
 print(hashlib.sha256(b"".join(files.values())).hexdigest(), "matplotlib.pyplot" in sys.modules)
 """
 
@@ -493,7 +513,7 @@ def test_settings_of_matplotlib_change_nothing(tmp_path, monkeypatch):
 def test_drawing_leaves_matplotlib_as_it_was(beam):
     """No setting is changed."""
     before = dict(matplotlib.rcParams)
-    landing_figure(beam)
+    drawn(beam)
     assert dict(matplotlib.rcParams) == before
 
 

@@ -15,8 +15,7 @@ from commands import ROBOTS
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.document import to_json
 from shockpc.show.files import MANIFEST, check_folder, make_folder, write_folder, write_text
-from shockpc.show.folder import write_landings
-from shockpc.show.tables.text import markdown_report
+from shockpc.show.reports.landing import landing_report, write_landings
 
 
 def failure(code: int) -> OSError:
@@ -194,7 +193,7 @@ def test_folder_of_a_landing(tmp_path, profile):
     write_landings([profile], ["lf_foot"], folder)
     assert listing(folder) == FILES
     assert (folder / "profile.json").read_text(encoding="utf-8") == to_json([profile])
-    assert (folder / "report.md").read_text(encoding="utf-8") == markdown_report([profile], figure="shock.svg")
+    assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).markdown("shock.svg")
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
     document = json.loads(to_json([profile]))
     bodies = rows(folder / "bodies.csv")
@@ -218,7 +217,7 @@ def test_several_landings_and_then_one(tmp_path, profile):
 def test_pattern_narrows_the_report_and_its_bodies(tmp_path, profile):
     """Tables of bodies, for people and for spreadsheets alike; the other files are whole."""
     write_landings([profile], ["lf_foot"], tmp_path, "lf_*")
-    assert (tmp_path / "report.md").read_text(encoding="utf-8") == markdown_report([profile], "lf_*", figure="shock.svg")
+    assert (tmp_path / "report.md").read_text(encoding="utf-8") == landing_report(profile, "lf_*").markdown("shock.svg")
     assert (tmp_path / "profile.json").read_text(encoding="utf-8") == to_json([profile])
     narrow = rows(tmp_path / "bodies.csv")
     assert [row[0] for row in narrow] == ["body", "lf_leg"]

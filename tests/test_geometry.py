@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from robot_texts import LIMIT, joint, link, urdf
 
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.geometry import inertia_box, outline
@@ -206,6 +207,18 @@ def test_a_collada_scene_is_placed_and_scaled(tmp_path):
     expected = np.concatenate([expected, np.add(expected, [-5, 10, 5])])
     np.testing.assert_allclose(np.sort(mesh.vertices, axis=0), np.sort(expected, axis=0), atol=1e-6)
     assert volume(mesh) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("place", "turned"), [("0 0 4", True), ("0 4 0", False), ("0 2 3", False)])
+def test_meshes_with_y_up_are_turned_if_the_joints_fit_them_better_so(tmp_path, place, turned):
+    """A bar along the y axis of a file with y up: it is along z if the next joint is there, otherwise as it is written."""
+    (tmp_path / "bar.dae").write_text(collada((TETRAHEDRON * [0.1, 2.0, 0.1], FACES)))
+    bar = link("bar", more='<collision><geometry><mesh filename="bar.dae" scale="1 1 2"/></geometry></collision>')
+    (tmp_path / "r.urdf").write_text(urdf(bar, link("next"), joint("j", "bar", "next", more=f'<origin xyz="{place}"/>{LIMIT}')))
+    ((shape,), _) = outline(load_robot(str(tmp_path / "r.urdf")), "collision").shapes
+    extent = [0.1, 0.3, 8.0] if turned else [0.1, 4.0, 0.6]
+    assert np.ptp(shape.points, axis=0) == pytest.approx(extent)
+    assert shape.mesh.vertices.min() == (pytest.approx(-0.3) if turned else 0.0)
 
 
 def test_polygons_are_cut_into_triangles(tmp_path):

@@ -444,6 +444,8 @@ REFUSED = {
     mjcf(floating(body("b", ""))): (CANNOT, "mass and inertia of moving bodies", "'b'"),
     mjcf(floating(body("b", '<inertial pos="0 0 0" mass="nan" diaginertia="1 1 1"/>'))): ('inertial: mass is "nan"', "finite"),
     mjcf(floating(body("b", at='pos="0 -inf 0"'))): ('body "b": pos is "0 -inf 0"', "finite"),
+    mjcf(floating(body("b", at='euler="NaN(1) 0 0"'))): ('body "b": euler is "NaN(1) 0 0"', "finite"),
+    mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): ("elements", "20000", "count"),
     mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j": armature -0.1 is negative',),
     mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): (CANNOT, "repeated name 'b'"),
     mjcf(floating(body("b", joints='<joint class="leg"/>'))): (CANNOT, "unknown default class", "leg"),

@@ -21,8 +21,8 @@ from shockpc.paper.quadruped import ANGLES, quadruped
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy
 from shockpc.robot.catalogue import catalogue, own_robots_folder
 from shockpc.robot.robot import load_robot
-from shockpc.show.figure.paper import draw_paper_figure
 from shockpc.show.files import MANIFEST
+from shockpc.show.reports.paper import draw_paper_figure
 
 DIGITS = 1e-12
 

@@ -341,7 +341,7 @@ def test_command(capfd, tmp_path):
     }  # fmt: skip
     outcome = run(capfd, "sensitivity", "hyq", "--contact", "*_foot", "--at", "trunk_imu")
     assert (outcome.code, outcome.out) == (2, "")
-    assert "about one landing, but --contact describes 4" in outcome.err
+    assert "is given 4 landings" in outcome.err
 
 
 def test_entries_of_an_inertia():

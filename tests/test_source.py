@@ -45,6 +45,7 @@ FILES: dict[str | bytes, str] = {
     "": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     " \n": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     b'<robot name="r">\n\xff</robot>': "dog.urdf: line 2: byte 0xff is not UTF-8; save the file as UTF-8 text",
+    '<robot name="r"/>'.encode("utf-16-be"): "dog.urdf holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text",
     '<robot name="r">\n  <link></robot>': (
         "dog.urdf: line 2, column 11: mismatched tag; the file is not well-formed XML, so nothing of it is used"
     ),
@@ -56,7 +57,7 @@ FILES: dict[str | bytes, str] = {
         "dog.urdf: line 2: a DOCTYPE can define entities, and those are never expanded here; "
         "delete the DOCTYPE and write out what its entities stand for"
     ),
-    "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 800 deep",
+    "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 490 deep",
     '<sdf version="1.7"/>': (
         "dog.urdf begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF. "
         "Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
@@ -143,7 +144,7 @@ def test_srdf(tmp_path: Path):
     assert refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf")) == (
         "other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
     )
-    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no file "{folder / "none.srdf"}"'
+    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no SRDF file "{folder / "none.srdf"}"'
 
 
 def test_arguments_without_effect_are_refused(tmp_path: Path):

@@ -183,9 +183,10 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--jobs", "0"), "0 processes compute nothing"),
+        (("--jobs", "0"), "range x>=1"),
         (("--vary", "knee"), "a range is drawn from by --sample N"),
         (("--vary", "=3"), "is not NAME=VALUES"),
+        (("--drop-height", "0.3", "--vary", "strike-angle=0,30"), "strike-angle is varied, but the velocity is given"),
         (("--cluster", "tcp://127.0.0.1:9", "--vary", "knee=0:1:2"), "no cluster answers at"),
     ],
 )

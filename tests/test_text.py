@@ -20,9 +20,10 @@ from shockpc.model.joint_model import Joints, Rotor
 from shockpc.printed import printable
 from shockpc.result import ContactImpulse, StanceImpulse
 from shockpc.show.header import header_lines
+from shockpc.show.reports.landing import landing_report, landings_text
 from shockpc.show.tables.design import directions_sheet
 from shockpc.show.tables.sheets import Sheet, accuracy_line, contacts_sheet, fits
-from shockpc.show.tables.text import as_csv, as_markdown, as_text, csv_report, markdown_report, text_report
+from shockpc.show.tables.text import as_csv, as_markdown, as_text
 
 
 class Warned(str):
@@ -61,10 +62,10 @@ def header(**scene):
 
 def test_reports(landings, snapshot):
     """Terminal, Markdown with a figure, and CSV."""
-    assert text_report(landings) == snapshot(name="terminal")
-    assert markdown_report(landings[:1], figure="shock.svg") == snapshot(name="markdown")
-    assert markdown_report(landings).endswith("| at tip:0,0,0.1 | 0.5220 | 1.0000 |\n")
-    assert "![" not in markdown_report(landings)
+    assert landings_text(landings, "table") == snapshot(name="terminal")
+    assert landing_report(landings[0]).markdown("shock.svg") == snapshot(name="markdown")
+    assert landings_text(landings, "markdown").endswith("| at tip:0,0,0.1 | 0.5220 | 1.0000 |\n")
+    assert "![" not in landings_text(landings, "markdown")
 
 
 def test_report_of_a_robot_with_joints(snapshot):
@@ -81,12 +82,15 @@ def test_report_of_a_robot_with_joints(snapshot):
     )
     found = shock_profile(scene)
     points = tuple(Altered(point, directions=directions()) for point in found.points)
-    assert text_report([Altered(found, health=health(rank=1, rows=1), points=points, directions=directions(2))]) == snapshot
+    assert (
+        landing_report(Altered(found, health=health(rank=1, rows=1), points=points, directions=directions(2))).text("table")
+        == snapshot
+    )
 
 
 def test_csv_has_every_digit(landings):
     """One row for each landing and body; a body that translates has empty cells and an infinite radius."""
-    head, pivot, center, end = csv_report(landings).split("\n")
+    head, pivot, center, end = landings_text(landings, "csv").split("\n")
     assert head == (
         "contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM [-],least [-],greatest [-],"
         "out of plane [%],no rotation in the plane"
@@ -108,8 +112,8 @@ def test_the_last_line_is_the_accuracy():
         "accuracy: proven to 2e-16 of each body's motion (128 bits); double precision alone was off by 6e-15; "
         "last-digit changes of the data move it by 3e-15"
     )
-    assert text_report([proven]).splitlines()[-1] == line
-    assert markdown_report([proven]).splitlines()[-1] == f"- {line}"
+    assert landings_text([proven], "table").splitlines()[-1] == line
+    assert landings_text([proven], "markdown").splitlines()[-1] == f"- {line}"
     assert accuracy_line(Altered(profile, health=health(data_sensitivity=None))) == line.rpartition(";")[0]
     assert "double precision alone finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
 
@@ -285,9 +289,9 @@ def test_parallel_is_along_the_ground_that_is_struck():
 def test_only_a_robot_with_joints_has_a_table_of_joint_models(landings):
     """For a single body the three columns would be equal."""
     leg = shock_profile(Scene(robot="leg", contact=(Contact(frame="heel"),)))
-    for report in (text_report, markdown_report):
-        assert "ffect of the joint model" not in report(landings)
-        assert "ffect of the joint model" in report([leg])
+    for format_ in ("table", "markdown"):
+        assert "ffect of the joint model" not in landings_text(landings, format_)
+        assert "ffect of the joint model" in landings_text([leg], format_)
 
 
 @pytest.mark.parametrize(
@@ -311,11 +315,11 @@ def test_a_body_that_rotates_out_of_the_plane(plane, base):
     """Struck beside its centre, seen along the axis and across it: a word, or a point; in CSV no word among numbers."""
     contact = Contact(frame="base", offset=(0.0, 0.5, 0.0))
     profile = shock_profile(Scene(robot="r", contact=(contact,), plane=plane), robot_from(SPINNING))
-    rows = [re.split(r" {2,}", line) for line in text_report([profile]).split("─\n")[1].splitlines()]
+    rows = [re.split(r" {2,}", line) for line in landings_text([profile], "table").split("─\n")[1].splitlines()]
     # A wheel on a bearing along the axis of the turn keeps its orientation and is only carried: I / (m d) = 0.4 / (2 · 0.5).
     assert [(row[0], *row[2:6]) for row in rows[:2]] == [("base", *base), ("wheel", "translates", "–", "–", "inf")]
     assert [row[-1] for row in rows[:2]] == (["100.0000" if plane == "xz" else "0", "0"])
-    table = list(csv.reader(io.StringIO(csv_report([profile]))))
+    table = list(csv.reader(io.StringIO(landings_text([profile], "csv"))))
     assert [row[-1] for row in table[1:]] == ["yes" if plane == "xz" else "no", "yes"]
     assert table[2][3:7] == ["", "", "", "inf"]
     assert (table[1][3:6] == ["", "", ""]) == (plane == "xz")
@@ -336,9 +340,9 @@ def test_stance_feet_are_listed_with_the_total(snapshot):
 def test_bodies_that_do_not_move_become_one_line():
     """On a fixed base most bodies of a quadruped stay as they are; CSV has them all."""
     profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), base="fixed"))
-    report = text_report([profile])
+    report = landings_text([profile], "table")
     rows = [line.split("  ")[0] for line in report.split("─\n")[1].splitlines()]
     assert rows[:3] == ["LF_HIP", "LF_THIGH", "LF_SHANK"]
     listed = "base, LH_HIP, LH_THIGH, LH_SHANK, RF_HIP, RF_THIGH and 4 more"
     assert f"\n(10 bodies not shown, not moved by the impact: {listed})\n" in report
-    assert csv_report([profile]).count("\n") == 14
+    assert landings_text([profile], "csv").count("\n") == 14

@@ -141,6 +141,13 @@ NUMBERS = {
         ': joint "elbow" has several <mimic>, and a joint can follow only one; keep one'
     ),
     arm(tip=link("tip", mass="nan")): ': link "tip": mass is "nan"; it has to be one finite number, such as 0.5',
+    **{
+        arm(tip=link("tip", mass=mass)): f': link "tip": mass is "{mass}"; it has to be one finite number, such as 0.5'
+        for mass in ("1e400", "1e-320", "1e-400", "\u0661")  # beyond doubles, and a digit that is not ASCII
+    },
+    urdf(
+        link("l0"), *(f"{link(f'l{k}')}{joint(f'j{k}', 'l0', f'l{k}', 'floating', more='')}" for k in range(1, 102))
+    ): " moves with 612 velocities, and up to 606 are computed; fix joints that do not matter",
     arm(tip=link("tip", mass="1,5")): ': link "tip": mass is "1,5"; it has to be one finite number, such as 0.5',
     arm(tip=link("tip", mass="-1")): ': link "tip": mass -1 kg is negative; give the mass that the body has, or 0',
     arm(tip=link("tip").replace('<mass value="1"/>', "<mass/>")): (
@@ -190,6 +197,15 @@ NUMBERS = {
         'y. Turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
     ),
 }
+
+
+def test_what_does_not_move_is_kept_from_the_parser(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    """Its parser refuses a file for a deep element, a comment or a colour that mean nothing for the motion, and prints."""
+    deep, colour = "<a>" * 480 + "</a>" * 480, '<material name="m"><color rgba="300 0 0 1"/></material>'
+    visual = f'<visual><geometry><sphere radius="1"/></geometry>{colour}</visual>'
+    plain, decorated = arm(), arm(tip=link("tip", more=visual)).replace("</robot>", f"{deep}<?php x?>{colour}</robot>")
+    assert loaded(tmp_path, decorated).model == loaded(tmp_path, plain).model
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("text", [*TREE, *NUMBERS])

@@ -115,7 +115,7 @@ FAMILIES: dict[str, Family] = {}
 """All families by name."""
 
 
-def rod(mass: float, along: Array) -> tuple[Array, Array]:
+def _rod(mass: float, along: Array) -> tuple[Array, Array]:
     """Centre of mass (3,) and inertia (3, 3) of a rod from the link's origin to `along`, as thick as a fiftieth of its length."""
     length = float(np.linalg.norm(along))
     u = along / length
@@ -169,7 +169,7 @@ def chain(masses: Array, lengths: Array) -> Robot:
     """A chain of rods, each hinged to the end of the last; hinges turn about y, and every third about x."""
     origins = [ORIGIN, *(length * Z for length in lengths[:-1])]
     links = [
-        Link(i - 1, "revolute", origin, X if i % 3 == 2 else Y, mass, *rod(mass, length * Z))
+        Link(i - 1, "revolute", origin, X if i % 3 == 2 else Y, mass, *_rod(mass, length * Z))
         for i, (mass, length, origin) in enumerate(zip(masses, lengths, origins, strict=True))
     ]
     return robot_of(links, "chain")
@@ -252,7 +252,7 @@ def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
     parents, axes = (0, 1, 2, 0), (Y, 0.6 * Y + 0.8 * Z, Y, X)
     origins, along = (ORIGIN, -0.3 * Z, -0.3 * Z, 0.1 * X + 0.1 * Z), (-0.3 * Z, -0.3 * Z, -0.3 * Z, 0.3 * Z)
     body = Link(-1, "", ORIGIN, Y, 10.0, 0.1 * Z, box(10.0, (0.4, 0.3, 0.2)))
-    limbs = [Link(parents[k], "revolute", origins[k], axes[k], mass, *rod(mass, along[k])) for k, mass in enumerate(masses)]
+    limbs = [Link(parents[k], "revolute", origins[k], axes[k], mass, *_rod(mass, along[k])) for k, mass in enumerate(masses)]
     posture = Posture(joints={"joint1": 0.4, "joint2": -0.9, "joint3": 0.6})
     return landing(robot_of([body, *limbs], "light"), Contact(frame="link3", offset=(0.0, 0.0, -0.3)), posture=posture)
 
@@ -269,7 +269,7 @@ def _units(mass: float, length: float) -> Built:
 def _corners(directions: Any, n: int) -> Built:
     """A box with a mast that lands on several corners: from the third on rows are dependent, and the KKT matrix is singular."""
     body = Link(-1, "", ORIGIN, Y, 7.0, np.array([0.02, 0.01, 0.03]), box(7.0, (0.6, 0.4, 0.2)))
-    mast = Link(0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *rod(1.0, 0.4 * Z))
+    mast = Link(0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *_rod(1.0, 0.4 * Z))
     corners = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)][:n]
     contacts = (Contact(frame="link0", offset=corner, directions=directions) for corner in corners)
     return landing(robot_of([body, mast], "brick"), *contacts)
@@ -295,9 +295,9 @@ def _flat_four_bar(directions: Any, height: float) -> Built:
     hinge = -0.8 * X - 0.1 * Z
     links = [
         Link(-1, "", ORIGIN, Y, 9.0, 0.03 * X + 0.1 * Z, box(9.0, (1.6, 0.3, 0.3))),
-        Link(0, "revolute", hinge, Y, 0.8, *rod(0.8, crank)),
-        Link(1, "revolute", crank, Y, 0.6, *rod(0.6, coupler - crank)),
-        Link(0, "revolute", hinge + rocker, Y, 0.7, *rod(0.7, coupler - rocker)),
+        Link(0, "revolute", hinge, Y, 0.8, *_rod(0.8, crank)),
+        Link(1, "revolute", crank, Y, 0.6, *_rod(0.6, coupler - crank)),
+        Link(0, "revolute", hinge + rocker, Y, 0.7, *_rod(0.7, coupler - rocker)),
     ]
     a, b = Place(frame="link2", offset=tuple(coupler - crank)), Place(frame="link3", offset=tuple(coupler - rocker))
     foot = Contact(frame="link1", offset=(0.2, 0.0, -0.1))

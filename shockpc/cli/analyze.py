@@ -2,67 +2,52 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from shockpc.cli.declare import option, takes_options
-from shockpc.cli.options import RobotName, SceneOptions
+from shockpc.cli.declare import takes_options
+from shockpc.cli.options import OutputOptions, RobotName, SceneOptions, in_output
 from shockpc.cli.parse import path
 
 __all__ = ["analyze"]
-
-OUTPUT = "Output"
 
 
 @takes_options
 def analyze(
     robot: RobotName,
     options: SceneOptions,
-    format_: Annotated[
-        Literal["table", "json", "csv", "markdown"],
-        option("What is printed; table by default.", "--format", group=OUTPUT),
-    ] = "table",
+    output: OutputOptions,
     bodies: Annotated[
-        str | None,
-        option("Show only bodies that match this glob or part of a name (tables and CSV).", group=OUTPUT, metavar="PATTERN"),
-    ] = None,
-    out: Annotated[
-        Path | None, option("Write JSON, CSV, a report and the figure into this folder.", group=OUTPUT, metavar="DIR", parser=path)
+        str | None, in_output("Show only bodies that match this glob or part of a name (tables and CSV).", "PATTERN")
     ] = None,
     save_scene: Annotated[
-        Path | None,
-        option(
-            "Write the scene that this command line describes, a file for each landing.", group=OUTPUT, metavar="FILE", parser=path
-        ),
+        Path | None, in_output("Write the scene that this command line describes, a file for each landing.", "FILE", path)
     ] = None,
-    force: Annotated[bool, option("Let --save-scene replace a file.", "--force", group=OUTPUT)] = False,
-    explain: Annotated[
-        bool,
-        option("Report on standard error what ran, how long it took, and what was not needed.", "--explain", group=OUTPUT),
-    ] = False,
+    force: Annotated[bool, in_output("Let --save-scene replace a file.")] = False,
+    explain: Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")] = False,
 ) -> None:
     """Compute the shock of a landing on every body of a robot."""
     from shockpc.cli.progress import ShownTrace
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import body_pattern, check_places, file_names, scene_files, shown
+        from shockpc.cli.output import body_pattern, check_out, file_names, scene_files, shown
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
         from shockpc.show.files import write_text
-    check_places(out, save_scene)
+    check_out(output.out)
     loaded, scenes = scenes_from(robot, options, trace)
     pattern = None if bodies is None else body_pattern(loaded, bodies)
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
     with trace.stage("output"):
-        text = shown(profiles, format_, pattern)
+        text = shown(profiles, output.format, pattern)
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
             write_text(file, scene_text(profile.scene, file.parent))
-        if out is not None:
-            from shockpc.show.folder import write_landings
+        if output.out is not None:
+            from shockpc.show.reports.landing import write_landings
 
-            write_landings(profiles, file_names(scenes), out, pattern)
+            write_landings(profiles, file_names(scenes), output.out, pattern)
         else:
             trace.skip("figure, and matplotlib with it", "no --out")
         sys.stdout.write(text)

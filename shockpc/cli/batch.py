@@ -1,15 +1,13 @@
 """`shockpc batch`: many robots, each landing on each of its feet."""
 
 import functools
-import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from shockpc.cli.declare import option, takes_options, without
-from shockpc.cli.options import SceneOptions
-from shockpc.cli.parse import path, positive_count, robot_name
+from shockpc.cli.declare import argument, group, takes_options, without
+from shockpc.cli.options import OutputOptions, SceneOptions, in_output
+from shockpc.cli.parse import robot_name
 
 if TYPE_CHECKING:
     from shockpc.result import ShockProfile
@@ -19,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["batch"]
 
-ROBOTS, OUTPUT = "Robots", "Output"
+_in_robots = group("Robots")
 
 INCOMPLETE = 3
 """Exit code if some landings could not be computed."""
@@ -28,56 +26,36 @@ INCOMPLETE = 3
 @takes_options
 def batch(
     *,
-    robots: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[ROBOT]...", help="Robots by name, robot files and scenes.", show_default=False, parser=robot_name),
-    ] = None,
-    set_: Annotated[
-        list[str] | None,
-        option("A set of robots: quadrupeds, bipeds or all.", "--set", group=ROBOTS, metavar="SET"),
-    ] = None,
-    jobs: Annotated[
-        int | None,
-        option("Processes that compute at the same time; 1 by default.", group=ROBOTS, metavar="N", parser=positive_count),
-    ] = None,
+    robots: Annotated[tuple[str, ...], argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name)] = (),
+    set_: Annotated[tuple[str, ...], _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET")] = (),
+    jobs: Annotated[int, _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1)] = 1,
     options: Annotated[SceneOptions, without("set")],
-    format_: Annotated[
-        Literal["table", "json", "csv", "markdown"],
-        option("What is printed; table by default.", "--format", group=OUTPUT),
-    ] = "table",
-    out: Annotated[
-        Path | None, option("Write CSV, JSON and a report into this folder.", group=OUTPUT, metavar="DIR", parser=path)
-    ] = None,
-    figures: Annotated[
-        bool, option("Also draw all landings on one contact sheet in that folder.", "--figures", group=OUTPUT)
-    ] = False,
+    output: OutputOptions,
+    figures: Annotated[bool, in_output("Also draw all landings on one contact sheet in that folder.")] = False,
 ) -> None:
-    """Land many robots on each of their feet, and rank the landings.
+    """Land many robots on each of their feet, and rank them.
 
     Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With --contact, only
     matching feet strike; a scene lands as it says. Ends with exit code 3 if some landings cannot be computed.
     """
+    from shockpc.cli.output import check_out, give
     from shockpc.cli.progress import progress
     from shockpc.errors import StudyError
     from shockpc.executor import executor
     from shockpc.robot.catalogue import robots_of_set
-    from shockpc.show.batch import batch_files, batch_text
-    from shockpc.show.files import check_folder, write_folder
+    from shockpc.show.reports.batch import batch_report
     from shockpc.studies import batch as study
 
-    names = list(dict.fromkeys([*(robots or ()), *(name for one in set_ or () for name in robots_of_set(one))]))
+    names = list(dict.fromkeys([*robots, *(name for one in set_ for name in robots_of_set(one))]))
     if not names:
         raise StudyError("no robot is named; give names or files, or a set: shockpc batch --set quadrupeds")
-    if figures and out is None:
+    if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
-    if out is not None:
-        check_folder(out, "--out")
-    with executor(min(jobs or 1, len(names))) as pool:
+    check_out(output.out)
+    with executor(min(jobs, len(names))) as pool:
         read = functools.partial(_landings, options)
         found = study.batch(names, read, pool, _thumbnail if figures else None, progress("robots computed", len(names)))
-    if out is not None:
-        write_folder(out, batch_files(found))
-    sys.stdout.write(batch_text(found, format_))
+    give(batch_report(found), output)
     if found.failures:
         raise typer.Exit(INCOMPLETE)
 
@@ -85,9 +63,8 @@ def batch(
 def _landings(options: SceneOptions, name: str) -> "tuple[Robot, list[Scene]]":
     """A robot and its landings, as the options say."""
     from shockpc.cli.scenes import scenes_from
-    from shockpc.trace import Trace
 
-    return scenes_from(name, options, Trace(), on_each_foot=True)
+    return scenes_from(name, options, on_each_foot=True)
 
 
 def _thumbnail(profile: "ShockProfile") -> "Thumbnail":

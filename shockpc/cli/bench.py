@@ -5,10 +5,8 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from shockpc.cli.declare import option, takes_options
-from shockpc.cli.options import SceneOptions
+from shockpc.cli.declare import argument, takes_options
+from shockpc.cli.options import SceneOptions, in_output
 from shockpc.cli.parse import path, robot_name
 
 __all__ = ["bench"]
@@ -21,38 +19,27 @@ def bench(
     options: SceneOptions,
     robot: Annotated[
         str | None,
-        typer.Argument(
-            metavar="ROBOT",
-            help="A robot file, a robot's name or a scene (TOML); without it the standing suite runs.",
-            parser=robot_name,
-            show_default=False,
-        ),
+        argument("A robot file, a robot's name or a scene (TOML); without it the standing suite runs.", "ROBOT", robot_name),
     ] = None,
     out: Annotated[
         Path | None,
-        option(
-            "Folder of the report; by default out/bench for the suite, and none for a landing.",
-            group="Output",
-            metavar="DIR",
-            parser=path,
-        ),
+        in_output("Folder of the report; by default out/bench for the suite, and none for a landing.", "DIR", path),
     ] = None,
 ) -> None:
-    """Measure error and run time of methods, on a landing or a suite."""
+    """Measure the error and the run time of several methods."""
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
         os.environ[name] = "1"
+    from shockpc.cli.output import check_out
     from shockpc.errors import SceneError
-    from shockpc.show.files import check_folder
 
-    if out is not None:
-        check_folder(out, "--out")
+    check_out(out)
     if robot is not None:
         _landings(robot, options, out)
-        return
-    if options != SceneOptions():
+    elif options == SceneOptions():
+        _suite(out or Path("out/bench"))
+    else:
         raise SceneError("the options of a landing need a robot: shockpc bench robot.urdf --contact foot")
-    _suite(out or Path("out/bench"))
 
 
 def _suite(out: Path) -> None:
@@ -72,9 +59,8 @@ def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
     from shockpc.cli.output import file_names
     from shockpc.cli.scenes import scenes_from
     from shockpc.show.tables.text import as_text
-    from shockpc.trace import Trace
 
-    loaded, scenes = scenes_from(robot, options, Trace())
+    loaded, scenes = scenes_from(robot, options)
     for scene, name in zip(scenes, file_names(scenes), strict=True):
         folder = out if out is None or len(scenes) == 1 else out / name
         if len(scenes) > 1:

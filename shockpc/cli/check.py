@@ -1,15 +1,17 @@
 """`shockpc check`: compare landings with budgets, for continuous integration."""
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
 
-from shockpc.cli.declare import option, takes_options
+from shockpc.cli.declare import argument, group, takes_options
+from shockpc.cli.options import in_output
 from shockpc.cli.parse import path
+from shockpc.cli.streams import complain
 
 __all__ = ["EPILOG", "CheckOptions", "Report", "check", "report"]
 
@@ -17,7 +19,7 @@ FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
 """Formats that stand alone on standard output."""
 
-OUTPUT, BASELINE = "Output", "Baseline"
+_in_baseline = group("Baseline")
 
 EPILOG = """\b
 A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]] and [[tool.shockpc.budget]]:
@@ -58,12 +60,8 @@ class Report(NamedTuple):
     file: Path | None
 
 
-def report(text: str) -> Report:
-    """A report that is asked for.
-
-    Raises:
-        typer.BadParameter: there is no such format, or no file after the equals sign.
-    """
+def report(text: str, form: str) -> Report:
+    """A report that is asked for."""
     format_, equals, file = text.partition("=")
     if format_ not in FORMATS:
         known = f"valid are {', '.join(FORMATS)}, each also with a file, such as junit=report.xml"
@@ -75,26 +73,20 @@ def report(text: str) -> Report:
 class CheckOptions:
     """With what numbers are compared, and what is reported."""
 
-    baseline: Annotated[
-        Path | None, option("Numbers of an earlier design, to compare with.", group=BASELINE, metavar="FILE", parser=path)
-    ] = None
-    update_baseline: Annotated[
-        bool,
-        option("Write the numbers into the --baseline file instead of comparing with it.", "--update-baseline", group=BASELINE),
-    ] = False
+    baseline: Annotated[Path | None, _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path)] = None
+    update_baseline: Annotated[bool, _in_baseline("Write the numbers into the --baseline file instead of comparing with it.")] = (
+        False
+    )
     format: Annotated[
-        list[Report],
-        option(
+        tuple[Report, ...],
+        in_output(
             "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
             "on standard output, or in a file.",
-            group=OUTPUT,
-            metavar="FORMAT[=FILE]",
-            parser=report,
+            "FORMAT[=FILE]",
+            report,
         ),
-    ] = field(default_factory=list)
-    out: Annotated[
-        Path | None, option("Write JSON, CSV, JUnit and Markdown into this folder.", group=OUTPUT, metavar="DIR", parser=path)
-    ] = None
+    ] = ()
+    out: Annotated[Path | None, in_output("Write JSON, CSV, JUnit and Markdown into this folder.", "DIR", path)] = None
 
 
 @takes_options
@@ -102,23 +94,20 @@ def check(
     options: CheckOptions,
     budgets: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="BUDGETS",
-            help="A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.",
-            parser=path,
-            show_default=False,
+        argument(
+            "A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.", "BUDGETS", path
         ),
     ] = None,
 ) -> None:
     """Compare landings with budgets, as a gate in CI."""
     from shockpc.cli.progress import progress
-    from shockpc.show.check import append_summary, check_files, report_text
     from shockpc.show.files import write_folder, write_text
+    from shockpc.show.reports.check import append_summary, check_files, check_text
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.gate import check_budgets
 
-    asked = options.format or [Report("text", None)]
+    asked = options.format or (Report("text", None),)
     _check_places(options, asked)
     given = read_budgets(budgets or budgets_file(Path.cwd()))
     baseline = None if options.baseline is None or options.update_baseline else read_baseline(options.baseline)
@@ -127,23 +116,23 @@ def check(
         if one.format == "github":
             append_summary(found)
         if one.file is None:
-            sys.stdout.write(report_text(found, one.format))
+            sys.stdout.write(check_text(found, one.format))
         else:
-            write_text(one.file, report_text(found, one.format))
+            write_text(one.file, check_text(found, one.format))
     if options.out is not None:
         write_folder(options.out, check_files(found))
     if options.baseline is not None and options.update_baseline:
         if found.count("not computed"):
-            sys.stderr.write(f'shockpc: "{options.baseline}" is left as it was, because a number could not be computed\n')
+            complain(f'"{options.baseline}" is left as it was, because a number could not be computed')
         else:
             write_text(options.baseline, baseline_text(found.cases, found.values))
     raise typer.Exit(found.exit_code)
 
 
-def _check_places(options: CheckOptions, asked: list[Report]) -> None:
+def _check_places(options: CheckOptions, asked: tuple[Report, ...]) -> None:
     """See that all can be written before anything is computed."""
+    from shockpc.cli.output import check_file, check_out
     from shockpc.errors import OutputError, StudyError
-    from shockpc.show.files import check_folder
 
     printed = [one.format for one in asked if one.file is None]
     if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
@@ -151,13 +140,9 @@ def _check_places(options: CheckOptions, asked: list[Report]) -> None:
         raise OutputError(f"standard output holds one document, not {listed}; write files, such as --format {printed[0]}=FILE")
     if options.update_baseline and options.baseline is None:
         raise StudyError("--update-baseline needs the file to write; name it with --baseline, such as --baseline base.json")
-    files = [(one.file, "--format") for one in asked if one.file is not None]
-    files += [(options.baseline, "--baseline")] if options.baseline is not None and options.update_baseline else []
-    for file, name in files:
-        if file.is_dir():
-            raise OutputError(f'"{file}" is a folder; name a file with {name}')
-        if not file.parent.exists():
-            raise OutputError(f'there is no folder "{file.parent}" for {name}; make it, or name another file')
-        check_folder(file.parent, name)
-    if options.out is not None:
-        check_folder(options.out, "--out")
+    for one in asked:
+        if one.file is not None:
+            check_file(one.file, "--format")
+    if options.baseline is not None and options.update_baseline:
+        check_file(options.baseline, "--baseline")
+    check_out(options.out)

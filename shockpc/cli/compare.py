@@ -1,85 +1,61 @@
 """`shockpc compare`: designs side by side."""
 
 import dataclasses
-import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from shockpc.cli.declare import option, takes_options
-from shockpc.cli.options import SceneOptions
-from shockpc.cli.parse import path, robot_name
+from shockpc.cli.declare import argument, group, takes_options
+from shockpc.cli.options import OutputOptions, SceneOptions
+from shockpc.cli.parse import robot_name
 
 if TYPE_CHECKING:
     from shockpc.studies.compare import Design
 
 __all__ = ["compare"]
 
-DESIGNS, OUTPUT = "Designs", "Output"
+_in_designs = group("Designs")
 
 
 @takes_options
 def compare(
     *,
-    designs: Annotated[
-        list[str],
-        typer.Argument(metavar="DESIGN...", help="Robot files, robots by name or scenes (TOML).", parser=robot_name),
-    ],
+    designs: Annotated[tuple[str, ...], argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name)],
     change: Annotated[
-        list[str] | None,
-        option(
+        tuple[str, ...],
+        _in_designs(
             "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
             "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints.",
-            group=DESIGNS,
-            metavar="CHANGES",
+            "CHANGES",
         ),
-    ] = None,
+    ] = (),
     options: SceneOptions,
-    format_: Annotated[
-        Literal["table", "json", "csv", "markdown"],
-        option("What is printed; table by default.", "--format", group=OUTPUT),
-    ] = "table",
-    out: Annotated[
-        Path | None, option("Write CSV, JSON, a report and the figure into this folder.", group=OUTPUT, metavar="DIR", parser=path)
-    ] = None,
+    output: OutputOptions,
 ) -> None:
-    """Compare the shock of designs, or of one design and its changes.
+    """Compare the shock of designs, or of a design's changes.
 
     The options of the landing hold for every design. One --contact is for all; with as many as there are designs, each has its own.
     """
+    from shockpc.cli.output import check_out, give
     from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
-    from shockpc.show.compare import compare_files, compare_text
-    from shockpc.show.files import check_folder, write_folder
+    from shockpc.show.reports.compare import compare_report
     from shockpc.studies.compare import compare as study
     from shockpc.studies.compare import design_with
 
-    if out is not None:
-        check_folder(out, "--out")
+    check_out(output.out)
     if change and len(designs) > 1:
         raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")
-    changes = [read_changes(text) for text in change or ()]
-    own = options.contact if len(options.contact) == len(designs) > 1 and not options.together else None
-    every = [
-        _design(name, options if own is None else dataclasses.replace(options, contact=[own[k]])) for k, name in enumerate(designs)
-    ]
+    changes = [read_changes(text) for text in change]
+    one_each = len(options.contact) == len(designs) > 1 and not options.together
+    own = [dataclasses.replace(options, contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
+    every = [_design(name, its) for name, its in zip(designs, own, strict=True)]
     every += [design_with(every[0], one) for one in changes]
-    found = study(every)
-    if out is not None:
-        write_folder(out, compare_files(found))
-    sys.stdout.write(compare_text(found, format_))
+    give(compare_report(study(every)), output)
 
 
 def _design(name: str, options: SceneOptions) -> "Design":
     """The design of a name, in its landing."""
-    from shockpc.cli.scenes import scenes_from
-    from shockpc.errors import StudyError
+    from shockpc.cli.scenes import one_scene
     from shockpc.studies.compare import Design
-    from shockpc.trace import Trace
 
-    robot, scenes = scenes_from(name, options, Trace())
-    if len(scenes) > 1:
-        listed = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes)
-        raise StudyError(f'"{name}" is given {len(scenes)} landings ({listed}); compare one of each design: name one --contact')
-    return Design(name, scenes[0], robot)
+    robot, scene = one_scene(name, options)
+    return Design(name, scene, robot)

@@ -1,71 +1,44 @@
 """`shockpc limits`: joint limits that keep the shock at a point below a bound."""
 
 import math
-import sys
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from shockpc.cli.declare import option, takes_options
-from shockpc.cli.options import RobotName, SceneOptions
-from shockpc.cli.parse import Span, finite, path, span
+from shockpc.cli.declare import group, takes_options
+from shockpc.cli.options import OutputOptions, RobotName, SceneOptions
+from shockpc.cli.parse import Span, finite, span
 
 __all__ = ["limits"]
 
-QUESTION, OUTPUT = "Question", "Output"
+_in_question = group("Question")
 
 
 @takes_options
 def limits(
     *,
     robot: RobotName,
-    joint: Annotated[
-        str, option("The joint, by name; joints that a glob matches all have the same value.", group=QUESTION, metavar="JOINT")
-    ],
-    at: Annotated[str, option("Where the shock is limited, offset in the frame [m].", group=QUESTION, metavar="FRAME[:X,Y,Z]")],
-    max_shock: Annotated[float, option("The bound: |Δv| relative to the strike.", group=QUESTION, metavar="SHOCK", parser=finite)],
-    joint_range: Annotated[
+    joint: Annotated[str, _in_question("The joint, by name; joints that a glob matches all have the same value.", "JOINT")],
+    at: Annotated[str, _in_question("Where the shock is limited, offset in the frame [m].", "FRAME[:X,Y,Z]")],
+    max_shock: Annotated[float, _in_question("The bound: |Δv| relative to the strike.", "SHOCK", finite)],
+    range_: Annotated[
         Span | None,
-        option(
-            "Values of the joint to look at; the file's limits by default [deg; m if prismatic].",
-            "--range",
-            group=QUESTION,
-            metavar="LOW:HIGH",
-            parser=span("-150:0"),
-        ),
+        _in_question("Values of the joint to look at; the file's limits by default [deg; m if prismatic].", "LOW:HIGH", span),
     ] = None,
-    strikes: Annotated[
-        Span | None,
-        option("Strike angles to look at; -30:75 by default [deg].", group=QUESTION, metavar="LOW:HIGH", parser=span("-30:75")),
-    ] = None,
+    strikes: Annotated[Span | None, _in_question("Strike angles to look at; -30:75 by default [deg].", "LOW:HIGH", span)] = None,
     step: Annotated[
         float | None,
-        option(
-            "Largest step of the scan; 0.1 deg or 0.0001 m by default [deg; m if prismatic].",
-            group=QUESTION,
-            metavar="STEP",
-            parser=finite,
-        ),
+        _in_question("Largest step of the scan; 0.1 deg or 0.0001 m by default [deg; m if prismatic].", "STEP", finite),
     ] = None,
     options: SceneOptions,
-    format_: Annotated[
-        Literal["table", "json", "csv", "markdown"], option("What is printed; table by default.", "--format", group=OUTPUT)
-    ] = "table",
-    out: Annotated[
-        Path | None, option("Write JSON, CSV, a report and the map into this folder.", group=OUTPUT, metavar="DIR", parser=path)
-    ] = None,
+    output: OutputOptions,
 ) -> None:
-    """Find the values of a joint that keep the shock at a point below a bound."""
-    import json
-
-    from shockpc.cli.output import check_places
+    """Find the joint angles that keep the shock below a bound."""
+    from shockpc.cli.output import check_out, give
     from shockpc.cli.scenes import one_scene, point_from
-    from shockpc.show.limits import intervals_sheet, limits_document, limits_report, limits_text, write_limits
-    from shockpc.show.tables.text import as_csv
+    from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
-    from shockpc.trace import Trace
 
-    check_places(out, None)
-    loaded, scene = one_scene(robot, options, Trace())
+    check_out(output.out)
+    loaded, scene = one_scene(robot, options)
     joints = [loaded.joint(name) for name in loaded.match_joints(joint)]
     unit = 1.0 if joints[0].kind == "prismatic" else math.radians(1.0)
     found = study(
@@ -73,17 +46,9 @@ def limits(
         joint,
         point_from(loaded, at, "--at"),
         max_shock,
-        joint_range=None if joint_range is None else (unit * joint_range.low, unit * joint_range.high),
-        strikes=None if strikes is None else (math.radians(strikes.low), math.radians(strikes.high)),
+        joint_range=None if range_ is None else (unit * range_[0], unit * range_[1]),
+        strikes=None if strikes is None else (math.radians(strikes[0]), math.radians(strikes[1])),
         step=None if step is None else unit * step,
         robot=loaded,
     )
-    if out is not None:
-        write_limits(found, out)
-    if format_ == "json":
-        text = json.dumps(limits_document(found), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    elif format_ == "csv":
-        text = as_csv(intervals_sheet(found))
-    else:
-        text = limits_report(found) if format_ == "markdown" else limits_text(found)
-    sys.stdout.write(text)
+    give(limits_report(found), output)

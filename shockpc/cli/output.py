@@ -4,39 +4,47 @@ import os
 import sys
 from pathlib import Path
 
+from shockpc.cli.options import OutputOptions
 from shockpc.cli.scenes import ROBOT_SUFFIXES
+from shockpc.cli.streams import complain
 from shockpc.errors import OutputError, SceneError, UnknownName
+from shockpc.printed import listed
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.show.files import check_folder
+from shockpc.show.files import check_folder, write_folder
+from shockpc.show.reports.report import Report
 
-__all__ = ["body_pattern", "check_places", "file_names", "scene_files", "shown"]
+__all__ = ["body_pattern", "check_file", "check_out", "file_names", "give", "scene_files", "shown"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
 
 
-def check_places(out: Path | None, save_scene: Path | None) -> None:
+def check_out(out: Path | None) -> None:
     """See that results can be written before anything is computed."""
     if out is not None:
         check_folder(out, "--out")
-    if save_scene is not None:
-        if save_scene.is_dir():
-            raise OutputError(f'"{save_scene}" is a folder; name a file with --save-scene, such as landing.toml')
-        if save_scene.suffix.casefold() in ROBOT_SUFFIXES:
-            raise OutputError(f'"{save_scene}" would be read as a robot; name a scene with --save-scene, such as landing.toml')
-        if not save_scene.parent.exists():
-            raise OutputError(f'there is no folder "{save_scene.parent}" for --save-scene; make it, or name another file')
-        check_folder(save_scene.parent, "--save-scene")
+
+
+def check_file(file: Path, option: str) -> None:
+    """See that the file of an option can be written before anything is computed."""
+    if file.is_dir():
+        raise OutputError(f'"{file}" is a folder; name a file with {option}')
+    if not file.parent.exists():
+        raise OutputError(f'there is no folder "{file.parent}" for {option}; make it, or name another file')
+    check_folder(file.parent, option)
 
 
 def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     """The files that --save-scene writes: the file itself for one landing, else a file each, named after the contact.
 
     Raises:
-        OutputError: one of them is there already, and may not be replaced.
+        OutputError: one of them cannot be written, or is there already and may not be replaced.
     """
+    if path.suffix.casefold() in ROBOT_SUFFIXES:
+        raise OutputError(f'"{path}" would be read as a robot; name a scene with --save-scene, such as landing.toml')
+    check_file(path, "--save-scene")
     files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
     present = [file for file in files if os.path.lexists(file)]
     if present and not force:
@@ -60,8 +68,9 @@ def body_pattern(robot: Robot, pattern: str) -> str:
     if not carriers:
         raise UnknownName("body", pattern, names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     if len(carriers) > 1:
-        listed = ", ".join(f'"{name}"' for name in carriers)
-        raise SceneError(f'--bodies: no body matches "{pattern}", and links that match are part of {listed}; name one of these')
+        raise SceneError(
+            f'--bodies: no body matches "{pattern}", and links that match are part of {listed(carriers)}; name one of these'
+        )
     return carriers[0]
 
 
@@ -71,15 +80,19 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
         from shockpc.show.document import to_json
 
         return to_json(profiles)
-    from shockpc.show.tables.text import csv_report, markdown_report, text_report
+    from shockpc.show.reports.landing import landings_text
 
-    if format_ == "markdown":
-        return markdown_report(profiles, bodies)
     if format_ == "csv":
         for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
-            sys.stderr.write(f"shockpc: warning: {warning}\n")
-        return csv_report(profiles, bodies)
-    return text_report(profiles, bodies)
+            complain(f"warning: {warning}")
+    return landings_text(profiles, format_, bodies)
+
+
+def give(report: Report, output: OutputOptions) -> None:
+    """Write the files of a report into a folder, if one is asked for, and print it."""
+    if output.out is not None:
+        write_folder(output.out, report.files())
+    sys.stdout.write(report.text(output.format))
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

@@ -4,31 +4,27 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from shockpc.cli.declare import option
+from shockpc.cli.declare import argument, takes_options
+from shockpc.cli.options import in_output
 from shockpc.cli.parse import path
 
 __all__ = ["paper"]
 
 
+@takes_options
 def paper(
-    figures: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[FIGURE]...", help="Numbers of figures: 1, 2, 3, 5; all by default.", show_default=False),
-    ] = None,
+    figures: Annotated[tuple[str, ...], argument("Numbers of figures: 1, 2, 3, 5; all by default.", "[FIGURE]...")] = (),
     out: Annotated[
-        Path | None,
-        option("Write figures, tables and the scenes of all panels into this folder.", group="Output", metavar="DIR", parser=path),
+        Path | None, in_output("Write figures, tables and the scenes of all panels into this folder.", "DIR", path)
     ] = None,
 ) -> None:
     """Recompute the figures of the paper and check its claims."""
+    from shockpc.cli.output import check_out
     from shockpc.paper.figures import paper_figures
-    from shockpc.show.files import check_folder
-    from shockpc.show.tables.paper import paper_text, write_paper
+    from shockpc.show.reports.paper import paper_text, write_paper
 
-    chosen = paper_figures(figures or ())
+    chosen = paper_figures(figures)
+    check_out(out)
     if out is not None:
-        check_folder(out, "--out")
         write_paper(chosen, out)
     sys.stdout.write(paper_text(chosen))

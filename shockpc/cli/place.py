@@ -1,15 +1,13 @@
 """`shockpc place`: where on a body a sensor sees least shock."""
 
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from shockpc.cli.declare import option, takes_options
-from shockpc.cli.options import SceneOptions
-from shockpc.cli.parse import Setting, finite, limits, path, robot_name, setting
-from shockpc.cli.vary import Varied, varied
+from shockpc.cli.declare import argument, group, takes_options
+from shockpc.cli.options import OutputOptions, SceneOptions
+from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name, setting, variable
 
 if TYPE_CHECKING:
     from shockpc.robot.robot import Robot
@@ -17,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["place"]
 
-LANDINGS, REGION, SENSORS, OUTPUT = "Landings", "Where a sensor may be", "Sensors", "Output"
+_in_landings, _in_region, _in_sensors = group("Landings"), group("Where a sensor may be"), group("Sensors")
 
 INCOMPLETE = 3
 """Exit code if some landings could not be computed."""
@@ -25,71 +23,45 @@ INCOMPLETE = 3
 
 @takes_options
 def place(
+    *,
     scenes: Annotated[
-        list[str],
-        typer.Argument(metavar="SCENE...", help="Scenes (TOML), or a robot, which lands on each foot alone.", parser=robot_name),
+        tuple[str, ...], argument("Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name)
     ],
     options: SceneOptions,
     vary: Annotated[
-        list[Varied] | None,
-        option(
-            "Each landing with all of these values: of strike-angle [deg], speed [m/s], or joints by name or glob [deg; m]. "
-            "FIRST:LAST:NUMBER, or values with commas between them.",
-            group=LANDINGS,
-            metavar="SUBJECT=VALUES",
-            parser=varied,
+        tuple[Variable, ...],
+        _in_landings(
+            "Each landing with all of these values, a:b:n or a,b,c: of strike-angle [deg], speed [m/s], base-pitch [deg], joints "
+            "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
+            "NAME=VALUES",
+            variable,
         ),
-    ] = None,
+    ] = (),
     weight: Annotated[
-        list[Setting] | None,
-        option(
+        tuple[Setting, ...],
+        _in_landings(
             "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by glob or "
             "part of their name; others weigh 1.",
-            group=LANDINGS,
-            metavar="LANDING=WEIGHT",
-            parser=setting("LANDING=WEIGHT", "'LF_*=3'"),
+            "LANDING=WEIGHT",
+            setting,
         ),
-    ] = None,
-    body: Annotated[
-        str | None, option("The body, or a link that is fixed to it; the base by default.", group=REGION, metavar="NAME")
-    ] = None,
+    ] = (),
+    body: Annotated[str | None, _in_region("The body, or a link that is fixed to it; the base by default.", "NAME")] = None,
     within: Annotated[
-        Any,
-        option("Only in this box of the body's frame, whatever the geometry [m].", group=REGION, metavar="BOX", parser=limits),
+        tuple[Vector, Vector] | None,
+        _in_region("Only in this box of the body's frame, whatever the geometry [m].", "X0:X1,Y0:Y1,Z0:Z1", box),
     ] = None,
-    surface: Annotated[
-        bool, option("Only on the surface of the geometry (within the box, if one is given).", "--surface", group=REGION)
-    ] = False,
-    geometry: Annotated[
-        Literal["collision", "visual"], option("Which geometry; collision by default.", group=REGION)
-    ] = "collision",
+    surface: Annotated[bool, _in_region("Only on the surface of the geometry (within the box, if one is given).")] = False,
+    geometry: Annotated[Literal["collision", "visual"], _in_region("Which geometry; collision by default.")] = "collision",
     count: Annotated[
-        int,
-        option(
-            "Number of sensors that belong together: in each landing the one with the least shock counts.",
-            group=SENSORS,
-            metavar="N",
-        ),
+        int, _in_sensors("Number of sensors that belong together: in each landing the one with the least shock counts.", "N")
     ] = 1,
-    alternatives: Annotated[
-        int,
-        option("Number of further places, each the best at a distance; 2 by default.", group=SENSORS, metavar="N"),
-    ] = 2,
+    alternatives: Annotated[int, _in_sensors("Number of further places, each the best at a distance; 2 by default.", "N")] = 2,
     apart: Annotated[
         float | None,
-        option(
-            "This distance, along x, y or z of the body; a tenth of the body by default [m].",
-            group=SENSORS,
-            metavar="D",
-            parser=finite,
-        ),
+        _in_sensors("This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite),
     ] = None,
-    format_: Annotated[
-        Literal["table", "json", "csv", "markdown"], option("What is printed; table by default.", "--format", group=OUTPUT)
-    ] = "table",
-    out: Annotated[
-        Path | None, option("Write JSON, CSV, a report and the figure into this folder.", group=OUTPUT, metavar="DIR", parser=path)
-    ] = None,
+    output: OutputOptions,
 ) -> None:
     """Find where on a body a sensor sees least shock.
 
@@ -97,14 +69,13 @@ def place(
     the body is exact, with its gap stated; the shock at the places is proven. With --pulse and --range-g, also how much of a
     sensor's range is left along each axis, and how to turn it.
     """
+    from shockpc.cli.output import check_out, give
     from shockpc.cli.progress import progress
-    from shockpc.show.files import check_folder, write_folder
-    from shockpc.show.place import place_files, place_text
+    from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
 
-    if out is not None:
-        check_folder(out, "--out")
-    robot, landings = _landings(scenes, options, vary or [])
+    check_out(output.out)
+    robot, landings = _landings(scenes, options, vary)
     found = study(
         landings,
         robot,
@@ -112,39 +83,35 @@ def place(
         within=within,
         surface=surface,
         geometry=geometry,
-        weights=_weights(list(landings), weight or []),
+        weights=_weights(list(landings), weight),
         count=count,
         alternatives=alternatives,
         apart=apart,
         progress=progress("landings computed", len(landings)),
     )
-    text = place_text(found, format_)
-    if out is not None:
-        write_folder(out, place_files(found))
-    sys.stdout.write(text)
+    give(place_report(found), output)
     if found.failures:
         raise typer.Exit(INCOMPLETE)
 
 
-def _landings(names: list[str], options: SceneOptions, vary: list[Varied]) -> "tuple[Robot, dict[str, Scene]]":
+def _landings(names: tuple[str, ...], options: SceneOptions, vary: tuple[Variable, ...]) -> "tuple[Robot, dict[str, Scene]]":
     """The robot, and all landings by name."""
     from shockpc.cli.output import file_names
     from shockpc.cli.scenes import is_scene_file, scenes_from
-    from shockpc.cli.vary import varied_scenes
-    from shockpc.trace import Trace
+    from shockpc.studies.sweep.case import scene_grid
 
     landings: dict[str, Scene] = {}
     robots: list[Robot] = []
     for name in dict.fromkeys(names):
-        robot, scenes = scenes_from(name, options, Trace(), on_each_foot=True)
+        robot, scenes = scenes_from(name, options, on_each_foot=True)
         robots.append(robot)
         prefix = f"{Path(name).stem} " if is_scene_file(name) and len(names) > 1 else ""
         for scene, contact in zip(scenes, file_names(scenes), strict=True):
-            landings |= varied_scenes(prefix + contact, scene, vary)
+            landings |= scene_grid(prefix + contact, scene, robot, vary)
     return robots[0], landings
 
 
-def _weights(landings: list[str], given: list[Setting]) -> dict[str, float] | None:
+def _weights(landings: list[str], given: tuple[Setting, ...]) -> dict[str, float] | None:
     """The weights of landings by name; a later one replaces an earlier one. None if there are none."""
     from shockpc.errors import UnknownName
     from shockpc.show.tables.sheets import fits

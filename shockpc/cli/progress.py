@@ -2,6 +2,7 @@
 
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -36,8 +37,8 @@ class ShownTrace(Trace):
                     _write("")
 
 
-def progress(what: str, total: int) -> Callable[[str], None]:
-    """A function to call with the name of each part that is done; it removes its line after the last.
+def progress(what: str, total: int) -> Callable[..., None]:
+    """A function to call with the name of each part that is done, or with a number of `parts`; its line goes after the last.
 
     Args:
         what: is counted, such as "robots read".
@@ -46,16 +47,18 @@ def progress(what: str, total: int) -> Callable[[str], None]:
     Raises:
         KeyboardInterrupt: when it is called after a signal.
     """
-    count = 0
+    count, start = 0, time.monotonic()
 
-    def show(name: str) -> None:
+    def show(name: str = "", parts: int = 1) -> None:
         nonlocal count
-        count += 1
+        count += parts
         if was_interrupted():
             # A signal that comes while a library calls back is lost there.
             raise KeyboardInterrupt
         if sys.stderr.isatty():
-            _write(f"{what}: {count} of {total}, {name}" if count < total else "")
+            rate = count / max(time.monotonic() - start, 1e-9)
+            text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
+            _write(text if count < total else "")
 
     return show
 

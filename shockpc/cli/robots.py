@@ -3,9 +3,7 @@
 import sys
 from typing import Annotated
 
-import typer
-
-from shockpc.cli.declare import takes_options
+from shockpc.cli.declare import argument, takes_options
 from shockpc.cli.options import RobotOptions
 from shockpc.cli.parse import robot_name
 
@@ -15,43 +13,39 @@ __all__ = ["robots"]
 @takes_options
 def robots(
     options: RobotOptions,
-    robot: Annotated[
-        str | None,
-        typer.Argument(metavar="ROBOT", help="A name from the list, or a robot file.", show_default=False, parser=robot_name),
-    ] = None,
+    robot: Annotated[str | None, argument("A name from the list, or a robot file.", "ROBOT", robot_name)] = None,
 ) -> None:
     """List the robots known by name, or check and show one."""
     sys.stdout.write(_all() if robot is None else _one(robot, options))
 
 
 def _all() -> str:
-    """The list. A robot that cannot be loaded is a row, and the reason stands below."""
+    """The list; a robot that cannot be loaded is a row without numbers."""
     from shockpc.cli.progress import progress
     from shockpc.errors import ShockError
     from shockpc.robot.catalogue import catalogue
     from shockpc.robot.robot import load_robot
-    from shockpc.show.tables.robots import catalogue_row, catalogue_sheet
+    from shockpc.show.reports.robots import catalogue_row, catalogue_sheet
     from shockpc.show.tables.text import as_text
 
-    rows, unloaded = [], []
+    rows = []
     entries = catalogue()
     show = progress("robots read", len(entries))
     for entry in entries:
         try:
             rows.append(catalogue_row(entry.name, load_robot(entry.name)))
-        except ShockError as refusal:
-            rows.append((entry.name, "–", None, "cannot be loaded", ""))
-            unloaded.append(f"{entry.name}: {refusal}")
+        except ShockError:
+            rows.append((entry.name, "–", None, "cannot be loaded", f"why: shockpc robots {entry.name}"))
         show(entry.name)
     own = sum(entry.source == "shockpc" for entry in entries)
-    return as_text(catalogue_sheet(rows, own, unloaded))
+    return as_text(catalogue_sheet(rows, own))
 
 
 def _one(name: str, options: RobotOptions) -> str:
     """One robot, with the check-up of its file."""
     from shockpc.robot.checkup import check_robot
     from shockpc.robot.robot import load_robot
-    from shockpc.show.tables.robots import joints_sheet, links_sheet, robot_lines
+    from shockpc.show.reports.robots import joints_sheet, links_sheet, robot_lines
     from shockpc.show.tables.text import as_text
 
     robot = load_robot(name, xacro=dict(options.xacro), packages=dict(options.package))

@@ -11,12 +11,12 @@ import typer
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.parse import Setting, vector
 from shockpc.errors import SceneError, ShockError
-from shockpc.model.contact import Contact, match_frames
+from shockpc.model.contact import Contact, landing_frames, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Point, Scene, Strike, plane_of
+from shockpc.robot.robot import Robot
+from shockpc.scene import Point, Scene, Strike, plane_of, robot_of
 from shockpc.trace import Trace
 
 __all__ = ["ROBOT_SUFFIXES", "is_scene_file", "one_scene", "point_from", "scenes_from"]
@@ -26,7 +26,9 @@ Record = TypeVar("Record", Contact, Posture, Joints, Strike)
 ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
-def scenes_from(robot: str, options: SceneOptions, trace: Trace, on_each_foot: bool = False) -> tuple[Robot, list[Scene]]:
+def scenes_from(
+    robot: str, options: SceneOptions, trace: Trace | None = None, on_each_foot: bool = False
+) -> tuple[Robot, list[Scene]]:
     """The robot, and one scene for each landing that the options describe. An option replaces what a scene file says.
 
     Args:
@@ -49,8 +51,8 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace, on_each_foot: b
         xacro={**scene.xacro, **dict(options.xacro)},
         packages={**scene.packages, **dict(options.package)},
     )
-    with trace.stage("robot file"):
-        loaded = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    with (trace or Trace()).stage("robot file"):
+        loaded = robot_of(scene)
     scene = dataclasses.replace(
         scene,
         base=options.base or scene.base,
@@ -68,8 +70,8 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace, on_each_foot: b
     return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options, on_each_foot)]
 
 
-def one_scene(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot, Scene]:
-    """The robot and the landing of a command that is about one landing.
+def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, Scene]:
+    """The robot and the landing of a command that is about one landing of it.
 
     Raises:
         ShockError: as for `scenes_from`, or the options describe several landings.
@@ -77,7 +79,9 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace) -> tuple[Robot, S
     loaded, scenes = scenes_from(robot, options, trace)
     if len(scenes) > 1:
         listed = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes[:6])
-        raise SceneError(f"this command is about one landing, but --contact describes {len(scenes)}: {listed}; name one of them")
+        raise SceneError(
+            f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {listed}; name one --contact'
+        )
     return loaded, scenes[0]
 
 
@@ -105,20 +109,14 @@ def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
         if on_each_foot:
             return [(foot,) for foot in each_foot(robot)]
         known = feet(robot)
-        listed = ", ".join(f'"{name}"' for name in known[:8]) or f'"{robot.links[-1]}"'
+        names = ", ".join(f'"{name}"' for name in known[:8] or robot.links[-1:])
         first = _with_contacts(scene, options, known[:1] or robot.links[-1:])
-        asked = f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {listed}'
+        asked = f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {names}'
         raise SceneError(asked + _reach(first, robot))
-    landings: list[tuple[str, ...]] = []
-    for text in options.contact:
-        parts = [(text,)] if text in robot.frames else [match_frames(robot, part) for part in _names(text)]
-        if len(parts) > 1:
-            landings.append(tuple(dict.fromkeys(frame for part in parts for frame in part)))
-        else:
-            landings += [(frame,) for frame in parts[0]]
+    landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
     if options.together:
-        landings = [tuple(frame for landing in landings for frame in landing)]
-    return list(dict.fromkeys(tuple(dict.fromkeys(landing)) for landing in landings))
+        landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
+    return list(dict.fromkeys(landings))
 
 
 def _reach(scene: Scene, robot: Robot) -> str:
@@ -129,17 +127,6 @@ def _reach(scene: Scene, robot: Robot) -> str:
     with suppress(ShockError):
         return "".join(f"; {one}" for one in heights(resolve(scene, robot)))
     return ""
-
-
-def _names(text: str) -> list[str]:
-    """The names or patterns in A+B."""
-    names = [part.strip() for part in text.split("+")]
-    if not all(names):
-        raise SceneError(f'--contact: "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
-    twice = [name for k, name in enumerate(names) if name in names[:k]]
-    if twice:
-        raise SceneError(f'--contact: "{text}" names "{twice[0]}" twice; remove one of them')
-    return names
 
 
 def _with_contacts(scene: Scene, options: SceneOptions, frames: tuple[str, ...] | None) -> Scene:
@@ -207,6 +194,6 @@ def point_from(robot: Robot, text: str, option: str) -> Point:
     if not colon or text in robot.frames:
         return Point(frame=text)
     try:
-        return Point(frame=frame, offset=vector("0,0,0.1")(offset))
+        return Point(frame=frame, offset=vector(offset, "X,Y,Z"))
     except typer.BadParameter as refusal:
         raise SceneError(f"{option} {frame}: {refusal.message}") from None

@@ -13,7 +13,16 @@ from shockpc.model.rows import Block
 from shockpc.robot.geometry import Shape, outline
 from shockpc.robot.robot import Robot
 
-__all__ = ["Contact", "ContactPoint", "contact_block", "contact_point", "match_frames", "stance_block", "unit_directions"]
+__all__ = [
+    "Contact",
+    "ContactPoint",
+    "contact_block",
+    "contact_point",
+    "landing_frames",
+    "match_frames",
+    "stance_block",
+    "unit_directions",
+]
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -99,6 +108,25 @@ def match_frames(robot: Robot, pattern: str) -> tuple[str, ...]:
     if not found:
         raise UnknownName("link or frame", pattern, robot.frames, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     return tuple(found)
+
+
+def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
+    """The landings that a text means: one for each frame that a name or glob matches, or for A+B one on all of both.
+
+    Raises:
+        UnknownName: nothing fits a name.
+        SceneError: a name is empty, or stands there twice.
+    """
+    names = [text] if text in robot.frames else [part.strip() for part in text.split("+")]
+    if not all(names):
+        raise SceneError(f'contact "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
+    twice = [name for k, name in enumerate(names) if name in names[:k]]
+    if twice:
+        raise SceneError(f'contact "{text}" names "{twice[0]}" twice; remove one of them')
+    parts = [match_frames(robot, name) for name in names]
+    return (
+        [(frame,) for frame in parts[0]] if len(parts) == 1 else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
+    )
 
 
 def contact_point(robot: Robot, contact: Contact, up: Array) -> ContactPoint:

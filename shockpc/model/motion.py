@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, velocity_at
 from shockpc.model.dynamics import Dynamics
+from shockpc.robot.robot import Robot
 
-__all__ = ["Motion", "twist_before"]
+__all__ = ["Motion", "com_velocity", "twist_before"]
 
 
 class Motion(NamedTuple):
@@ -30,3 +31,12 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     if not before.joint_rates.any():
         return np.broadcast_to(whole, (len(state.J), 6))
     return np.asarray(whole + state.J @ np.where(state.moves[body], before.joint_rates, 0.0))
+
+
+def com_velocity(robot: Robot, state: Dynamics, before: Motion) -> Array:
+    """Velocity (N, 3) of the robot's centre of mass before the impact, world axes [m/s]."""
+    total = np.zeros((len(state.J), 3))
+    for i, (mass, com) in enumerate(zip(robot.masses, robot.coms, strict=True)):
+        twist = twist_before(state, before, i)
+        total += mass * velocity_at(twist[:, :3], twist[:, 3:], state.position[:, i] + state.rotation[:, i] @ com)
+    return np.asarray(total / robot.mass)

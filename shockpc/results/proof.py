@@ -14,7 +14,7 @@ from shockpc.exact.solution import Inputs
 from shockpc.landing import Landing, contact_velocity
 from shockpc.model.equation import Equation
 from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
-from shockpc.printed import few
+from shockpc.printed import few, listed
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.results.speed import normalising_speed
 from shockpc.robot.robot import Robot
@@ -44,6 +44,11 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
             the posture is so nearly singular that the result is that of no robot.
         SceneError: the mechanism cannot meet its contacts.
     """
+    if not np.isfinite(equation.H).all():
+        raise SolveError(
+            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
+            "precision; give them in kg and m"
+        )
     diagonal = np.diagonal(equation.H[0])
     if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
         raise SolveError(_without_inertia(landing, equation, -1))
@@ -88,11 +93,10 @@ def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
         for i, (name, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True))
         if i == body or any(joint.v.start <= v < joint.v.stop for v in velocities)
     ]
-    listed = ", ".join(f'"{name}"' for name in names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
     return (
-        f'{"bodies" if len(names) > 1 else "body"} {listed} of robot "{robot.name}" can move, but no mass or inertia resists it, '
-        "so the inertia matrix cannot be inverted; "
+        f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
+        "resists it, so the inertia matrix cannot be inverted; "
         + "bolt the robot's massless root down with --base fixed, or "
         * light_base
         + "give mass and inertia in the file (mass on a joint's axis does not resist "

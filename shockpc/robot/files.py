@@ -7,7 +7,6 @@ defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because
 
 import os
 import re
-import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -16,12 +15,12 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from shockpc.errors import RobotError
+from shockpc.paths import read_file
 from shockpc.printed import listed
 
 __all__ = ["Markup", "OpenFolders", "open_folders", "parse_xml", "read_bytes", "read_text", "read_xml"]
 
-_LARGEST = 64 * 2**20  # bytes
-_DEEPEST = 800  # elements within elements; Python's own limit is 1000 calls
+_DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _ENCODING = re.compile(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""")
 _CLOSING_TAGS = re.compile(rb"/[^<>]*>\s*(</[^<>]*>\s*)*+")
@@ -55,9 +54,12 @@ class OpenFolders(NamedTuple):
         """
         place = Path(os.path.realpath(path))
         if not self.contain(place):
+            package = re.match("(?:package|model):/+([^/]+)(/.+)", named)
+            folder = str(place).removesuffix(package[2]) if package else str(place)
+            definition = f"{package[1]}={folder}" if package and folder != str(place) else "NAME=DIR"
             raise RobotError(
                 f'{self.file.name}: "{named}" leads to "{place}", outside the folders that may be read ({listed(self.allowed)}). '
-                "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
+                f"If it belongs to the robot, name the folder that holds it: --package {definition}"
             )
         return place
 
@@ -154,30 +156,16 @@ class Markup(NamedTuple):
     root: Element
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, what: str = "robot file") -> bytes:
     """Read a whole file; all input of a robot goes through here.
 
     Raises:
-        RobotError: it is missing, a folder, not readable, not a regular file, or larger than 64 MB.
+        RobotError: as `read_file`.
     """
-    if os.path.isdir(path):
-        raise RobotError(f'"{path}" is a folder; give the robot file in it')
-    try:
-        # Without O_NONBLOCK a pipe that nobody writes to would be waited for.
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
-            status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode):
-                raise RobotError(f'"{path}" is a pipe or a device; save what it gives in a file')
-            if status.st_size > _LARGEST:
-                raise RobotError(f'"{path}" has {status.st_size / 2**20:.0f} MB; files of up to {_LARGEST // 2**20} MB are read')
-            return file.read(_LARGEST + 1)
-    except FileNotFoundError:
-        raise RobotError(f'no file "{path}"') from None
-    except OSError as error:
-        raise RobotError(f'"{path}" cannot be read: {error.strerror}; check its permissions') from None
+    return read_file(path, what, RobotError)
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, what: str = "robot file") -> str:
     """Read a text file in UTF-8, or in the Latin encoding that its XML declaration names.
 
     Returns:
@@ -186,7 +174,7 @@ def read_text(path: Path) -> str:
     Raises:
         RobotError: as `read_bytes`; or it is empty, or in another encoding.
     """
-    data = read_bytes(path)
+    data = read_bytes(path, what)
     start = _MARKS_AND_BLANKS.sub(b"", data, count=1)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
@@ -199,21 +187,24 @@ def read_text(path: Path) -> str:
             named = declared.group(1).decode()
             raise RobotError(f"{path.name} is in the encoding {named}, which is not read; save the file as UTF-8 text")
     try:
-        return start.decode("utf-8" if encoding in _UTF_8 else encoding)
+        text = start.decode("utf-8" if encoding in _UTF_8 else encoding)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
         raise RobotError(
             f"{path.name}: line {line}: byte 0x{start[error.start]:02x} is not UTF-8; save the file as UTF-8 text"
         ) from None
+    if "\0" in text:
+        raise RobotError(f"{path.name} holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text")
+    return text
 
 
-def read_xml(path: Path) -> Markup:
+def read_xml(path: Path, what: str = "robot file") -> Markup:
     """Read an XML file.
 
     Raises:
         RobotError: as `read_text` and `parse_xml`.
     """
-    text = read_text(path)
+    text = read_text(path, what)
     return Markup(text, parse_xml(text, path.name))
 
 
@@ -221,7 +212,7 @@ def parse_xml(text: str, name: str) -> Element:
     """Parse XML text, which messages call by a name, without following anything in it, and return its root element.
 
     Raises:
-        RobotError: the text is not well-formed, has a DOCTYPE, or has more than 800 levels.
+        RobotError: the text is not well-formed, has a DOCTYPE, or has more than 490 levels.
     """
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True

@@ -8,7 +8,7 @@ takes longer than an analysis of a robot without meshes.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -34,6 +34,8 @@ RIM = 64
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
 _MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 _MJCF_MESH = 7
+
+_Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 LARGEST = 1e6
 """Largest coordinate or radius of a shape [m]; more is an error in the file."""
@@ -75,7 +77,7 @@ class Shape(NamedTuple):
     def placed(self, rotation: Array, offset: Array) -> "Shape":
         """Return the shape in another frame, in which the present one has this rotation (3, 3) and this origin (3,) [m]."""
         points = read_only(self.points @ rotation.T + offset)
-        mesh = self.mesh and Mesh(read_only(self.mesh.vertices @ rotation.T + offset), self.mesh.triangles)
+        mesh = self.mesh and self.mesh._replace(vertices=read_only(self.mesh.vertices @ rotation.T + offset))
         discs = tuple((rotation @ centre + offset, rotation @ axis, radius) for centre, axis, radius in self.discs)
         return Shape(self.link, points, self.radius, mesh, discs, self.name)
 
@@ -86,11 +88,13 @@ class Outline(NamedTuple):
     Attributes:
         shapes: one tuple for each body, in the order of `robot.bodies`; empty for a body that has no such geometry.
         pieces: the same as points in one array.
-        warnings: at most one line, about the shapes that could not be read.
+        unread: the shapes that could not be read.
+        warnings: at most one line, about those.
     """
 
     shapes: tuple[tuple[Shape, ...], ...]
     pieces: Pieces
+    unread: tuple[UnreadShape, ...]
     warnings: tuple[str, ...]
 
 
@@ -111,7 +115,7 @@ def outline(robot: Robot, kind: Kind) -> Outline:
         elif frame is not None and frame.body >= 0:
             shapes[frame.body].append(piece.placed(frame.rotation, frame.offset))
     pieces = Pieces.of([[(shape.points, shape.radius) for shape in own] for own in shapes])
-    return Outline(tuple(map(tuple, shapes)), pieces, _warnings(robot, kind, unread, shapes))
+    return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), _warnings(robot, kind, unread, shapes))
 
 
 def inertia_box(body: Body) -> Shape | None:
@@ -136,21 +140,35 @@ def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
     return tuple(_urdf_shapes(source, kind) if source.kind == "urdf" else _mjcf_shapes(source, kind))
 
 
-def _urdf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
-    """Read the shapes of a URDF, each in the frame of its link."""
-    load = _loader(source)
-    for link in parse_xml(source.xml, source.path.name).iter("link"):
+def _urdf_shapes(source: RobotSource, kind: Kind) -> list[Shape | UnreadShape]:
+    """Read the shapes of a URDF, each in the frame of its link.
+
+    Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
+    """
+    load, root = _loader(source), parse_xml(source.xml, source.path.name)
+    found = [*_link_shapes(root, kind, load, np.eye(3))]
+    if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
+        turned = [*_link_shapes(root, kind, load, _Y_TO_Z)]
+        if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
+            return turned
+    return found
+
+
+def _link_shapes(
+    root: Element, kind: Kind, load: Callable[[str], tuple[Mesh, Array]], turn: Array
+) -> Iterator[Shape | UnreadShape]:
+    """Place the shapes of every link of a URDF. Args: load: reads a mesh and its corners; turn: (3, 3), of meshes with y up."""
+    for link in root.iter("link"):
         name = link.get("name", "")
         for element in link.findall(kind):
             shape = element.find("geometry/*")
             if shape is None:
                 continue
             try:
-                origin = element.find("origin")
-                xyz, rpy = (np.zeros(3) if origin is None else _numbers(origin, key, "0 0 0") for key in ("xyz", "rpy"))
+                xyz, rpy = (_numbers(element.find("origin"), key, "0 0 0") for key in ("xyz", "rpy"))
                 if shape.tag == "mesh":
-                    scale = _numbers(shape, "scale", "1 1 1")
-                    found = _mesh(name, load(shape.get("filename", "")), scale * np.eye(3), np.zeros(3))
+                    read, scale = load(shape.get("filename", "")), _numbers(shape, "scale", "1 1 1")
+                    found = _mesh(name, read, scale[:, None] * (turn if read[0].y_up else np.eye(3)), np.zeros(3))
                 else:
                     size, radius, length = (_numbers(shape, key) for key in ("size", "radius", "length"))
                     found = _primitive(name, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
@@ -177,11 +195,25 @@ def _loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
     """The shape of a mesh as read, with its corners, after a change (3, 3) of its coordinates from an origin (3,) [m]."""
     mesh, corners = read
-    return Shape(link, (corners - origin) @ change.T, mesh=Mesh((mesh.vertices - origin) @ change.T, mesh.triangles))
+    return Shape(link, (corners - origin) @ change.T, mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T))
 
 
-def _numbers(element: Element, key: str, default: str = "") -> Array:
-    return np.array(element.get(key, default).split(), dtype=float)
+def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) -> float:
+    """Sum the distances from the joints of each link to the boxes around its meshes of which the file says that y is up [m]."""
+    places = {link.get("name"): [np.zeros(3)] for link in root.iter("link")}
+    for joint in root.iterfind("joint"):
+        for parent in joint.iterfind("parent"):
+            places[parent.get("link")].append(_numbers(joint.find("origin"), "xyz", "0 0 0"))
+    total = 0.0
+    for shape in shapes:
+        if isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up:
+            inside = np.clip(places[shape.link], shape.points.min(axis=0), shape.points.max(axis=0))
+            total += float(np.linalg.norm(inside - places[shape.link], axis=1).sum())
+    return total
+
+
+def _numbers(element: Element | None, key: str, default: str = "") -> Array:
+    return np.array((default if element is None else element.get(key, default)).split(), dtype=float)
 
 
 def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.printed import few
 
 __all__ = ["inertia_fault", "inertia_warning"]
 
@@ -44,9 +45,8 @@ def inertia_warning(file: str, robot: str, bodies: Iterable[tuple[str, float, Ar
             odd.append(f'"{name}" ({shown} kg m²)')
     if not odd:
         return ()
-    listed = ", ".join(odd[:4]) + (f" and {len(odd) - 4} more" if len(odd) > 4 else "")
     return (
-        f"{file}: no body has such principal moments: {listed}. None can be negative or above the sum of the other two, and not "
-        "all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+        f"{file}: no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of the other two, and "
+        "not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
         f"shockpc robots {robot}",
     )

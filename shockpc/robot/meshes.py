@@ -37,10 +37,12 @@ class Mesh(NamedTuple):
     Attributes:
         vertices: (n, 3) [m].
         triangles: (m, 3) indices into the vertices.
+        y_up: whether it is from a COLLADA file that says that y is up.
     """
 
     vertices: Array
     triangles: NDArray[np.int64]
+    y_up: bool = False
 
 
 class UnreadShape(NamedTuple):
@@ -55,8 +57,8 @@ class UnreadShape(NamedTuple):
 def read_mesh(data: bytes, suffix: str) -> Mesh:
     """Read the triangles of a mesh file; polygons are divided into triangles, vertices at the same place become one.
 
-    The unit of a COLLADA document is applied. Its up axis is not: a link's mesh is modelled in the axes of the link, as Pinocchio
-    and RViz read it. COLLADA coordinates are held in single precision, as in STL files.
+    The unit of a COLLADA document is applied. Its up axis is not: most meshes are modelled in the axes of the link, whatever the
+    file says, and Pinocchio reads them so. COLLADA coordinates are held in single precision, as in STL files.
 
     Args:
         data: the content of the file.
@@ -77,10 +79,10 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     from collada.common import DaeError
     from trimesh.exchange.load import mesh_loaders
 
-    unit = 1.0
+    unit, y_up = 1.0, False
     try:
         if suffix == "dae":
-            data, unit = _collada_shape(data)
+            data, unit, y_up = _collada_shape(data)
         if suffix == "obj" and _RELATIVE_FACE.search(data, 0, max(data.rfind(b"\nv "), 0)):
             raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
         with warnings.catch_warnings():
@@ -90,10 +92,21 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
             found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
             vertices, triangles = _joined(found)
-    except (RobotError, DaeError, DeprecationWarning, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as refusal:
+    except (
+        RobotError,
+        DaeError,
+        DeprecationWarning,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        NameError,
+        RuntimeError,
+        ArithmeticError,
+    ) as refusal:
         why = " ".join(str(refusal).split()) or type(refusal).__name__
         raise ValueError(f"it is not a valid {suffix.upper()} file ({why})") from None
-    return _checked(vertices * unit, triangles)
+    return _checked(vertices * unit, triangles)._replace(y_up=y_up)
 
 
 def _checked(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
@@ -132,8 +145,8 @@ def _msh_shape(data: bytes) -> tuple[Array, NDArray[np.int64]]:
     return points.astype(float), faces.astype(np.int64)
 
 
-def _collada_shape(data: bytes) -> tuple[bytes, float]:
-    """Reduce a COLLADA document to what its triangles depend on, and return its unit [m]."""
+def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
+    """Reduce a COLLADA document to what its triangles depend on; with it, its unit [m], and whether it says that y is up."""
     root = parse_xml(data.decode("utf-8-sig"), "the file")
     if root.tag != "COLLADA":
         raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
@@ -145,7 +158,8 @@ def _collada_shape(data: bytes) -> tuple[bytes, float]:
         if source.get("id") in positions and "nan" in source.findtext("float_array", "").lower():
             raise ValueError("it has vertices that are not finite numbers")
     unit = root.find("asset/unit")
-    return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0
+    y_up = root.findtext("asset/up_axis", "").strip() == "Y_UP"
+    return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0, y_up
 
 
 def _joined(found: dict[str, Any]) -> tuple[Array, NDArray[np.int64]]:

@@ -8,10 +8,12 @@ The bodies of a compiled model and the links of the robot have the same names: `
 belongs to the body that carries it. `model.geom_bodyid`, `geom_pos` and `geom_quat` place a geom in its link's frame.
 """
 
+import contextlib
 import functools
+import os
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,13 +85,26 @@ def compiled(source: RobotSource) -> Compiled:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
     try:
-        with warnings.catch_warnings(record=True) as caught:
+        with warnings.catch_warnings(record=True) as caught, _silent():
             warnings.simplefilter("always")
             found = _compile(mujoco, source)
     finally:
         mujoco.set_mju_user_warning(before)
     texts = dict.fromkeys(" ".join(str(text).split()) for text in (*notes, *(warning.message for warning in caught)))
     return found._replace(warnings=tuple(f"{source.path.name}: MuJoCo: {text}" for text in texts))
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Discard what native code, such as Qhull's, writes to standard error."""
+    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nothing, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nothing)
 
 
 def _compile(mujoco: Any, source: RobotSource) -> Compiled:

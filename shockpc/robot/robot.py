@@ -14,6 +14,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.errors import UnknownName
 from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning
+from shockpc.robot.limits import refuse_drives
 from shockpc.robot.source import RobotSource, read_source
 from shockpc.robot.urdf_model import WORLD, build_urdf
 
@@ -339,6 +340,7 @@ def load_robot(
     if source.kind == "mjcf":
         from shockpc.robot.mjcf_model import build_mjcf as build
     built = build(source)
+    refuse_drives(source.path.name, built.model.nv, float(built.model.armature.max(initial=0.0)))
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:
         R = place.rotation

@@ -13,20 +13,19 @@ import numpy as np
 
 import shockpc
 from shockpc.core.directions import ExtremeDirections
+from shockpc.diagnostic import Diagnostic
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.result import ShockProfile
-from shockpc.scene import scene_table
+from shockpc.scene import Scene, scene_table
 
-__all__ = ["SCHEMA", "document", "plain", "to_json"]
-
-SCHEMA = "shockpc.profile/1"
+__all__ = ["document", "head", "json_text", "plain", "record", "to_json"]
 
 BODY = (
     "delta_omega", "delta_v", "copc", "copc_world", "ropc", "translates", "pitch", "off_plane", "shock_com",
     "shock_min", "shock_max",
 )  # fmt: skip
 CONTACT = ("frame", "point", "impulse", "friction_needed", "approach", "mass_sticking", "mass_frictionless", "mitigation", "moment")
-HEALTH = ("rank", "rows", "error_bound", "body_error_bounds", "double_error", "data_sensitivity", "bits")
+HEALTH = ("rank", "rows", "error_bound", "body_error_bounds", "double_error", "data_sensitivity", "bits", "warnings")
 
 
 def document(profile: ShockProfile) -> dict[str, Any]:
@@ -34,11 +33,9 @@ def document(profile: ShockProfile) -> dict[str, Any]:
     robot, assembly = profile.robot, profile.assembly
     size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
     return {
-        "schema": SCHEMA,
-        "shockpc": shockpc.__version__,
-        "pinocchio": PINOCCHIO,
+        **head("profile"),
         "robot": plain(size),
-        "scene": scene_table(profile.scene),
+        "scene": plain(profile.scene),
         "v_in": plain(profile.v_in),
         "bodies": [
             {
@@ -51,20 +48,20 @@ def document(profile: ShockProfile) -> dict[str, Any]:
             for i in range(len(robot.bodies))
         ],
         "points": [
-            {**_record(one, "frame", "body", "delta_v", "shock"), **_directions(one.directions), **_record(one, "peak_g")}
+            {**record(one, "frame", "body", "delta_v", "shock"), **_directions(one.directions), **record(one, "peak_g")}
             for one in profile.points
         ],
-        "contacts": [_record(one, *CONTACT) for one in profile.contacts],
+        "contacts": [record(one, *CONTACT) for one in profile.contacts],
         "joint_model": profile.joint_model,
-        "health": {**_record(profile.health, *HEALTH), "warnings": [str(warning) for warning in profile.health.warnings]},
-        "stance": [_record(one, "frame", "point", "impulse", "friction_needed") for one in profile.stance],
+        "health": record(profile.health, *HEALTH),
+        "stance": [record(one, "frame", "point", "impulse", "friction_needed") for one in profile.stance],
         "total": {"impulse": plain(profile.total_impulse), "moment": plain(profile.total_moment)},
         "energy": {"lost": plain(profile.energy_lost), "share": plain(profile.energy_share)},
-        "joints": [_record(one, "joint", "force", "moment", "along") for one in profile.loads],
-        "bracket": [_record(one, "place", "free", "as_modelled", "locked") for one in profile.bracket],
+        "joints": [record(one, "joint", "force", "moment", "along") for one in profile.loads],
+        "bracket": [record(one, "place", "free", "as_modelled", "locked") for one in profile.bracket],
         "assembly": None
         if assembly is None
-        else {**_record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": plain(by)} for name, by, _ in assembly.moved]},
+        else {**record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": plain(by)} for name, by, _ in assembly.moved]},
         "loads_unique": profile.health.rank == profile.health.rows,
     }
 
@@ -72,12 +69,22 @@ def document(profile: ShockProfile) -> dict[str, Any]:
 def to_json(profiles: list[ShockProfile]) -> str:
     """One document, or a list of them where a contact pattern made several cases."""
     documents = [document(profile) for profile in profiles]
-    return json.dumps(documents[0] if len(documents) == 1 else documents, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(documents[0] if len(documents) == 1 else documents)
 
 
-def _record(record: object, *keys: str) -> dict[str, Any]:
+def json_text(document: Any) -> str:
+    """A document as text."""
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def head(name: str) -> dict[str, Any]:
+    """How every document begins: its schema, and what computed it."""
+    return {"schema": f"shockpc.{name}/1", "shockpc": shockpc.__version__, "pinocchio": PINOCCHIO}
+
+
+def record(one: object, *keys: str) -> dict[str, Any]:
     """Some attributes of a record."""
-    return {key: plain(getattr(record, key)) for key in keys}
+    return {key: plain(getattr(one, key)) for key in keys}
 
 
 def _directions(found: ExtremeDirections) -> dict[str, Any]:
@@ -89,7 +96,11 @@ def _directions(found: ExtremeDirections) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON holds it: arrays as lists, null for a number or a vector that is not finite, no -0.0."""
+    """A value as JSON holds it.
+
+    Arrays and tuples are lists; a number that is not finite, and a list of such numbers alone, are null; there is no -0.0. A scene
+    is its table; other records, such as warnings, are their text.
+    """
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, dict):
@@ -97,8 +108,12 @@ def plain(value: Any) -> Any:
     if isinstance(value, list):
         parts = [plain(part) for part in value]
         return None if parts and all(part is None for part in parts) else parts
+    if isinstance(value, Diagnostic):
+        return str(value)
     if isinstance(value, tuple):
         return [plain(part) for part in value]
     if isinstance(value, float):
         return value + 0.0 if math.isfinite(value) else None
-    return value
+    if isinstance(value, Scene):
+        return scene_table(value)
+    return value if value is None or isinstance(value, str | int) else str(value)

@@ -21,9 +21,10 @@ from shockpc.model.assembly import assemble
 from shockpc.model.posture import configuration, held_joints
 from shockpc.profile import ILL_CONDITIONED, shock_maps, shock_profile
 from shockpc.result import ShockProfile
-from shockpc.results.points import Spot, spot_of
+from shockpc.results.points import Spot
 from shockpc.robot.robot import Joint, Robot
 from shockpc.scene import Point, Scene
+from shockpc.studies.question import moving_spot, strike_angle
 from shockpc.trace import Trace
 
 __all__ = ["Interval", "ShockLimits", "StrikeLimits", "limits"]
@@ -135,15 +136,10 @@ class ShockLimits:
         height = (self.max_shock**2 - m) / r if r > 0.0 else math.copysign(math.inf, self.max_shock**2 - m)
         if height >= 1.0:
             return ((low, high),)
-        # Above the bound within a/2 of the angles φ/2 + kπ.
-        half = math.acos(max(height, -1.0)) / 2.0
-        ends, start = [], low
-        for turn in (-1, 0, 1):
-            middle = phi / 2.0 + turn * math.pi
-            ends.append((start, middle - half))
-            start = max(start, middle + half)
-        ends.append((start, high))
-        return tuple((max(a, low), min(b, high)) for a, b in ends if max(a, low) < min(b, high))
+        # Above the bound nearer than this to the angles φ/2 + kπ, so that it is kept from each of them to the next one.
+        half, middles = math.acos(max(height, -1.0)) / 2.0, [phi / 2.0 + turn * math.pi for turn in (-2, -1, 0, 1, 2)]
+        kept = [(max(a + half, low), min(b - half, high)) for a, b in itertools.pairwise(middles)]
+        return tuple((a, b) for a, b in kept if a < b)
 
 
 def limits(
@@ -184,11 +180,9 @@ def limits(
         raise StudyError(
             "limits compare strikes of a robot that moves without rotating; leave the angular velocity and the joint velocities out"
         )
-    spot = spot_of(robot, at)
-    if spot.frame.body < 0:
-        raise StudyError(f'point "{spot.label}" is fixed to the world, so no strike moves it; name a frame on a moving link')
+    spot = moving_spot(robot, at)
     joints = _joints(robot, joint)
-    unit, file_limits = joints[0].unit, _file_limits(joints)
+    unit, file_limits = joints[0].unit, (max(one.limits[0] for one in joints), min(one.limits[1] for one in joints))
     low, high = _range(joint, file_limits, joint_range, unit)
     angles = _strike_range(landing.plane, strikes)
     step = STEP[unit] if step is None else step
@@ -201,8 +195,7 @@ def limits(
     with trace.stage("scan of the joint"):
         values, Q, unreachable = sweep.postures(np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1))
         gram, inaccurate = sweep.grams(Q)
-    velocity = landing.before.velocity
-    own = float(np.arctan2(velocity @ landing.plane.forward, -velocity[2]))
+    own = strike_angle(landing)
     ends: tuple[End, End] = ("range" if values[0] <= low else "loop", "range" if values[-1] >= high else "loop")
     with trace.stage("roots"):
         found = [_limits(sweep, values, Q, gram, strike, max_shock, ends, FINE[unit]) for strike in _targets(own, angles)]
@@ -356,25 +349,15 @@ def _limits(
         return sweep.greatest(value, Q[k], strikes) - bound
 
     x, g = values.tolist(), (_greatest(gram, strikes)[0] - bound).tolist()
-    least = int(np.argmin(g))
-    least_at, shock = x[least], g[least]
-    if 0 < least < len(x) - 1:
-        least_at, shock = _extremum(excess, x[least - 1], x[least + 1], 1.0, fine)
-    extra = list(_between(excess, x, g, fine))
-    points = sorted({**dict(zip(x, g, strict=True)), **dict(extra)}.items())
-    allowed: list[Interval] = []
-    start: tuple[float, End] | None = (points[0][0], ends[0]) if points[0][1] <= 0.0 else None
+    k = int(np.argmin(g))
+    least_at, shock = _extremum(excess, x[k - 1], x[k + 1], 1.0, fine) if 0 < k < len(x) - 1 else (x[k], g[k])
+    points = sorted({**dict(zip(x, g, strict=True)), **dict(_between(excess, x, g, fine))}.items())
+    edges: list[tuple[float, End]] = [(points[0][0], ends[0])] if points[0][1] <= 0.0 else []
     for (a, g_a), (b, g_b) in itertools.pairwise(points):
-        if (g_a <= 0.0) == (g_b <= 0.0):
-            continue
-        root = a if g_a == 0.0 else b if g_b == 0.0 else float(brentq(excess, a, b, xtol=fine))
-        if start is None:
-            start = (root, "bound")
-        else:
-            allowed.append(Interval(start[0], root, start[1], "bound"))
-            start = None
-    if start is not None:
-        allowed.append(Interval(start[0], points[-1][0], start[1], ends[1]))
+        if (g_a <= 0.0) != (g_b <= 0.0):
+            edges.append((a if g_a == 0.0 else b if g_b == 0.0 else float(brentq(excess, a, b, xtol=fine)), "bound"))
+    edges += [(points[-1][0], ends[1])] if points[-1][1] <= 0.0 else []
+    allowed = [Interval(a, b, low, high) for (a, low), (b, high) in zip(edges[::2], edges[1::2], strict=True)]
     return StrikeLimits(strikes, tuple(allowed), shock + bound, least_at)
 
 
@@ -417,11 +400,6 @@ def _joints(robot: Robot, pattern: str) -> tuple[Joint, ...]:
         listed = ", ".join(f'"{joint.name}"' for joint in joints)
         raise StudyError(f"joints {listed} turn and slide, so they cannot have the same value; name joints of one kind")
     return joints
-
-
-def _file_limits(joints: tuple[Joint, ...]) -> tuple[float, float]:
-    """The limits that all of the joints keep in the robot's file [rad, m]."""
-    return max(joint.limits[0] for joint in joints), min(joint.limits[1] for joint in joints)
 
 
 def _range(pattern: str, file: tuple[float, float], given: tuple[float, float] | None, unit: str) -> tuple[float, float]:

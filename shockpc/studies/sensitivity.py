@@ -24,17 +24,18 @@ from shockpc.landing import Landing
 from shockpc.model.closure import closure_block
 from shockpc.model.columns import free_columns
 from shockpc.model.dynamics import dynamics
-from shockpc.model.motion import twist_before
+from shockpc.model.motion import com_velocity, twist_before
 from shockpc.model.posture import held_joints
 from shockpc.model.regressor import INERTIA_ENTRIES, inertia_regressor, parameter_directions
 from shockpc.model.rows import row_jacobian
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.percussion import robot_length
-from shockpc.results.points import Spot, spot_of
+from shockpc.results.points import Spot
 from shockpc.results.speed import speed_in
 from shockpc.robot.robot import Joint, Robot
 from shockpc.scene import Point, Scene
+from shockpc.studies.question import moving_spot, strike_angle
 from shockpc.trace import Trace
 
 __all__ = ["Effect", "Kind", "ShockSensitivity", "sensitivity"]
@@ -175,9 +176,7 @@ def sensitivity(scene: Scene, at: Point, robot: Robot | None = None, trace: Trac
     trace = trace or Trace()
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot
-    spot = spot_of(robot, at)
-    if spot.frame.body < 0:
-        raise StudyError(f'point "{spot.label}" is fixed to the world, so no strike moves it; name a frame on a moving link')
+    spot = moving_spot(robot, at)
     body = spot.frame.body
     place = _Place(
         spot,
@@ -264,7 +263,7 @@ def _speed_by_mass(landing: Landing) -> Array:
     found = np.zeros((len(robot.bodies), 10))
     if landing.scene.v_in != "com":
         return found
-    velocity = _com_velocity(landing)
+    velocity = com_velocity(landing.robot, landing.state, landing.before)[0]
     towards = velocity / np.linalg.norm(velocity) / robot.mass
     for i, body in enumerate(robot.bodies):
         twist = twist_before(state, landing.before, i)[0]
@@ -275,16 +274,6 @@ def _speed_by_mass(landing: Landing) -> Array:
     return found
 
 
-def _com_velocity(landing: Landing) -> Array:
-    """Velocity (3,) of the robot's centre of mass before the impact, world axes [m/s]."""
-    robot, state = landing.robot, landing.state
-    total = np.zeros(3)
-    for i, body in enumerate(robot.bodies):
-        twist = twist_before(state, landing.before, i)[0]
-        total += body.mass * velocity_at(twist[:3], twist[3:], state.position[0, i] + state.rotation[0, i] @ body.com)
-    return np.asarray(total / robot.mass)
-
-
 def _strike(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     """The strike angle: the robot's velocity turns in the plane, from straight down towards forward."""
     landing, plane = profile.landing, profile.plane
@@ -292,11 +281,10 @@ def _strike(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
         return
     velocity = landing.before.velocity
     d_velocity = np.cross(np.cross(plane.forward, [0.0, 0.0, 1.0]), velocity)
-    fastest = _com_velocity(landing) if profile.scene.v_in == "com" else profile.strike
+    fastest = com_velocity(landing.robot, landing.state, landing.before)[0] if profile.scene.v_in == "com" else profile.strike
     d_speed = float(fastest @ d_velocity) / profile.v_in
     d_jump = profile.maps[place.body] @ d_velocity
-    angle = float(np.arctan2(velocity @ plane.forward, -velocity[2]))
-    yield place.effect("strike", "", "", angle, "rad", place.changes(d_jump[:, None], np.array([d_speed]))[0])
+    yield place.effect("strike", "", "", strike_angle(landing), "rad", place.changes(d_jump[:, None], np.array([d_speed]))[0])
 
 
 def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
@@ -305,13 +293,15 @@ def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     paths: list[Callable[[float], Inputs]] = []
     rows: list[tuple[str, str, float, str, int, str]] = []
     for joint, axis, unit, column in _coordinates(robot):
-        value = float(landing.q[joint.q.start]) if joint.q.stop - joint.q.start == 1 else _turn(landing.q[joint.q])
         rates, reason = _rates(landing, column)
         path = None if reason else _path(landing, inputs, rates)
         if path is None:
             reason = reason or "the lowest point of a contact jumps here"
         else:
             paths.append(path)
+        # A rotation about several axes has no value, and counts from where it is.
+        part = next((one for one in joint.parts if one.v.start == column), joint)
+        value = part.value(landing.q) if part.axis is not None else 0.0
         rows.append((joint.name, axis, value, unit, len(paths) - 1, reason))
 
     def outputs(impact: ExactImpact) -> Balls:
@@ -330,11 +320,6 @@ def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     for name, axis, value, unit, k, reason in rows:
         found = nothing if reason else np.append(changes[k], nothing[changes.shape[1] :])
         yield place.effect("angle", axis, name, value, unit, found, reason)
-
-
-def _turn(q: Array) -> float:
-    """The angle of a joint whose configuration is its cosine and sine; a rotation has none, and counts from where it is [rad]."""
-    return float(np.arctan2(q[1], q[0])) if len(q) == 2 else 0.0
 
 
 def _path(landing: Landing, inputs: Inputs, rates: Array) -> Callable[[float], Inputs] | None:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from shockpc.show.figure.palette import INK, PAPER
 
-__all__ = ["STYLE", "add_axes", "new_page", "render"]
+__all__ = ["STYLE", "add_axes", "new_chart", "new_page", "render"]
 
 DPI = 160
 """Of the PNG."""
@@ -23,9 +23,24 @@ STYLE = {
     "font.sans-serif": ["DejaVu Sans", "Arial", "Helvetica"],
     "font.size": 7.5,
     "text.color": INK,
+    "figure.facecolor": PAPER,
+    "figure.titlesize": 10.0,
+    "figure.titleweight": "bold",
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
     "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 8.0,
+    "xtick.labelsize": 7.0,
+    "xtick.major.size": 2.5,
+    "xtick.major.width": 0.6,
+    "ytick.labelsize": 7.0,
+    "ytick.major.size": 2.5,
+    "ytick.major.width": 0.6,
+    "grid.linewidth": 0.4,
+    "grid.color": "#d8d8d8",
     "legend.frameon": False,
     "path.simplify": False,
     "svg.fonttype": "none",
@@ -36,10 +51,17 @@ STYLE = {
 
 def new_page(width: float, height: float) -> tuple[Figure, Axes]:
     """A figure and, over all of it, axes without decoration whose coordinates are inches from the lower left corner."""
-    figure = Figure(figsize=(width, height), facecolor=PAPER)
+    figure = Figure(figsize=(width, height))
     page = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(0.0, height))
     page.set_axis_off()
     return figure, page
+
+
+def new_chart(width: float, height: float, title: str) -> Figure:
+    """A figure of that size [inches] with a title, whose axes find their places by themselves."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left")
+    return figure
 
 
 def add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
@@ -48,10 +70,11 @@ def add_axes(figure: Figure, left: float, bottom: float, width: float, height: f
     return figure.add_axes((left / w, bottom / h, width / w, height / h))
 
 
-def render(draw: Callable[[], Figure], formulas: bool = False) -> dict[str, bytes]:
-    """Draw a figure in matplotlib's default settings and return its files, "svg" and "png": the same bytes every time.
+def render(name: str, draw: Callable[[], Figure], formulas: bool = False) -> dict[str, bytes]:
+    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and <name>.png: the same bytes every time.
 
     Args:
+        name: of the files.
         draw: makes the figure.
         formulas: whether texts between dollar signs are formulas, as in the ticks of logarithmic axes.
     """
@@ -65,4 +88,4 @@ def render(draw: Callable[[], Figure], formulas: bool = False) -> dict[str, byte
         figure.set_dpi(DPI)
         pixels: Any = FigureCanvasAgg(figure)
         pixels.print_png(png, metadata={"Software": "shockpc"})
-    return {"svg": svg.getvalue(), "png": png.getvalue()}
+    return {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}

@@ -11,16 +11,16 @@ from shockpc.core.spatial import Array
 from shockpc.printed import printable
 from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
-from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.marks import arrow
-from shockpc.show.figure.page import colour_bar, line
+from shockpc.show.figure.page import line, shock_bar
 from shockpc.show.figure.palette import INK, PAPER
 from shockpc.show.figure.silhouette import to_plane
 from shockpc.show.figure.view import View, view_of
-from shockpc.show.figure.window import velocities_in_plane
+from shockpc.show.figure.window import fitted, velocities_in_plane
 from shockpc.studies.batch import Batch, BatchRow
 
-__all__ = ["Thumbnail", "contact_sheet", "draw_contact_sheet", "thumbnail"]
+__all__ = ["Thumbnail", "draw_contact_sheet", "thumbnail"]
 
 COLUMNS = 8
 """Most pictures in a line."""
@@ -60,11 +60,6 @@ def thumbnail(profile: ShockProfile) -> Thumbnail:
     return Thumbnail(view._replace(drawn=drawn), contacts, velocities_in_plane(profile))
 
 
-def contact_sheet(batch: Batch) -> dict[str, bytes]:
-    """The sheet as SVG and PNG, by file name."""
-    return {f"sheet.{format_}": data for format_, data in render(lambda: draw_contact_sheet(batch)).items()}
-
-
 def draw_contact_sheet(batch: Batch) -> Figure:
     """Draw all landings in the order of the table, which is that of their numbers; each robot fills its picture."""
     rows = [row for row in batch.rows if row.picture is not None]
@@ -90,7 +85,7 @@ def draw_contact_sheet(batch: Batch) -> Figure:
         line(page, x, y - 0.04, f"{k + 1}  {printable(row.robot, 40)}", 7.5, WIDTH, "bold")
         line(page, x, y - 0.16, f"on {printable(row.contact, 40)}", 7.0, WIDTH)
         line(page, x, y - 0.28, _words(row), 7.0, WIDTH)
-    colour_bar(figure, MARGIN, 0.5, BAR)
+    shock_bar(figure, MARGIN, 0.5, BAR)
     return figure
 
 
@@ -102,19 +97,14 @@ def _words(row: BatchRow) -> str:
 
 def _picture(figure: Figure, picture: Thumbnail, x: float, y: float) -> None:
     """One robot in a rectangle of `WIDTH` and `HEIGHT` whose lower left corner is (x, y) [inches]."""
-    low, high, inch = picture.view.low, picture.view.high, 0.0
-    # The arrows have a fixed length on paper, so the room that they need depends on the scale, and the scale on that room.
-    for _ in range(4):
-        ends = np.concatenate([picture.contacts, picture.contacts + ARROW * inch * picture.velocities])
-        low, high = np.minimum(picture.view.low, ends.min(axis=0)), np.maximum(picture.view.high, ends.max(axis=0))
-        inch = max(float(((high - low) / (np.array([WIDTH, HEIGHT]) - 0.1)).max()), 1e-9)
-    centre = (low + high) / 2.0
-    half = np.array([WIDTH, HEIGHT]) * inch / 2.0
+    view, arrows = picture.view, ARROW * picture.velocities
+    held = np.concatenate([[view.low, view.high], picture.contacts])
+    (window,) = fitted([held], [picture.contacts], [arrows], 0.05, (WIDTH, HEIGHT), (WIDTH, HEIGHT))
     axes = add_axes(figure, x, y, WIDTH, HEIGHT)
-    axes.set(xlim=(centre[0] - half[0], centre[0] + half[0]), ylim=(centre[1] - half[1], centre[1] + half[1]))
+    axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]))
     axes.set_axis_off()
-    draw_bodies(axes, picture.view)
-    for place, velocity in zip(picture.contacts, picture.velocities, strict=True):
+    draw_bodies(axes, view)
+    for place, shift in zip(picture.contacts, arrows, strict=True):
         axes.plot(*place, "o", markersize=2.6, markerfacecolor=INK, markeredgecolor=PAPER, markeredgewidth=0.3, zorder=7)
-        if float(np.linalg.norm(velocity)) > 0.05:
-            axes.add_patch(arrow(place, place + ARROW * inch * velocity, 1.0, 5.0))
+        if float(np.linalg.norm(shift)) > 0.05 * ARROW:
+            axes.add_patch(arrow(place, place + window.inch * shift, 1.0, 5.0))

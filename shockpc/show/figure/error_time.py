@@ -5,12 +5,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import render
-from shockpc.show.figure.palette import INK, PAPER
+from shockpc.show.figure.canvas import new_chart, render
+from shockpc.show.figure.palette import CURVES, INK, PAPER
 
 __all__ = ["error_time_svg"]
 
-COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 FLOOR = 1e-17
 """Errors below this are drawn here."""
@@ -23,21 +22,20 @@ def error_time_svg(title: str, series: dict[str, list[tuple[float, float]]], acc
     """
 
     def draw() -> Figure:
-        figure = Figure(figsize=(8.0, 4.6), facecolor=PAPER, layout="constrained")
+        figure = new_chart(8.0, 4.6, _text(title))
         axes = figure.add_subplot(xscale="log", yscale="log", xlabel="run time [µs]", ylabel="largest error over the bodies [-]")
         axes.axhline(accurate, color=INK, linewidth=0.8, linestyle="--", label=f"accurate: below {accurate:g}")
         for k, (name, points) in enumerate(series.items()):
             style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "markeredgewidth": 0.3, "markeredgecolor": PAPER}
-            style |= {"marker": MARKS[k % len(MARKS)], "color": COLOURS[(k + k // len(COLOURS)) % len(COLOURS)], "alpha": 0.8}
+            style |= {"marker": MARKS[k % len(MARKS)], "color": CURVES[(k + k // len(CURVES)) % len(CURVES)], "alpha": 0.8}
             times, errors = [1e6 * seconds for seconds, _ in points], [max(error, FLOOR) for _, error in points]
             axes.plot(times, errors, label=_text(name), **style)
         axes.set_ylim(bottom=FLOOR / 3.0)
-        axes.grid(True, which="major", linewidth=0.4, color="#d0d0d0")
-        axes.set_title(_text(title), fontsize=9.5, loc="left")
-        figure.legend(loc="outside right upper", fontsize=7.5)
+        axes.grid(True)
+        figure.legend(loc="outside right upper")
         return figure
 
-    return render(draw, formulas=True)["svg"]
+    return render("chart", draw, formulas=True)["chart.svg"]
 
 
 def _text(name: str) -> str:

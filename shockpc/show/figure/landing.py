@@ -3,30 +3,27 @@
 import textwrap
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
+from shockpc.robot.geometry import outline
 from shockpc.show.figure.bodies import draw_bodies
-from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.marks import draw_marks, letter
-from shockpc.show.figure.page import LINE, colour_bar, coordinates, key, line, table
+from shockpc.show.figure.page import LINE, coordinates, key, plane_names, remarks, shock_bar, table, title
 from shockpc.show.figure.silhouette import to_plane
-from shockpc.show.figure.view import View, view_of
+from shockpc.show.figure.view import View, numbered, view_of
 from shockpc.show.figure.window import windows_of
 from shockpc.show.header import joint_model_text, posture_text, strike_text
 
-__all__ = ["draw", "landing_figure", "numbered"]
+__all__ = ["draw_landing"]
 
 MOST, LEAST = (5.4, 6.4), (3.4, 2.2)
 """Largest and smallest sides of the picture [inches]."""
 
 MARGIN, LEFT, HEAD, FOOT, COLUMN = 0.2, 0.62, 0.86, 1.0, 3.3
 """Room around everything, for the vertical coordinate, the title, the colour bar, and the column beside the picture [inches]."""
-
-FEW = 6
-"""A robot with up to this many bodies has all of them numbered."""
 
 ROWS = 14
 """Most bodies, and most sensors, that are listed."""
@@ -38,12 +35,7 @@ OUT_OF_PLANE = 0.1
 """Share of a body's motion out of the plane above which the figure says so [1]."""
 
 
-def landing_figure(profile: ShockProfile) -> dict[str, bytes]:
-    """The figure of a landing as SVG and PNG, by file name."""
-    return {f"shock.{format_}": data for format_, data in render(lambda: draw(profile)).items()}
-
-
-def draw(profile: ShockProfile) -> Figure:
+def draw_landing(profile: ShockProfile) -> Figure:
     """Draw the robot in its plane; e1 points right, e2 up, nearer limbs cover farther ones.
 
     Colours are those of the three-dimensional field |Δv + Δω × r| / v_in. For a body that moves in the plane it does not depend on
@@ -58,41 +50,30 @@ def draw(profile: ShockProfile) -> Figure:
     x, y = LEFT + width + 2.0 * MARGIN, height + FOOT
     figure, page = new_page(x + COLUMN + MARGIN, y + HEAD)
     picture = add_axes(figure, LEFT, FOOT, width, height)
-    coordinates(picture, window, profile)
+    coordinates(picture, window, plane_names(profile))
     signs = draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers)
     if all(drawn.region.is_empty for drawn in view.drawn):
-        picture.text(0.5, 0.9, "no body of this robot has a shape or an inertia to draw", ha="center", transform=picture.transAxes)
-    _title(page, profile, y + HEAD - 0.14, x + COLUMN - MARGIN)
-    colour_bar(figure, LEFT, 0.48, width)
+        nothing = "no body of this robot has a shape, or an inertia that a body can have"
+        picture.text(0.5, 0.9, nothing, ha="center", transform=picture.transAxes)
+    title(page, MARGIN, y + HEAD - 0.14, _title(profile), x + COLUMN - MARGIN)
+    shock_bar(figure, LEFT, 0.48, width)
     y = table(page, x, y, (0.0, 0.2, 1.65, 2.08, 2.68, COLUMN), rows)
-    for note in notes:
-        page.text(x, y, note, fontsize=7, fontstyle="italic", va="top")
-        y -= 0.85 * LINE
+    y = remarks(page, x, y, notes)
     if points:
         y = table(page, x, y - LINE, (0.0, 0.2, 2.68, COLUMN), points)
     key(page, signs, (x, y - LINE))
     return figure
 
 
-def _title(page: Axes, profile: ShockProfile, y: float, width: float) -> None:
-    """Robot, posture, velocity and joint model, downwards."""
+def _title(profile: ShockProfile) -> tuple[str, str, str]:
+    """Robot and contacts; posture, base and strike; joint model."""
     contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
     robot = printable(profile.robot.source.name or profile.robot.name, 40)
-    line(page, MARGIN, y, f"{robot}: shock of landing on {contacts}", 11.0, width, "bold")
     scene = profile.scene
     words = [f"posture {posture_text(profile)}", f"base {scene.base or 'free'}", f"strike {strike_text(profile)}"]
     words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
     words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
-    line(page, MARGIN, y - 0.25, "; ".join(words), 8.0, width)
-    line(page, MARGIN, y - 0.43, f"joint model: {joint_model_text(profile)}", 8.0, width)
-
-
-def numbered(profile: ShockProfile, view: View) -> list[int]:
-    """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
-    bodies = profile.robot.bodies
-    if len(bodies) <= FEW:
-        return list(range(len(bodies)))
-    return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
+    return f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"
 
 
 def _body_rows(profile: ShockProfile, numbers: dict[int, int]) -> list[tuple[str, ...]]:
@@ -101,7 +82,7 @@ def _body_rows(profile: ShockProfile, numbers: dict[int, int]) -> list[tuple[str
     rows: list[tuple[str, ...]] = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
     for i, number in list(numbers.items())[:ROWS]:
         low, high = profile.shock_min[i], profile.shock_max[i]
-        shock = f"{low:.2f}–{high:.2f}" if np.isfinite(high) else f"{profile.shock_com[i]:.2f}"
+        shock = f"{_shock(low)}–{_shock(high)}" if np.isfinite(high) else _shock(profile.shock_com[i])
         centre = ("none", "") if profile.translates[i] else map(_metres, to_plane(profile.copc_world[i], profile.plane))
         rows.append((str(number), printable(profile.bodies[i], 16), *centre, _metres(float(profile.ropc[i])), shock))
     if len(numbers) > ROWS:
@@ -116,7 +97,7 @@ def _point_rows(profile: ShockProfile) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
     for k, point in enumerate(profile.points[:ROWS]):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
-        rows.append((letter(k), printable(point.frame, 24), peak, f"{point.shock:.2f}"))
+        rows.append((letter(k), printable(point.frame, 24), peak, _shock(point.shock)))
     if len(profile.points) > ROWS:
         rows.append(("", f"and {len(profile.points) - ROWS} more", "", ""))
     return rows
@@ -133,10 +114,18 @@ def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[s
         )
     unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
     if unseen:
-        notes.append(f"not drawn, without shape and inertia: {few(unseen, 3)}")
+        notes.append(f"not drawn, neither shape nor valid inertia: {few(unseen, 3)}")
+    lost = [printable(shape.mesh.rpartition("/")[2], 24) for shape in outline(profile.robot, "visual").unread if shape.mesh]
+    if lost:
+        notes.append(f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}")
     if profile.scene.pulse is not None and profile.points:
         notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
     return [part for note in notes for part in textwrap.wrap(note, 58)]
+
+
+def _shock(value: float) -> str:
+    """A shock in at most seven characters."""
+    return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"
 
 
 def _metres(value: float) -> str:

@@ -6,12 +6,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import render
+from shockpc.show.figure.canvas import new_chart
 from shockpc.show.figure.palette import BANDS, INK, PAPER
 from shockpc.show.header import contact_name
 from shockpc.studies.limits import ShockLimits
 
-__all__ = ["draw_limits", "limits_figure"]
+__all__ = ["draw_limits"]
 
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Limits of the bands as multiples of the bound; the last band is open."""
@@ -25,15 +25,11 @@ SAMPLES = (600, 211)
 """Postures and strike angles of the map, at most."""
 
 
-def limits_figure(found: ShockLimits) -> dict[str, bytes]:
-    """The map as SVG and PNG, by file name."""
-    return {f"limits.{format_}": data for format_, data in render(lambda: draw_limits(found)).items()}
-
-
 def draw_limits(found: ShockLimits) -> Figure:
     """Draw the map."""
     scale, unit = (math.degrees(1.0), "deg") if found.unit == "rad" else (1e3, "mm")
-    figure = Figure(figsize=(7.2, 4.6), facecolor=PAPER, layout="constrained")
+    robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
+    figure = new_chart(7.2, 4.6, f"Shock at {printable(found.point, 60)} of {robot} landing on {foot}")
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
     chosen = np.unique(np.linspace(0, len(found.values) - 1, min(SAMPLES[0], len(found.values))).astype(int))
     low, high = found.strikes
@@ -48,26 +44,19 @@ def draw_limits(found: ShockLimits) -> Figure:
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
     axes.plot([scale * found.own[0]], [math.degrees(found.own[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK)
     for end in found.file_limits:
-        if math.isfinite(end):
+        if found.range[0] <= end <= found.range[1]:
             for one in (axes, strip):
                 one.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
     for interval in found.limits[-1].allowed:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    names = printable("+".join(found.joints), 60)
-    strip.set(yticks=[], xlabel=f"{names} [{unit}]")
+    strip.set(yticks=[], xlabel=f"{printable('+'.join(found.joints), 60)} [{unit}]")
     strip.set_ylabel("allowed at\nevery strike", rotation=0.0, ha="right", va="center", fontsize=6.5)
-    robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
-    axes.set_title(
-        f"Shock at {printable(found.point, 60)} of {robot} landing on {foot}", fontsize=10, loc="left", fontweight="bold"
-    )
     bar = figure.colorbar(drawn, ax=[axes, strip], spacing="uniform", drawedges=True, aspect=28, pad=0.02)
     bar.set_ticks([*levels, top], labels=[*(f"{level:.3g}" for level in levels), "∞"])
     bar.set_label("normalised shock |Δv| / v_in [-]; black line: the bound")
     bar.ax.tick_params(length=0.0)
-    bar.outline.set_linewidth(0.6)
-    axes.tick_params(width=0.6, length=2.5, labelbottom=False)
-    strip.tick_params(width=0.6, length=2.5)
-    words = ["dotted: most severe strike of each posture", "dashed: limits in the file", "circle: the scene"]
-    figure.supxlabel("; ".join(words), fontsize=7.0, x=0.02, ha="left")
+    axes.tick_params(labelbottom=False)
+    words = "dotted: most severe strike of each posture; dashed: limits in the file; circle: the scene"
+    figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
     return figure

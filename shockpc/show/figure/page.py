@@ -19,7 +19,10 @@ from shockpc.show.figure.marks import SIGNS
 from shockpc.show.figure.palette import BANDS, EDGES, INK, faded
 from shockpc.show.figure.window import Window
 
-__all__ = ["LINE", "colour_bar", "coordinates", "key", "line", "table"]
+__all__ = [
+    "LINE", "colour_bar", "coordinates", "key", "legend", "line", "plane_names", "remarks", "round_step", "shock_bar", "table",
+    "title",
+]  # fmt: skip
 
 LINE = 0.165
 """Height of a line of text [inches]."""
@@ -32,40 +35,91 @@ WORDS = {
     "joint": "joint",
     "sensor": "sensor or point",
     "outlined": "body in front of the struck limb",
-    "box": "box of the inertia: the file has no shape",
+    "box": "box of the inertia: there is no shape to draw",
 }
 """What the signs mean."""
 
 
-def coordinates(axes: Axes, window: Window, profile: ShockProfile, first: bool = True) -> None:
-    """Limit axes to a window and mark world coordinates along the lower and, of the first picture, the left edge [m]."""
-    axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]))
-    power = 10.0 ** math.floor(math.log10(0.5 * window.inch))
-    step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= 0.5 * window.inch)
-    plane = profile.scene.plane
-    directions = (profile.plane.e1, profile.plane.e2)
-    names = plane if isinstance(plane, str) else [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in directions]
-    for axis, name in zip((axes.xaxis, axes.yaxis), names, strict=True):
-        axis.set_major_locator(MultipleLocator(step))
-        axis.set_label_text(f"{name} [m]", fontsize=7.5)
-    axes.tick_params(labelsize=7.0, length=2.5, width=0.6, color=INK, labelcolor=INK, labelleft=first, left=first)
-    axes.spines[["top", "right"] if first else ["top", "right", "left"]].set_visible(False)
-    axes.set_facecolor("none")
-    if not first:
-        axes.set_ylabel("")
+def plane_names(profile: ShockProfile) -> Sequence[str]:
+    """Names of the directions to the right and up."""
+    plane, directions = profile.scene.plane, (profile.plane.e1, profile.plane.e2)
+    return plane if isinstance(plane, str) else [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in directions]
 
 
-def colour_bar(figure: Figure, x: float, y: float, width: float) -> None:
+def coordinates(
+    axes: Axes, window: Window, names: Sequence[str], left: bool = True, bottom: bool = True, apart: float = 0.5
+) -> None:
+    """Limit axes to a window and mark coordinates [m].
+
+    Args:
+        axes: in plane coordinates.
+        window: what they show.
+        names: of the directions to the right and up.
+        left: whether the left edge has numbers.
+        bottom: whether the lower edge has numbers.
+        apart: least distance between these [inches].
+    """
+    axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]), facecolor="none")
+    for axis, name, shown in ((axes.xaxis, names[0], bottom), (axes.yaxis, names[1], left)):
+        axis.set_major_locator(MultipleLocator(round_step(apart * window.inch)))
+        axis.set_label_text(f"{name} [m]" if shown else "")
+    axes.tick_params(color=INK, labelcolor=INK, labelleft=left, left=left, labelbottom=bottom)
+    axes.spines["left"].set_visible(left)
+
+
+def round_step(least: float) -> float:
+    """The smallest of 1, 2, 5, 10, 20 and so on, and of 0.5, 0.2, 0.1 and so on, that is at least a number."""
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= least)
+
+
+def shock_bar(figure: Figure, x: float, y: float, width: float) -> None:
     """The bands of shock with their limits, from (x, y) to the right and down [inches]."""
-    limits = [*EDGES[:-1], 2.5]
-    mappable = ScalarMappable(BoundaryNorm(limits, len(BANDS)), ListedColormap(BANDS))
+    labels = [*(f"{edge:g}" for edge in EDGES[:-1]), "∞"]
+    text = "normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded"
+    colour_bar(figure, (x, y, width), [*EDGES[:-1], 2.5], BANDS, labels, text)
+
+
+def colour_bar(
+    figure: Figure,
+    place: tuple[float, float, float],
+    levels: Sequence[float],
+    colours: Sequence[str],
+    labels: Sequence[str],
+    text: str,
+) -> None:
+    """Colours between levels.
+
+    Args:
+        figure: has the bar.
+        place: left end, upper edge and width [inches].
+        levels: one more than colours.
+        colours: of the intervals.
+        labels: of the levels.
+        text: under the bar.
+    """
+    x, y, width = place
+    mappable = ScalarMappable(BoundaryNorm(levels, len(colours)), ListedColormap(list(colours)))
     axes = add_axes(figure, x, y - 0.14, width, 0.14)
     bar = figure.colorbar(mappable, cax=axes, orientation="horizontal", spacing="uniform", drawedges=True)
-    bar.set_ticks(limits, labels=[*(f"{edge:g}" for edge in EDGES[:-1]), "∞"])
-    bar.ax.tick_params(labelsize=7.0, length=0.0)
-    bar.set_label("normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded", fontsize=7.5)
-    bar.outline.set_linewidth(0.6)
+    bar.set_ticks(list(levels), labels=list(labels))
+    bar.ax.tick_params(length=0.0)
+    bar.set_label(text)
     bar.dividers.set_linewidth(0.5)
+
+
+def title(page: Axes, x: float, y: float, lines: tuple[str, str, str], width: float) -> None:
+    """The title and two lines under it, down from (x, y) [inches]."""
+    for text, drop, size, weight in zip(lines, (0.0, 0.25, 0.43), (11.0, 8.0, 8.0), ("bold", "normal", "normal"), strict=True):
+        line(page, x, y - drop, text, size, width, weight)
+
+
+def remarks(page: Axes, x: float, y: float, lines: Sequence[str]) -> float:
+    """Lines in italics, down from (x, y); return where they end [inches]."""
+    for text in lines:
+        page.text(x, y, text, fontsize=7, fontstyle="italic", va="top")
+        y -= 0.85 * LINE
+    return y
 
 
 def line(page: Axes, x: float, y: float, text: str, size: float, width: float, weight: str = "normal") -> None:
@@ -98,7 +152,12 @@ def key(page: Axes, signs: set[str], place: tuple[float, float]) -> None:
         handles.append(Patch(fill=False, edgecolor=faded(INK, 0.35), linewidth=0.5))
     if "box" in signs:
         handles.append(Patch(fill=False, edgecolor=INK, linewidth=0.7, linestyle=BOXED))
+    legend(page, handles, [words for sign, words in WORDS.items() if sign in signs], place)
+
+
+def legend(page: Axes, handles: Sequence[Line2D | Patch], words: Sequence[str], place: tuple[float, float]) -> None:
+    """Signs and what they mean, down from a place [inches]."""
     page.legend(
-        handles, [words for sign, words in WORDS.items() if sign in signs], loc="upper left", bbox_to_anchor=place,
-        bbox_transform=page.transData, borderpad=0.0, handlelength=1.9, handletextpad=0.6, labelspacing=0.45, borderaxespad=0.0,
+        handles, words, loc="upper left", bbox_to_anchor=place, bbox_transform=page.transData, borderpad=0.0, handlelength=1.9,
+        handletextpad=0.6, labelspacing=0.45, borderaxespad=0.0,
     )  # fmt: skip

@@ -7,13 +7,16 @@ last band is open, so no value is clipped.
 
 import math
 
-__all__ = ["BANDS", "EDGES", "INK", "PAPER", "band", "faded"]
+__all__ = ["BANDS", "CURVES", "EDGES", "INK", "PAPER", "band", "faded"]
 
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
 
 BANDS = ("#eff5fc", "#d3e6f9", "#b7d7f6", "#98c8f2", "#74b8ee", "#9e9e9e", "#c44c28", "#9a2c24", "#66161d", "#300810")
 """One colour for each band, lightest first."""
+
+CURVES = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
+"""Of curves and marks that are told apart by their colours."""
 
 INK = "#1a1a1a"
 """Lines and letters."""

@@ -10,11 +10,11 @@ from shockpc.result import ShockProfile
 from shockpc.show.figure.bodies import draw_bodies
 from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.marks import draw_marks, letter
-from shockpc.show.figure.page import LINE, colour_bar, coordinates, key, line
+from shockpc.show.figure.page import LINE, coordinates, key, line, plane_names, shock_bar
 from shockpc.show.figure.silhouette import to_plane
-from shockpc.show.figure.view import View
+from shockpc.show.figure.view import numbered, view_of
 from shockpc.show.figure.window import Window, windows_of
-from shockpc.show.header import angle_text
+from shockpc.show.header import angle_text, joint_model_text
 
 __all__ = ["draw_panels"]
 
@@ -31,10 +31,7 @@ NEAR = (0.7, 0.26)
 
 def draw_panels(
     profiles: Sequence[ShockProfile],
-    views: Sequence[View],
-    numbers: Sequence[dict[int, int]],
     title: str,
-    heading: str,
     labels: Sequence[str],
     captions: Sequence[Sequence[str]],
     note: str = "",
@@ -45,21 +42,21 @@ def draw_panels(
 
     Args:
         profiles: of the landings, each with a panel.
-        views: of their bodies.
-        numbers: by index of the body, its number in the panel.
         title: of the figure.
-        heading: a line under it.
         labels: printed large under each panel.
         captions: lines under each label.
         note: under the key, in italics.
     """
-    names = {number: profile.bodies[i] for profile, own in zip(profiles, numbers, strict=True) for i, number in own.items()}
+    views = [view_of(profile) for profile in profiles]
+    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in numbered(profile, view)]
+    number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
+    numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
     windows = windows_of(profiles, views, numbers, NEAR, MOST, LEAST)
     widths, height = [window.sides[0] for window in windows], windows[0].sides[1]
     across = sum(widths) + GAP * (len(widths) - 1)
     width = LEFT + max(across, BAR + 3.5) + MARGIN
     under = [[*lines, *_outside(*one)] for lines, one in zip(captions, zip(profiles, windows, numbers, strict=True), strict=True)]
-    words = ["bodies: " + ", ".join(f"{k} {printable(names[k].replace('_', ' '), 40)}" for k in sorted(names))]
+    words = ["bodies: " + ", ".join(f"{k} {printable(name.replace('_', ' '), 40)}" for name, k in number.items())]
     words += _sensors(profiles, labels)
     notes = textwrap.wrap(note, int(width / 0.056))
     foot = FOOT + LINE * (len(words) + len(notes))
@@ -67,17 +64,18 @@ def draw_panels(
     top = HEAD + height + bottom
     drawing, page = new_page(width, top)
     line(page, MARGIN, top - 0.12, title, 11.0, width - 2.0 * MARGIN, "bold")
-    line(page, MARGIN, top - 0.33, heading, 7.5, width - 2.0 * MARGIN)
+    models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
+    line(page, MARGIN, top - 0.33, f"joint model: {models}", 7.5, width - 2.0 * MARGIN)
     x, signs = LEFT + (width - LEFT - MARGIN - across) / 2.0, set()
     for k, (profile, view, window) in enumerate(zip(profiles, views, windows, strict=True)):
         picture = add_axes(drawing, x, bottom, widths[k], height)
-        coordinates(picture, window, profile, first=k == 0)
+        coordinates(picture, window, plane_names(profile), left=k == 0)
         signs |= draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers[k])
         middle, y = x + widths[k] / 2.0, bottom - 0.42
         page.text(middle, y, labels[k], fontsize=10, fontweight="bold", ha="center", va="top")
         page.text(middle, y - 0.17, "\n".join(under[k]), fontsize=7, ha="center", va="top", linespacing=1.25)
         x += widths[k] + GAP
-    colour_bar(drawing, LEFT, foot - 0.1, BAR)
+    shock_bar(drawing, LEFT, foot - 0.1, BAR)
     key(page, signs, (LEFT + BAR + 0.4, foot))
     for k, text in enumerate(words):
         line(page, MARGIN, foot - FOOT - LINE * k, text, 7.5, width - 2.0 * MARGIN)

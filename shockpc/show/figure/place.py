@@ -1,33 +1,33 @@
 """The figure of a placement: the greatest shock over a body in three views, with sensors of today, places found and CoPcs."""
 
+import itertools
 import textwrap
 from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap, to_hex
+from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator, MultipleLocator
+from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.printed import printable
-from shockpc.robot.geometry import Shape, inertia_box, outline
 from shockpc.show.figure.bodies import paint
-from shockpc.show.figure.canvas import add_axes, new_page, render
+from shockpc.show.figure.canvas import add_axes, new_page
 from shockpc.show.figure.labels import Labels
 from shockpc.show.figure.marks import SIGNS, letter
-from shockpc.show.figure.page import LINE, line, table
+from shockpc.show.figure.page import LINE, colour_bar, coordinates, legend, remarks, table, title
 from shockpc.show.figure.palette import BANDS, INK, PAPER
 from shockpc.show.figure.silhouette import Region, contoured, silhouette, to_plane
+from shockpc.show.figure.view import body_shapes
 from shockpc.show.figure.window import Window
 from shockpc.show.header import count, joint_model_text, posture_text
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
-__all__ = ["draw_place", "place_figure"]
+__all__ = ["draw_place"]
 
 ROOM = 6.6
 """Largest width and height of the views together [inches]."""
@@ -67,11 +67,6 @@ class _View(NamedTuple):
 SIDE, TOP, FRONT = _View("side", (0, 2), 1), _View("top", (0, 1), 2), _View("front", (1, 2), 0)
 
 
-def place_figure(study: PlaceStudy) -> dict[str, bytes]:
-    """The figure of a placement as SVG and PNG, by file name."""
-    return {f"place.{format_}": data for format_, data in render(lambda: draw_place(study)).items()}
-
-
 def draw_place(study: PlaceStudy) -> Figure:
     """Draw the body in its own frame, from the side, from above and from the front.
 
@@ -80,7 +75,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     Args:
         study: where a sensor sees least shock.
     """
-    shapes = _shapes(study)
+    shapes, _ = body_shapes(study.robot)[study.body]
     marks = np.array([one.position for one in (*study.today, *study.places)])
     if study.region.solid:
         marks = np.concatenate([marks, *(cell.points + s * cell.radius for cell in study.region.cells for s in (-1.0, 1.0))])
@@ -88,89 +83,66 @@ def draw_place(study: PlaceStudy) -> Figure:
     low, high = np.minimum(solid.min(axis=0), marks.min(axis=0)), np.maximum(solid.max(axis=0), marks.max(axis=0))
     size = float((high - low).max())
     copc = np.array([profile.copc[study.body] for profile in study.profiles])
-    near = np.all((copc > low - NEAR * size) & (copc < high + NEAR * size), axis=1)
-    low, high = np.minimum(low, copc[near].min(axis=0, initial=np.inf)), np.maximum(high, copc[near].max(axis=0, initial=-np.inf))
+    copc = copc[np.all((copc > low - NEAR * size) & (copc < high + NEAR * size), axis=1)]
+    low, high = np.minimum(low, copc.min(axis=0, initial=np.inf)), np.maximum(high, copc.max(axis=0, initial=-np.inf))
     extent = np.maximum(high - low, 0.05 * size)
     inch = max(extent[0] + extent[1], extent[2] + extent[1]) / (ROOM - GAP - 4.0 * PAD)
     sides = extent / inch + 2.0 * PAD
-    rows, notes = _rows(study), _notes(study, int(np.count_nonzero(near)))
+    rows, notes = _rows(study), _notes(study, len(copc))
+    across = sides[0] + GAP + sides[1]
     tall = max(sides[2] + GAP + sides[1], LINE * (len(rows) + len(notes) + 6.0) - FOOT + 0.3)
-    width, height = LEFT + sides[0] + GAP + sides[1] + 2.0 * MARGIN + COLUMN + MARGIN, HEAD + tall + FOOT
-    figure, page = new_page(width, height)
+    x, y = LEFT + across + 2.0 * MARGIN, FOOT + tall
+    figure, page = new_page(x + COLUMN + MARGIN, y + HEAD)
     levels, colours = _scale(study, low, high, solid)
-    middle = (low + high) / 2.0
-    up = FOOT + tall - sides[2] - GAP - sides[1]
-    for view, x, y in ((SIDE, LEFT, up), (TOP, LEFT, up + sides[2] + GAP), (FRONT, LEFT + sides[0] + GAP, up)):
-        a, b = view.axes
-        axes = add_axes(figure, x, y, sides[a], sides[b])
-        half = np.array([sides[a], sides[b]]) * inch / 2.0
-        window = Window(middle[[a, b]] - half, middle[[a, b]] + half, inch)
-        _draw_view(axes, study, view, window, shapes, levels, colours, copc[near])
-    _title(page, study, height - 0.14, width - 2.0 * MARGIN)
-    _bar(figure, study, levels, colours, LEFT, up - 0.57, sides[0] + GAP + sides[1])
-    x, y = LEFT + sides[0] + GAP + sides[1] + 2.0 * MARGIN, height - HEAD
-    y = table(page, x, y, (0.0, 0.25, 1.75, 2.2, 2.65, COLUMN), rows)
-    for note in notes:
-        page.text(x, y, note, fontsize=7, fontstyle="italic", va="top")
-        y -= 0.85 * LINE
-    key = [(True, STAR, "place found"), (bool(study.today), SIGNS["sensor"], "sensor or point of today")]
-    key.append((bool(near.any()), DOT, "CoPc of a landing"))
-    key.append((study.region.solid, {"color": INK, "linewidth": 0.6, "linestyle": DASHED}, "where a sensor may be"))
-    handles, words = [Line2D([], [], **style) for shown, style, _ in key if shown], [text for shown, _, text in key if shown]
-    page.legend(
-        handles,
-        words,
-        loc="upper left",
-        bbox_to_anchor=(x, y - LINE),
-        bbox_transform=page.transData,
-        borderpad=0.0,
-        borderaxespad=0.0,
-    )
+    up = y - sides[2] - GAP - sides[1]
+    places = {SIDE: (LEFT, up), TOP: (LEFT, up + sides[2] + GAP), FRONT: (LEFT + sides[0] + GAP, up)}
+    for view, (left, bottom) in places.items():
+        pair = list(view.axes)
+        middle, half = (low + high)[pair] / 2.0, sides[pair] * inch / 2.0
+        window = Window(middle - half, middle + half, inch)
+        axes = add_axes(figure, left, bottom, *sides[pair])
+        coordinates(axes, window, ["xyz"[k] for k in pair], left=view is not FRONT, bottom=view is not TOP, apart=0.4)
+        region = silhouette(shapes, np.eye(3), np.zeros(3), view.plane, 1e-3 * float((2.0 * half).max())) if shapes else None
+        _paint_view(axes, study, view, window, region or shapely.Polygon(), dict(zip(colours, levels, strict=False)))
+        _mark_view(axes, study, view, window, region or shapely.Polygon(), copc)
+    title(page, MARGIN, y + HEAD - 0.14, _title(study), x + COLUMN - MARGIN)
+    number = "greatest normalised shock over the landings" if study.weights is None else "weighted mean of the normalised shock"
+    text = f"{number} |Δv| / v_in [-], in the plane through place 1"
+    labels = [f"{round(float(level), 12):g}" for level in levels]
+    colour_bar(figure, (LEFT, up - 0.57, across), levels.tolist(), colours, labels, text)
+    y = remarks(page, x, table(page, x, y, (0.0, 0.25, 1.75, 2.2, 2.65, COLUMN), rows), notes)
+    signs = {"place found": STAR} | ({"sensor or point of today": SIGNS["sensor"]} if study.today else {})
+    signs |= {"CoPc of a landing": DOT} if len(copc) else {}
+    signs |= {"where a sensor may be": {"color": INK, "linewidth": 0.6, "linestyle": DASHED}} if study.region.solid else {}
+    legend(page, [Line2D([], [], **style) for style in signs.values()], list(signs), (x, y - LINE))
     return figure
 
 
-def _draw_view(
-    axes: Axes,
-    study: PlaceStudy,
-    view: _View,
-    window: Window,
-    shapes: tuple[Shape, ...],
-    levels: Array,
-    colours: list[str],
-    copc: Array,
-) -> None:
-    """Draw one view: the silhouette with its shock, CoPcs, sensors and places."""
-    axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]))
-    axes.set_facecolor("none")
-    axes.spines[["top", "right"]].set_visible(False)
-    step = next(k * 10.0**p for p in range(-4, 4) for k in (1.0, 2.0, 5.0) if k * 10.0**p >= 0.4 * window.inch)
-    first, lowest = view is not FRONT, view is not TOP
-    for axis, name, shown in ((axes.xaxis, "xyz"[view.axes[0]], lowest), (axes.yaxis, "xyz"[view.axes[1]], first)):
-        axis.set_major_locator(MultipleLocator(step))
-        axis.set_label_text(f"{name} [m]" if shown else "", fontsize=7.5)
-    axes.tick_params(labelsize=7.0, length=2.5, width=0.6, color=INK, labelcolor=INK, labelleft=first, labelbottom=lowest)
-    plane, size = view.plane, float((window.high - window.low).max())
-    region = silhouette(shapes, np.eye(3), np.zeros(3), plane, 1e-3 * size) if shapes else shapely.Polygon()
-    for colour, part in _bands(study, view, window, region, levels, colours):
+def _paint_view(axes: Axes, study: PlaceStudy, view: _View, window: Window, region: Region, levels: dict[str, float]) -> None:
+    """Paint the silhouette with its shock, and the region where a sensor may be. Args: levels, the lower one of each colour."""
+    size = float((window.high - window.low).max())
+    for colour, part in _bands(study, view, window, region, levels):
         paint(axes, part, size, facecolor=colour, edgecolor="none", zorder=1.0)
     paint(axes, region, size, facecolor="none", edgecolor=INK, linewidth=0.7, zorder=2.0)
     if study.region.solid:
-        allowed = shapely.union_all([_projected(cell, plane) for cell in study.region.cells])
+        allowed = shapely.union_all([_projected(cell, view.plane) for cell in study.region.cells])
         paint(axes, allowed, size, facecolor="none", edgecolor=INK, linewidth=0.6, linestyle=DASHED, zorder=3.0)
+
+
+def _mark_view(axes: Axes, study: PlaceStudy, view: _View, window: Window, region: Region, copc: Array) -> None:
+    """Mark CoPcs (n, 3), today's sensors and the places found, with labels."""
     labels = Labels(axes, window, region)
-    for place in copc:
-        labels.keep_free(to_plane(place, plane), 0.03)
-    groups = ((study.today, SIGNS["sensor"], letter), (study.places, STAR, lambda k: str(k + 1)))
-    for places, _, _ in groups:
-        for one in places:
-            labels.keep_free(to_plane(one.position, plane), 0.07)
-    if len(copc):
-        axes.plot(*to_plane(copc, plane).T, **DOT)
-    for places, sign, text in groups:
-        for k, one in enumerate(places):
-            axes.plot(*to_plane(one.position, plane), **sign)
-            labels.place(to_plane(one.position, plane), text(k), gap=0.08)
-    axes.text(0.02, 0.98, view.name, fontsize=7.5, fontstyle="italic", va="top", transform=axes.transAxes)
+    for place in (dots := to_plane(copc, view.plane)):
+        labels.keep_free(place, 0.03)
+    axes.plot(*dots.T, **DOT)
+    signs = [(to_plane(one.position, view.plane), SIGNS["sensor"], letter(k)) for k, one in enumerate(study.today)]
+    signs += [(to_plane(one.position, view.plane), STAR, str(k)) for k, one in enumerate(study.places, start=1)]
+    for place, _, _ in signs:
+        labels.keep_free(place, 0.07)
+    for place, sign, text in signs:
+        axes.plot(*place, **sign)
+        labels.place(place, text, gap=0.08)
+    axes.text(0.02, 0.98, view.name, fontstyle="italic", va="top", transform=axes.transAxes)
 
 
 def _projected(cell: Cell, plane: Plane) -> Region:
@@ -179,9 +151,7 @@ def _projected(cell: Cell, plane: Plane) -> Region:
     return hull.buffer(cell.radius) if cell.radius > 0.0 else hull
 
 
-def _bands(
-    study: PlaceStudy, view: _View, window: Window, region: Region, levels: Array, colours: list[str]
-) -> list[tuple[str, Region]]:
+def _bands(study: PlaceStudy, view: _View, window: Window, region: Region, levels: dict[str, float]) -> list[tuple[str, Region]]:
     """The parts of a silhouette between two levels, with their colours; in the plane through the best place."""
     if region.is_empty:
         return []
@@ -191,11 +161,10 @@ def _bands(
     points[..., view.axes[0]], points[..., view.axes[1]] = np.meshgrid(x, y)
     points[..., view.depth] = study.places[0].position[view.depth]
     values = study.fields.at(points.reshape(-1, 3)).reshape(len(y), len(x))
-    found = []
-    for k, colour in enumerate(colours):
-        low, high = (-1.0 if k == 0 else levels[k]), (np.inf if k == len(colours) - 1 else levels[k + 1])
-        found.append((colour, shapely.intersection(contoured(x, y, values, low, min(high, 1e30)), region)))
-    return found
+    # The least and the last level are open.
+    edges = [-1.0, *list(levels.values())[1:], 1e30]
+    parts = (contoured(x, y, values, low, high) for low, high in itertools.pairwise(edges))
+    return [(colour, shapely.intersection(part, region)) for colour, part in zip(levels, parts, strict=True)]
 
 
 def _scale(study: PlaceStudy, low: Array, high: Array, corners: Array) -> tuple[Array, list[str]]:
@@ -216,37 +185,17 @@ def _scale(study: PlaceStudy, low: Array, high: Array, corners: Array) -> tuple[
     return levels, [to_hex(ramp(t)) for t in np.linspace(0.0, 1.0, len(levels) - 1)]
 
 
-def _bar(figure: Figure, study: PlaceStudy, levels: Array, colours: list[str], x: float, y: float, width: float) -> None:
-    """The colours with their levels, from (x, y) to the right and down [inches]."""
-    axes = add_axes(figure, x, y - 0.14, width, 0.14)
-    bar = figure.colorbar(
-        ScalarMappable(BoundaryNorm(levels, len(colours)), ListedColormap(colours)),
-        cax=axes,
-        orientation="horizontal",
-        spacing="uniform",
-    )
-    bar.set_ticks(list(levels), labels=[f"{round(float(level), 12):g}" for level in levels])
-    bar.ax.tick_params(labelsize=7.0, length=0.0)
-    what = "greatest normalised shock over the landings" if study.weights is None else "weighted mean of the normalised shock"
-    bar.set_label(f"{what} |Δv| / v_in [-], in the plane through place 1", fontsize=7.5)
-    bar.outline.set_linewidth(0.6)
-
-
-def _title(page: Axes, study: PlaceStudy, y: float, width: float) -> None:
-    """Robot and body, landings, joint model, downwards."""
+def _title(study: PlaceStudy) -> tuple[str, str, str]:
+    """Robot and body; landings; joint model."""
     robot = printable(study.robot.source.name or study.robot.name, 40)
     body = printable(study.robot.bodies[study.body].name, 30)
     what = "place" if study.count == 1 else f"places of {study.count} sensors"
-    line(page, MARGIN, y, f"{robot}: {what} of least shock on {body}", 11.0, width, "bold")
     postures = {posture_text(profile) for profile in study.profiles}
     models = {joint_model_text(profile) for profile in study.profiles}
-    words = [
-        count(len(study.landings), "landing"),
-        f"posture {postures.pop() if len(postures) == 1 else 'differs'}",
-        study.region.text,
-    ]
-    line(page, MARGIN, y - 0.25, printable("; ".join(words)), 8.0, width)
-    line(page, MARGIN, y - 0.43, f"joint model: {models.pop() if len(models) == 1 else 'differs'}", 8.0, width)
+    posture = postures.pop() if len(postures) == 1 else "differs"
+    landings = f"{count(len(study.landings), 'landing')}; posture {posture}; {study.region.text}"
+    model = models.pop() if len(models) == 1 else "differs"
+    return f"{robot}: {what} of least shock on {body}", printable(landings), f"joint model: {model}"
 
 
 def _rows(study: PlaceStudy) -> list[tuple[str, ...]]:
@@ -277,11 +226,3 @@ def _notes(study: PlaceStudy, near: int) -> list[str]:
     if study.failures:
         notes.append(f"{count(len(study.failures), 'landing')} could not be computed")
     return [part for note in notes for part in textwrap.wrap(note, 58)]
-
-
-def _shapes(study: PlaceStudy) -> tuple[Shape, ...]:
-    """What the body looks like."""
-    body = study.robot.bodies[study.body]
-    seen = outline(study.robot, "visual").shapes[study.body] or outline(study.robot, "collision").shapes[study.body]
-    box = None if seen else inertia_box(body)
-    return seen or ((box,) if box is not None else ())

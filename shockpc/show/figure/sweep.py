@@ -1,24 +1,24 @@
 """Shock over a sweep: a curve for one quantity, a map with iso-lines for two, distributions otherwise."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import render
-from shockpc.show.figure.palette import BANDS, INK, PAPER, band
+from shockpc.show.figure.canvas import new_chart
+from shockpc.show.figure.page import round_step
+from shockpc.show.figure.palette import BANDS, CURVES, INK, PAPER, band
 from shockpc.studies.sweep.summary import Extent, SweepSummary
 from shockpc.studies.sweep.variation import Variation
 
-__all__ = ["sweep_figure"]
+__all__ = ["draw_sweep"]
 
-COLOURS = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
-MOST = 8
+MOST = len(CURVES)
 """Curves and distributions of one figure."""
 
 MAPS = 4
@@ -27,38 +27,31 @@ MAPS = 4
 COLOUR_MAP = "YlGnBu"
 """Light to dark, as the bands of the other figures."""
 
-
-def sweep_figure(summary: SweepSummary) -> dict[str, bytes]:
-    """The figure of a sweep as files by name, "sweep.svg" and "sweep.png"."""
-    extents = [one for one in summary.extents if one.greatest_row >= 0]
-    axes = list(summary.sweep.axes)
-
-    def draw() -> Figure:
-        if not extents:
-            figure = Figure(figsize=(5.0, 1.0), facecolor=PAPER)
-            figure.text(0.5, 0.5, "no landing could be computed", ha="center", va="center")
-            return figure
-        if extents[0].values is None:
-            return _distributions(summary, extents[:MOST])
-        if len(axes) == 1:
-            return _curves(summary, axes[0], extents[:MOST])
-        return (_families if axes[0].kind == "contact" else _maps)(summary, axes, extents[:MAPS])
-
-    return {f"sweep.{kind}": content for kind, content in render(draw).items()}
+SHOCK = "normalised shock |Δv| / v_in [-]"
 
 
-def _label(one: Extent) -> str:
-    return printable(one.heading.removesuffix(" [-]"), 60)
-
-
-def _values(one: Extent) -> Array:
-    return np.zeros(0) if one.values is None else one.values
-
-
-def _title(summary: SweepSummary) -> str:
+def draw_sweep(summary: SweepSummary) -> Figure:
+    """Draw the figure of a sweep."""
+    extents = {printable(one.heading.removesuffix(" [-]"), 60): one for one in summary.extents if one.greatest_row >= 0}
     contacts = " + ".join(contact.frame for contact in summary.sweep.scene.contact)
     varied = any(one.kind == "contact" for one in summary.sweep.variations)
-    return printable(f"{summary.sweep.robot.name}" + ("" if varied else f", landing on {contacts}"), 90)
+    title = printable(summary.sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
+    if not extents:
+        return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
+    shown = dict(list(extents.items())[:MOST])
+    values = {label: one.values for label, one in shown.items() if one.values is not None}
+    axes = summary.sweep.axes
+    if not values:
+        return _distributions(f"{title}: {summary.sweep.rows} landings", shown)
+    if len(axes) == 1:
+        return _curves(title, axes[0], {"": values})
+    grids = {label: x.reshape(len(axes[0].values), len(axes[1].values)) for label, x in list(values.items())[:MAPS]}
+    if axes[0].kind != "contact":
+        return _maps(title, axes[0], axes[1], grids)
+    names = [printable(str(name), 60) for name in axes[0].values]
+    return _curves(
+        title, axes[1], {label: dict(list(zip(names, rows, strict=True))[:MOST]) for label, rows in grids.items()}, axes[0].subject
+    )
 
 
 def _scale(axis: Any, one: Variation) -> Array:
@@ -70,110 +63,67 @@ def _scale(axis: Any, one: Variation) -> Array:
     return np.arange(len(one.values), dtype=float)
 
 
-def _plain(axes: Axes) -> None:
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(labelsize=7.0, length=2.5, width=0.6)
+def _curves(title: str, one: Variation, panels: Mapping[str, Mapping[str, Array]], varied: str = "") -> Figure:
+    """Shock over one quantity: panels one above the other by their titles, each with curves by their names, the same in all.
 
-
-def _curves(summary: SweepSummary, one: Variation, extents: list[Extent]) -> Figure:
-    """Shock over one quantity."""
-    figure = Figure(figsize=(6.4, 3.6), facecolor=PAPER, layout="constrained")
-    axes = figure.add_subplot(ylabel="normalised shock |Δv| / v_in [-]", title="")
-    x = _scale(axes.xaxis, one)
-    for k, extent in enumerate(extents):
+    Args:
+        title: of the figure.
+        one: the quantity.
+        panels: values by name of the curve by title of the panel.
+        varied: what differs between the curves.
+    """
+    figure = new_chart(6.4, 1.6 + 2.0 * len(panels), title)
+    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
+    for axes, (label, curves) in zip(every, panels.items(), strict=True):
+        x = _scale(every[-1].xaxis, one)
         style: dict[str, Any] = {"linestyle": "none"} if one.kind == "contact" else {"linewidth": 1.3}
         style |= {"marker": "o", "markersize": 3.0} if len(x) <= 32 else {}
-        axes.plot(x, _values(extent), color=COLOURS[k], label=_label(extent), **style)
-    axes.set_ylim(bottom=0.0)
-    axes.set_title(_title(summary), fontsize=9.0, loc="left")
-    axes.grid(True, linewidth=0.4, color="#dddddd")
-    _plain(axes)
-    figure.legend(loc="outside right upper", fontsize=7.5)
+        lines = [axes.plot(x, y, color=colour, **style)[0] for colour, y in zip(CURVES, curves.values(), strict=False)]
+        axes.set(ylim=(0.0, None), title=label)
+        axes.grid(True)
+    figure.supylabel(SHOCK, fontsize=7.5)
+    figure.legend(lines, list(curves), loc="outside right upper", title=varied or None)
     return figure
 
 
-def _families(summary: SweepSummary, axes: list[Variation], extents: list[Extent]) -> Figure:
-    """Shock over one quantity, a panel for each point and a curve for each contact."""
-    contacts, one = axes
-    figure = Figure(figsize=(6.4, 0.8 + 2.0 * len(extents)), facecolor=PAPER, layout="constrained")
-    panels = figure.subplots(len(extents), 1, sharex=True, squeeze=False).ravel()
-    for panel, extent in zip(panels, extents, strict=True):
-        x = np.array(one.values, dtype=float)
-        for k, y in enumerate(_values(extent).reshape(len(contacts.values), len(x))[: len(COLOURS)]):
-            style: dict[str, Any] = {"marker": "o", "markersize": 3.0} if len(x) <= 32 else {}
-            label = printable(str(contacts.values[k]), 60) if panel is panels[0] else None
-            panel.plot(x, y, color=COLOURS[k], linewidth=1.3, label=label, **style)
-        panel.set_ylim(bottom=0.0)
-        panel.set_title(_label(extent), fontsize=8.0, loc="left")
-        panel.grid(True, linewidth=0.4, color="#dddddd")
-        _plain(panel)
-    panels[-1].set_xlabel(printable(one.column, 60))
-    figure.supylabel("normalised shock |Δv| / v_in [-]", fontsize=7.5)
-    figure.suptitle(_title(summary), fontsize=9.0, x=0.01, ha="left")
-    figure.legend(loc="outside right upper", fontsize=7.5, title="contact", title_fontsize=7.5)
-    return figure
-
-
-def _maps(summary: SweepSummary, axes: list[Variation], extents: list[Extent]) -> Figure:
+def _maps(title: str, slow: Variation, fast: Variation, grids: Mapping[str, Array]) -> Figure:
     """Shock over two quantities, a panel for each point."""
-    slow, fast = axes
-    count = len(extents)
-    width = min(count, 2)
-    height = math.ceil(count / width)
-    figure = Figure(figsize=(3.6 * width + 1.0, 3.0 * height + 0.3), facecolor=PAPER, layout="constrained")
-    most = max(one.greatest for one in extents) or 1.0
-    norm = Normalize(0.0, most)
+    width = min(len(grids), 2)
+    height = math.ceil(len(grids) / width)
+    figure = new_chart(3.6 * width + 1.0, 3.0 * height + 0.3, title)
+    most = max(float(np.nanmax(values)) for values in grids.values()) or 1.0
     panels = figure.subplots(height, width, squeeze=False).ravel()
-    for panel in panels[count:]:
+    for panel in panels[len(grids) :]:
         panel.set_axis_off()
     mesh: Any = None
-    for panel, extent in zip(panels, extents, strict=False):
+    for panel, (label, values) in zip(panels, grids.items(), strict=False):
         x, y = _scale(panel.xaxis, fast), _scale(panel.yaxis, slow)
-        values = _values(extent).reshape(len(y), len(x))
-        mesh = panel.pcolormesh(x, y, values, norm=norm, cmap=COLOUR_MAP, shading="nearest", rasterized=True)
-        smooth = min(len(x), len(y)) > 2 and "contact" not in (slow.kind, fast.kind)
-        if smooth and np.isfinite(values).any() and extent.greatest > extent.least:
-            span = extent.greatest - extent.least
-            levels = _round_levels(extent.least, span)
+        mesh = panel.pcolormesh(x, y, values, norm=Normalize(0.0, most), cmap=COLOUR_MAP, shading="nearest", rasterized=True)
+        least, span = float(np.nanmin(values)), float(np.nanmax(values) - np.nanmin(values))
+        if min(len(x), len(y)) > 2 and fast.kind != "contact" and span > 0.0:
+            step = round_step(span / 6.0)
+            levels = np.arange(math.ceil(least / step) * step, least + span, step)
             dark = [PAPER if level > 0.55 * most else INK for level in levels]
             lines = panel.contour(x, y, values, levels=levels, colors=dark, linewidths=0.6)
             panel.clabel(lines, fontsize=6.5, fmt="%g")
-        panel.set_title(_label(extent), fontsize=8.0, loc="left")
-        panel.tick_params(labelsize=7.0, length=2.5, width=0.6)
-    figure.suptitle(_title(summary), fontsize=9.0, x=0.01, ha="left")
-    bar = figure.colorbar(mesh, ax=panels.tolist(), aspect=30)
-    bar.set_label("normalised shock |Δv| / v_in [-]")
-    bar.ax.tick_params(labelsize=7.0, length=2.5, width=0.6)
-    bar.outline.set_linewidth(0.6)
+        panel.set_title(label)
+    figure.colorbar(mesh, ax=panels.tolist(), aspect=30, label=SHOCK)
     return figure
 
 
-def _round_levels(least: float, span: float) -> Array:
-    """About six round numbers within a range."""
-    power = 10.0 ** math.floor(math.log10(span / 6.0))
-    step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= span / 6.0)
-    return np.arange(math.ceil(least / step) * step, least + span, step)
-
-
-def _distributions(summary: SweepSummary, extents: list[Extent]) -> Figure:
+def _distributions(title: str, extents: Mapping[str, Extent]) -> Figure:
     """How often a shock occurs, a panel for each point, one above the other with a common scale."""
-    figure = Figure(figsize=(6.4, 1.1 + 0.95 * len(extents)), facecolor=PAPER, layout="constrained")
+    figure = new_chart(6.4, 1.1 + 0.95 * len(extents), title)
     panels = figure.subplots(len(extents), 1, sharex=True, squeeze=False).ravel()
-    for panel, extent in zip(panels, extents, strict=True):
-        edges = np.linspace(extent.least, extent.greatest, len(extent.counts) + 1)
-        if not extent.greatest > extent.least:
-            edges = np.linspace(extent.least - 0.005, extent.least + 0.005, len(extent.counts) + 1)
-        middles = 0.5 * (edges[1:] + edges[:-1])
-        colours = [BANDS[band(x)] for x in middles]
+    for panel, (label, extent) in zip(panels, extents.items(), strict=True):
+        margin = 0.0 if extent.greatest > extent.least else 0.005
+        edges = np.linspace(extent.least - margin, extent.greatest + margin, len(extent.counts) + 1)
+        colours = [BANDS[band(x)] for x in 0.5 * (edges[1:] + edges[:-1])]
         panel.bar(edges[:-1], extent.counts / extent.counts.sum(), np.diff(edges), align="edge", color=colours)
         panel.stairs(extent.counts / extent.counts.sum(), edges, color=INK, linewidth=0.6)
         panel.axvline(extent.median, color=INK, linewidth=0.8, linestyle="--")
-        panel.set_title(f"{_label(extent)}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", fontsize=8.0, loc="left")
-        panel.set_yticks([])
+        panel.set(title=f"{label}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
         panel.spines["left"].set_visible(False)
-        _plain(panel)
     figure.supylabel("share of landings", fontsize=7.5)
-    panels[-1].set_xlabel("normalised shock |Δv| / v_in [-]; dashed: median")
-    panels[-1].set_xlim(left=0.0)
-    figure.suptitle(f"{_title(summary)}: {summary.sweep.rows} landings", fontsize=9.0, x=0.01, ha="left")
+    panels[-1].set(xlabel=f"{SHOCK}; dashed: median", xlim=(0.0, None))
     return figure

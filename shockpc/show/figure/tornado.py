@@ -4,13 +4,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import render
-from shockpc.show.figure.palette import BANDS, INK, PAPER
+from shockpc.show.figure.canvas import new_chart
+from shockpc.show.figure.palette import BANDS, INK
 from shockpc.show.header import contact_name
-from shockpc.show.sensitivity import effect_words, step_words
+from shockpc.show.reports.sensitivity import effect_words, step_words
 from shockpc.studies.sensitivity import ShockSensitivity
 
-__all__ = ["draw_tornado", "tornado_figure"]
+__all__ = ["draw_tornado"]
 
 MOST = 16
 """Bars."""
@@ -22,15 +22,12 @@ HEIGHT = 0.24
 """Of one bar with the space around it [inches]."""
 
 
-def tornado_figure(found: ShockSensitivity) -> dict[str, bytes]:
-    """The chart as SVG and PNG, by file name."""
-    return {f"sensitivity.{format_}": data for format_, data in render(lambda: draw_tornado(found)).items()}
-
-
 def draw_tornado(found: ShockSensitivity) -> Figure:
     """Draw the chart."""
     effects = found.ranked[:MOST]
-    figure = Figure(figsize=(7.2, 1.45 + HEIGHT * len(effects)), facecolor=PAPER, layout="constrained")
+    point = printable(found.point, 60)
+    landing = f"{printable(found.profile.robot.name)} landing on {printable(contact_name(found.profile), 60)}"
+    figure = new_chart(7.2, 1.45 + HEIGHT * len(effects), f"What changes the shock at {point} of {landing}")
     axes = figure.add_subplot()
     largest = max(abs(effect.shock * effect.step) for effect in effects) or found.shock
     for k, effect in enumerate(effects):
@@ -48,13 +45,9 @@ def draw_tornado(found: ShockSensitivity) -> Figure:
     axes.invert_yaxis()
     axes.axvline(found.shock, color=INK, linewidth=0.8)
     axes.set_xlim(found.shock - 1.22 * largest, found.shock + 1.22 * largest)
-    axes.set_xlabel(f"shock |Δv| / v_in at {printable(found.point, 60)} [-]; now {found.shock:.4g}; effects to first order")
-    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.set_xlabel(f"shock |Δv| / v_in at {point} [-]; now {found.shock:.4g}; effects to first order")
+    axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0.0)
-    axes.tick_params(axis="x", width=0.6, length=2.5)
-    robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
-    title = f"What changes the shock at {printable(found.point, 60)} of {robot} landing on {foot}"
-    figure.suptitle(title, fontsize=10, fontweight="bold", x=0.01, ha="left")
     handles = [Patch(color=UP, label="change as given (the number)"), Patch(color=DOWN, label="the opposite change")]
     figure.legend(handles=handles, loc="outside lower right", ncols=2, fontsize=7.0)
     return figure

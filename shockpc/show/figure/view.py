@@ -14,7 +14,10 @@ from shockpc.robot.robot import Robot
 from shockpc.show.figure.field import Field, field_of
 from shockpc.show.figure.silhouette import Region, silhouette, to_plane
 
-__all__ = ["Drawn", "View", "view_of"]
+__all__ = ["Drawn", "View", "body_shapes", "numbered", "view_of"]
+
+FEW = 6
+"""A robot with up to this many bodies has all of them numbered."""
 
 RESOLUTION = 1e-3
 """Largest distance of a silhouette from the true one, as a share of the robot's size in the figure."""
@@ -31,7 +34,7 @@ class Drawn(NamedTuple):
         field: shock over the plane.
         outlined: whether only its edge is drawn, because it is in front of a body between contact and base.
         far: whether it is behind the base.
-        box: whether the silhouette is that of its inertia, because the file has no shape for it.
+        box: whether the silhouette is that of its inertia, because there is no shape of it to draw.
     """
 
     body: int
@@ -86,6 +89,14 @@ def view_of(profile: ShockProfile) -> View:
     return View(tuple(drawn), tuple(sorted(struck)), bounds[:2], bounds[2:])
 
 
+def numbered(profile: ShockProfile, view: View) -> list[int]:
+    """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
+    bodies = profile.robot.bodies
+    if len(bodies) <= FEW:
+        return list(range(len(bodies)))
+    return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
+
+
 @functools.lru_cache(maxsize=4)
 def _silhouettes(
     robot: Robot, q: tuple[float, ...], normal: tuple[float, ...]
@@ -96,7 +107,7 @@ def _silhouettes(
     """
     plane, state = plane_from(normal), dynamics(robot, np.array([q]))
     rotation, position = state.rotation[0], state.position[0] + state.origin[0]
-    shapes = _shapes(robot)
+    shapes = body_shapes(robot)
     world = tuple(_points(robot, i, pieces) @ rotation[i].T + position[i] for i, (pieces, _) in enumerate(shapes))
     size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
     regions = [silhouette(pieces, rotation[i], position[i], plane, RESOLUTION * size) for i, (pieces, _) in enumerate(shapes)]
@@ -106,7 +117,7 @@ def _silhouettes(
     return tuple(closed), world, tuple(boxed for _, boxed in shapes), size
 
 
-def _shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
+def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
     """The shapes of each body, visual rather than collision, and whether they are only the box of its inertia."""
     visual = outline(robot, "visual").shapes
     collision = outline(robot, "collision").shapes if not all(visual) else visual

@@ -10,7 +10,7 @@ from shockpc.result import ShockProfile
 from shockpc.show.figure.silhouette import to_plane
 from shockpc.show.figure.view import View
 
-__all__ = ["ARROW", "Window", "velocities_in_plane", "windows_of"]
+__all__ = ["ARROW", "Window", "fitted", "velocities_in_plane", "windows_of"]
 
 ARROW = 0.62
 """Length of the arrow of the fastest contact [inches]."""
@@ -66,7 +66,27 @@ def windows_of(
     """
     held = [_contents(*one, near) for one in zip(profiles, views, numbered, strict=True)]
     feet = [to_plane(np.stack([contact.point for contact in p.contacts]), p.plane) for p in profiles]
-    arrows = [ARROW * velocities_in_plane(profile) for profile in profiles]
+    return fitted(held, feet, [ARROW * velocities_in_plane(profile) for profile in profiles], PAD, most, least)
+
+
+def fitted(
+    held: Sequence[Array],
+    feet: Sequence[Array],
+    arrows: Sequence[Array],
+    pad: float,
+    most: tuple[float, float],
+    least: tuple[float, float],
+) -> list[Window]:
+    """Windows side by side, on one scale and of one height.
+
+    Args:
+        held: (n, 2) points that each window holds [m].
+        feet: (n, 2) points in each where arrows begin [m].
+        arrows: (n, 2) from there [inches].
+        pad: room around what a window holds [inches].
+        most: width of all windows together, and their height [inches].
+        least: width of each window, and their height [inches].
+    """
     inch = 0.0
     # The arrows have a fixed length on paper, so the room that they need depends on the scale, and the scale on that room.
     for _ in range(4):
@@ -74,8 +94,8 @@ def windows_of(
         low, high = np.array([one.min(axis=0) for one in full]), np.array([one.max(axis=0) for one in full])
         low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
         wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]
-        inch = max(float(wide / (most[0] - 2.0 * PAD * len(views))), float(tall / (most[1] - 2.0 * PAD)), 1e-9)
-    half = np.maximum((high - low) / 2.0 + PAD * inch, np.array(least) * inch / 2.0)
+        inch = max(float(wide / (most[0] - 2.0 * pad * len(held))), float(tall / (most[1] - 2.0 * pad)), 1e-9)
+    half = np.maximum((high - low) / 2.0 + pad * inch, np.array(least) * inch / 2.0)
     return [Window(middle - side, middle + side, inch) for middle, side in zip((low + high) / 2.0, half, strict=True)]
 
 

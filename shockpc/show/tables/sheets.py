@@ -107,7 +107,7 @@ def accuracy_line(profile: ShockProfile) -> str:
     return f"{line}; last-digit changes of the data move it by {health.data_sensitivity:.0e}"
 
 
-def summary_sheet(profiles: list[ShockProfile], pattern: str | None = None) -> Sheet:
+def summary_sheet(profiles: Sequence[ShockProfile], pattern: str | None = None) -> Sheet:
     """Several landings side by side: shock at every body's centre of mass and at every point, a column for each landing."""
     rows: list[tuple[Cell, ...]] = [
         (body, *(profile.shock_com[i] for profile in profiles))

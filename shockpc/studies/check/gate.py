@@ -15,8 +15,8 @@ from shockpc.errors import ShockError, StudyError
 from shockpc.landing import resolve
 from shockpc.printed import printable
 from shockpc.profile import shock_profile
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene
+from shockpc.robot.robot import Robot
+from shockpc.scene import Scene, robot_of
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene, rounded
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.metrics import METRICS, Place, measure, places, with_points
@@ -272,7 +272,7 @@ def _robot(scene: Scene, loaded: dict[str, Robot]) -> Robot:
     """The robot of a scene; cases with the same files share it."""
     name = repr((scene.robot, sorted(scene.xacro.items()), sorted(scene.packages.items()), scene.srdf))
     if name not in loaded:
-        loaded[name] = load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+        loaded[name] = robot_of(scene)
     return loaded[name]
 
 

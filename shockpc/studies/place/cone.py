@@ -91,52 +91,41 @@ def _solved(fields: Fields, cell: Cell) -> tuple[Array, float] | None:
     size = max(float(np.abs(cell.points - middle).max()) + cell.radius, 1e-9)
     p = (cell.points - middle) / size
     c, A = fields.vectors(middle), fields.A * size
-    nt = 1 if fields.weights is None else n
-    rounded = 3 if cell.radius > 0.0 else 0
-    r, shares, offset = nt, nt + 3, nt + 3 + k
-    width = offset + rounded
-    q = np.zeros(width)
-    q[:nt] = 1.0 if fields.weights is None else fields.weights
-
-    rows, right = [], []
-    hull = np.zeros((4, width))
-    hull[:3, r : r + 3], hull[:3, shares : shares + k], hull[3, shares : shares + k] = -np.eye(3), p.T, 1.0
-    if rounded:
-        hull[:3, offset:] = np.eye(3)
-    rows.append(sparse.csc_matrix(hull))
-    right.append(np.array([0.0, 0.0, 0.0, 1.0]))
-    rows.append(sparse.hstack([sparse.csc_matrix((k, shares)), -sparse.identity(k), sparse.csc_matrix((k, rounded))]))
-    right.append(np.zeros(k))
-    planes = np.zeros((m, width))
-    planes[:, r : r + 3] = -cell.normals * size
-    rows.append(sparse.csc_matrix(planes))
-    right.append(cell.normals @ middle - cell.offsets)
-    cones: list[Any] = [clarabel.ZeroConeT(4), clarabel.NonnegativeConeT(k + m)]
-    if rounded:
-        ball = np.zeros((4, width))
-        ball[1:, offset:] = -np.eye(3)
-        rows.append(sparse.csc_matrix(ball))
-        right.append(np.array([cell.radius / size, 0.0, 0.0, 0.0]))
-        cones.append(clarabel.SecondOrderConeT(4))
-    norms = np.zeros((n, 4, width))
-    norms[np.arange(n), 0, np.arange(n) if nt > 1 else 0] = -1.0
-    norms[:, 1:, r : r + 3] = -A
-    rows.append(sparse.csc_matrix(norms.reshape(4 * n, width)))
-    right.append(np.concatenate([np.zeros((n, 1)), c], axis=1).ravel())
-    cones += [clarabel.SecondOrderConeT(4)] * n
+    weights = np.ones(1) if fields.weights is None else fields.weights
+    nt = len(weights)
+    t = np.zeros((n, 4, nt))
+    t[np.arange(n), 0, np.arange(n) if nt > 1 else 0] = -1.0
+    turned = np.zeros((n, 4, 3))
+    turned[:, 1:] = -A
+    # Columns are t, r, the shares and the offset; rows are r in the hull, its shares, half-spaces, and the cones.
+    ball = np.concatenate([np.zeros((1, 3)), -np.eye(3)])
+    rows: list[tuple[Any, Any, Any, Any, Any]] = [
+        (None, -np.eye(3), p.T, np.eye(3), np.zeros(3)),
+        (None, None, np.ones((1, k)), None, np.ones(1)),
+        (None, None, -sparse.identity(k), None, np.zeros(k)),
+        (None, -cell.normals * size, None, None, cell.normals @ middle - cell.offsets),
+        (None, None, None, ball, np.array([cell.radius / size, 0.0, 0.0, 0.0])),
+        (t.reshape(4 * n, nt), turned.reshape(4 * n, 3), None, None, np.concatenate([np.zeros((n, 1)), c], axis=1).ravel()),
+    ]
+    cones = [clarabel.ZeroConeT(4), clarabel.NonnegativeConeT(k + m), *[clarabel.SecondOrderConeT(4)] * (n + 1)]
+    if cell.radius == 0.0:
+        del rows[4], cones[-1]
+    blocks = [[None if x is None else sparse.csc_matrix(x) for x in row[: 4 if cell.radius > 0.0 else 3]] for row in rows]
+    matrix, right = sparse.bmat(blocks, format="csc"), np.concatenate([row[4] for row in rows])
+    width = matrix.shape[1]
+    cost = np.concatenate([weights, np.zeros(width - nt)])
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
-    matrix = sparse.vstack(rows).tocsc()
-    solution = clarabel.DefaultSolver(sparse.csc_matrix((width, width)), q, matrix, np.concatenate(right), cones, settings).solve()
+    solution = clarabel.DefaultSolver(sparse.csc_matrix((width, width)), cost, matrix, right, cones, settings).solve()
     if solution.status in (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.AlmostPrimalInfeasible):
         return None
     x, z = np.asarray(solution.x), np.asarray(solution.z)
-    share = np.maximum(x[shares:offset], 0.0)
+    share = np.maximum(x[nt + 3 : nt + 3 + k], 0.0)
     place = cell.points.T @ (share / share.sum())
-    if rounded:
-        out = x[offset:] * size
+    if cell.radius > 0.0:
+        out = x[-3:] * size
         place = place + out * min(1.0, cell.radius / max(float(np.linalg.norm(out)), 1e-300))
     y, multipliers = -z[-4 * n :].reshape(n, 4)[:, 1:], np.maximum(z[4 + k : 4 + k + m], 0.0)
     return place, _lower_bound(fields, cell, y, multipliers)

@@ -14,30 +14,24 @@ from shockpc.errors import ShockError, StudyError
 from shockpc.landing import pulse_of
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
-from shockpc.results.points import Spot, spots
-from shockpc.robot.geometry import Kind, outline
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.robot.surface import HalfSpaces, facets, half_spaces
-from shockpc.scene import GRAVITY, Point, Scene
-from shockpc.studies.place.cone import Cell, Optimum
+from shockpc.results.points import Spot, spot_of, spots
+from shockpc.robot.geometry import Kind
+from shockpc.robot.robot import Robot
+from shockpc.scene import GRAVITY, Point, Scene, robot_of
+from shockpc.studies.place.cone import Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.mounting import Mounting, best_mounting
-from shockpc.studies.place.search import best_places, box
+from shockpc.studies.place.region import Box, Region, region_of
+from shockpc.studies.place.search import best_places
 
-__all__ = ["Box", "Margin", "PlaceStudy", "Region", "SensorPlace", "place"]
-
-Box = tuple[tuple[float, float, float], tuple[float, float, float]]
-"""Lower and upper corner of a box in the body's frame [m]."""
+__all__ = ["Margin", "PlaceStudy", "SensorPlace", "place"]
 
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
 
 MOST = 100
 """Alternatives that can be asked for."""
-
-MARKER = 0.01
-"""Share of the body's size below which a shape marks a frame and is no surface to mount a sensor on."""
 
 
 class Margin(NamedTuple):
@@ -78,26 +72,6 @@ class SensorPlace(NamedTuple):
     margin: Margin | None
 
 
-class Region(NamedTuple):
-    """Where a sensor may be.
-
-    Attributes:
-        text: in words.
-        cells: convex sets that make it up.
-        outside: convex sets whose inside does not belong to it.
-        size: the longest side of its box [m].
-        solid: whether it has an inside, which a surface has not.
-        warnings: about shapes that could not be read.
-    """
-
-    text: str
-    cells: tuple[Cell, ...]
-    outside: tuple[HalfSpaces, ...]
-    size: float
-    solid: bool
-    warnings: tuple[str, ...]
-
-
 @dataclass(frozen=True, eq=False)
 class PlaceStudy:
     """Where on a body a sensor sees least shock.
@@ -108,7 +82,7 @@ class PlaceStudy:
         region: where a sensor may be.
         landings: names of the landings that were computed.
         profiles: their results.
-        weights: (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the greatest shock.
+        fields: shock over the body, and the number by which places are compared.
         today: the body's sensors, and the points that the scenes name.
         places: the best place and its alternatives, or the places of several sensors that belong together.
         count: number of sensors that belong together.
@@ -124,7 +98,7 @@ class PlaceStudy:
     region: Region = field(repr=False)
     landings: tuple[str, ...]
     profiles: tuple[ShockProfile, ...] = field(repr=False)
-    weights: Array | None
+    fields: Fields = field(repr=False)
     today: tuple[SensorPlace, ...]
     places: tuple[SensorPlace, ...]
     count: int
@@ -135,6 +109,11 @@ class PlaceStudy:
     failures: tuple[tuple[str, str], ...]
 
     @property
+    def weights(self) -> Array | None:
+        """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the greatest shock."""
+        return self.fields.weights
+
+    @property
     def gap(self) -> float:
         """Difference between what was found and what is proven to be a lower bound [1]."""
         return max(0.0, self.combined - self.bound)
@@ -143,11 +122,6 @@ class PlaceStudy:
     def complete(self) -> bool:
         """Whether the search for several sensors ended with the optimum."""
         return self.gap <= 1e-6 * max(self.combined, 1e-3)
-
-    @property
-    def fields(self) -> Fields:
-        """Shock over the body."""
-        return _fields(self.profiles, self.body, self.weights)
 
 
 def place(
@@ -194,7 +168,7 @@ def place(
     if others:
         raise StudyError(f'the scenes are of different robots, "{scenes[0].robot}" and "{others[0]}"; give scenes of one robot')
     one = scenes[0]
-    robot = robot or load_robot(one.robot, xacro=one.xacro, packages=one.packages, srdf=one.srdf)
+    robot = robot or robot_of(one)
     i = 0 if body is None else robot.frame(body).body
     if i < 0:
         raise StudyError(f'"{body}" is fixed to the world, so it has no shock; name a body that moves')
@@ -202,22 +176,26 @@ def place(
         raise StudyError(
             f"{count} sensors and {alternatives} alternatives cannot be placed; give at least one sensor and at most {MOST}"
         )
-    region = _region(robot, i, within, surface, geometry)
+    region = region_of(robot, i, within, surface, geometry)
     apart = max(region.size / 10.0, NEAREST) if apart is None else apart
     if not apart >= NEAREST:
         raise StudyError(f"alternatives {apart:g} m apart are too near to differ; give at least {NEAREST:g} m")
     profiles, failures = _profiles(landings, robot, progress)
     names = tuple(profiles)
     found = tuple(profiles.values())
-    shares = None if weights is None else _weights(names, weights)
-    fields = _fields(found, i, shares)
+    fields = fields_of(
+        np.array([profile.delta_omega[i] for profile in found]),
+        np.array([profile.delta_v[i] for profile in found]),
+        np.array([profile.v_in for profile in found]),
+        None if weights is None else _weights(names, weights),
+    )
     optima, bound = _optima(fields, region, min(count, len(found)), alternatives, apart)
     titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
     new = tuple(
         Point(frame=robot.bodies[i].name, offset=(float(one.place[0]), float(one.place[1]), float(one.place[2]))) for one in optima
     )
     today = [spot for spot in spots(robot, _asked(scenes)) if spot.frame.body == i]
-    every = [*today, *(_spot(robot, point) for point in new)]
+    every = [*today, *(spot_of(robot, point) for point in new)]
     shocks, delta_v = _proven(found, every, new)
     combined = fields.combined(shocks)
     least = shocks[len(today) :].min(axis=0)
@@ -239,7 +217,7 @@ def place(
         region=region,
         landings=names,
         profiles=found,
-        weights=shares,
+        fields=fields,
         today=tuple(places[: len(today)]),
         places=tuple(places[len(today) :]),
         count=count,
@@ -279,83 +257,6 @@ def _weights(names: tuple[str, ...], given: Mapping[str, float]) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-def _fields(profiles: tuple[ShockProfile, ...], body: int, weights: Array | None) -> Fields:
-    """Shock over a body."""
-    return fields_of(
-        np.array([profile.delta_omega[body] for profile in profiles]),
-        np.array([profile.delta_v[body] for profile in profiles]),
-        np.array([profile.v_in for profile in profiles]),
-        weights,
-    )
-
-
-def _region(robot: Robot, body: int, within: Box | None, surface: bool, geometry: Kind) -> Region:
-    """Where a sensor may be."""
-    name = robot.bodies[body].name
-    limits = None if within is None else _checked_box(within)
-    other: Kind = "visual" if geometry == "collision" else "collision"
-    kind = geometry if outline(robot, geometry).shapes[body] else other
-    seen = outline(robot, kind)
-    shapes = seen.shapes[body]
-    if not shapes and (limits is None or surface):
-        raise StudyError(f'body "{name}" has no geometry, so there is no place on it; give a box with --within')
-    boxes = [np.stack([shape.points.min(axis=0) - shape.radius, shape.points.max(axis=0) + shape.radius]) for shape in shapes]
-    whole = (np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]) if shapes else limits or (np.zeros(3), np.zeros(3))
-    if limits is not None and (np.any(limits[0] > whole[1]) or np.any(limits[1] < whole[0])):
-        raise StudyError(f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(whole)} of its frame")
-    if limits is not None and not surface:
-        corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
-        return Region(f"in the box {_box_text(limits)} of {name}", (Cell(corners),), (), _size(limits), True, ())
-    if not surface:
-        pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
-        hulls = ", a mesh as its convex hull" if any(shape.mesh is not None for shape in shapes) else ""
-        cells = [Cell(shape.points, shape.radius) for shape in shapes]
-        text = f"inside the {kind} geometry of {name} ({pieces}{hulls})"
-        return Region(text, tuple(cells), (), _size(whole), True, seen.warnings)
-    solid = [shape for shape, one in zip(shapes, boxes, strict=True) if np.ptp(one, axis=0).max() > MARKER * _size(whole)]
-    cells = [Cell(corners) for shape in solid for corners in facets(shape)]
-    if limits is not None:
-        cells = [part for cell in cells if (part := _cut(cell, limits)) is not None]
-    held = "" if limits is None else f", within {_box_text(limits)}"
-    text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{held})"
-    outside = tuple(one for shape in solid if (one := half_spaces(shape)) is not None)
-    return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings)
-
-
-def _size(limits: tuple[Array, Array]) -> float:
-    """The longest side of a box [m]."""
-    return float((limits[1] - limits[0]).max())
-
-
-def _cut(cell: Cell, limits: tuple[Array, Array]) -> Cell | None:
-    """The part of a facet within a box."""
-    part: Cell | None = cell
-    faces = box(*limits)
-    for normal, offset in zip(faces.normals, faces.offsets, strict=True):
-        # Faces that all points are inside of are no constraint.
-        if part is not None and float((cell.points @ normal).max()) > offset:
-            part = part.within(-normal, -offset)
-    return part
-
-
-def _checked_box(within: Box) -> tuple[Array, Array]:
-    """Lower and upper corner of a box.
-
-    Raises:
-        StudyError: a lower limit is above the upper one.
-    """
-    low, high = (np.array(corner, dtype=float) for corner in within)
-    for axis, a, b in zip("xyz", low, high, strict=True):
-        if not (math.isfinite(a) and math.isfinite(b) and a <= b):
-            raise StudyError(f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, such as -0.1:0.1")
-    return low, high
-
-
-def _box_text(limits: tuple[Array, Array]) -> str:
-    """A box in words."""
-    return ", ".join(f"{axis} {a:.4g}…{b:.4g}" for axis, a, b in zip("xyz", *limits, strict=True)) + " m"
-
-
 def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart: float) -> tuple[list[Optimum], float]:
     """The places, and the proven lower bound."""
 
@@ -375,13 +276,6 @@ def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart
 def _asked(scenes: list[Scene]) -> tuple[Point, ...]:
     """The points that scenes name, each once."""
     return tuple(dict.fromkeys(point for scene in scenes for point in scene.point))
-
-
-def _spot(robot: Robot, point: Point) -> Spot:
-    """A point of a body in its frame."""
-    frame = robot.frame(point.frame)
-    wanted = frame.offset + frame.rotation @ np.asarray(point.offset)
-    return next(spot for spot in spots(robot, (point,)) if spot.frame.body == frame.body and np.array_equal(spot.r, wanted))
 
 
 def _proven(profiles: tuple[ShockProfile, ...], every: list[Spot], new: tuple[Point, ...]) -> tuple[Array, Array]:

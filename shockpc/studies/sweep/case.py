@@ -1,18 +1,20 @@
 """One quantity of a landing set to a value: the scene and the robot that the single analysis takes."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from shockpc.errors import StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints, joint_model
 from shockpc.robot.robot import Robot
 from shockpc.robot.variant import changed_link, link_mass
 from shockpc.scene import Scene
-from shockpc.studies.sweep.variation import Variation
+from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
 
-__all__ = ["applied"]
+__all__ = ["applied", "scene_grid"]
 
 
 def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Scene, Robot]:
@@ -34,10 +36,11 @@ def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Sce
         return replace(scene, posture=replace(posture, joints_deg={**others, one.target: float(value)})), robot
     if one.kind.startswith("base-"):
         angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
-        angles[("base-roll", "base-pitch", "base-yaw").index(one.kind)] = float(value)
+        angles[list(ATTITUDE).index(one.kind)] = float(value)
         return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
     if one.kind in ("strike-angle", "speed"):
-        strike = replace(strike, velocity=None, drop_height=None)
+        if strike.velocity is not None or strike.drop_height is not None:
+            raise StudyError(f"{one.kind} is varied, but the velocity is given as a vector or a drop height; leave that out")
         strike = replace(strike, speed=float(value)) if one.kind == "speed" else replace(strike, strike_angle_deg=float(value))
         return replace(scene, strike=strike), robot
     if one.kind == "contact":
@@ -60,6 +63,33 @@ def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Sce
     if one.kind == "inertia":
         return scene, changed_link(robot, one.target, inertia=float(value))
     return scene, changed_link(robot, one.target, shift=float(value) * np.eye(3)[axis])
+
+
+def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, Any]]) -> dict[str, Scene]:
+    """All combinations of the values of several quantities, by a name that states them.
+
+    Args:
+        name: of the landing that is varied, with which the names begin.
+        scene: that landing.
+        robot: its robot.
+        vary: subjects with their values, as in `variation`.
+
+    Raises:
+        ShockError: a value is not possible, a quantity is one of the robot, not of the landing, or a range has no number of values.
+    """
+    scenes = {name: scene}
+    for subject, values in vary:
+        one = variation(robot, subject, values)
+        if one.kind in OF_A_LINK:
+            raise StudyError(f"{subject}: the robot is the same in all of these landings; compare robots with shockpc compare")
+        if not one.values:
+            raise StudyError(f"{subject} needs values: a:b:n (n values from a to b) or a,b,c")
+        scenes = {
+            f"{label} {subject}={value if isinstance(value, str) else f'{value:g}'}": applied(known, robot, one, value)[0]
+            for label, known in scenes.items()
+            for value in one.values
+        }
+    return scenes
 
 
 def _with_armature(scene: Scene, robot: Robot, pattern: str, value: float) -> Joints:

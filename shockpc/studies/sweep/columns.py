@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,7 @@ from shockpc.core.extremes import Pieces, greatest_shock
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.landing import Landing, contact_velocity
-from shockpc.model.dynamics import Dynamics
-from shockpc.model.motion import twist_before
+from shockpc.model.motion import com_velocity
 from shockpc.profile import impact_jumps, joined, needs_proof
 from shockpc.result import ShockProfile
 from shockpc.results.percussion import ROUNDED, robot_length
@@ -25,6 +24,7 @@ BLOCK = 256
 """Postures that are solved together, so that their arrays stay in the processor's cache."""
 
 AXES = "xyz"
+NOWHERE = np.full((1, 3), np.nan)
 
 
 class Targets(NamedTuple):
@@ -54,18 +54,34 @@ class Targets(NamedTuple):
 
     def headings(self, robot: Robot) -> tuple[str, ...]:
         """The headings of all columns, with units."""
-        found: list[str] = []
-        for spot in self.spots:
-            found += [f"{spot.label} shock [-]", *_severe_headings(spot.label)]
-        for name in (robot.bodies[i].name for i in self.bodies):
-            found += [f"{name} shock at CoM [-]", *([f"{name} greatest shock [-]"] if self.pieces else [])]
-            found += [*(f"{name} CoPc {axis} [m]" for axis in AXES), f"{name} RoPc [m]", *_severe_headings(f"{name} CoM")]
-        return (*found, "friction needed [-]", "condition [-]")
+        nan, greatest = np.full(1, np.nan), np.full(1, np.nan) if self.pieces else None
+        points = [_of_point(spot.label, nan, nan, NOWHERE) for spot in self.spots]
+        bodies = [_of_body(robot.bodies[i].name, nan, greatest, NOWHERE, nan, nan, NOWHERE) for i in self.bodies]
+        return (*(heading for part in (*points, *bodies) for heading in part), "friction needed [-]", "condition [-]")
 
 
-def _severe_headings(label: str) -> list[str]:
-    """Most severe impact direction of a point, and its shock."""
-    return [f"{label} most severe shock [-]", *(f"{label} most severe direction {axis} [-]" for axis in AXES)]
+def _of_point(label: str, shock: Array, severe: Array, directions: Array) -> dict[str, Array]:
+    """The columns of a point. Args: severe, shock of the most severe impact direction; directions (…, 3), that direction."""
+    return {
+        f"{label} shock [-]": shock,
+        f"{label} most severe shock [-]": severe,
+        **{f"{label} most severe direction {axis} [-]": directions[..., k] for k, axis in enumerate(AXES)},
+    }
+
+
+def _of_body(
+    name: str, shock: Array, greatest: Array | None, copc: Array, ropc: Array, severe: Array, directions: Array
+) -> dict[str, Array]:
+    """The columns of a body; shock and the most severe impact direction are those of its centre of mass."""
+    centre = _of_point(f"{name} CoM", shock, severe, directions)
+    del centre[f"{name} CoM shock [-]"]
+    return {
+        f"{name} shock at CoM [-]": shock,
+        **({} if greatest is None else {f"{name} greatest shock [-]": greatest}),
+        **{f"{name} CoPc {axis} [m]": copc[..., k] for k, axis in enumerate(AXES)},
+        f"{name} RoPc [m]": ropc,
+        **centre,
+    }
 
 
 class Solved(NamedTuple):
@@ -111,17 +127,8 @@ def _solve(landing: Landing, Q: Array, carriers: Sequence[int], own: bool) -> So
     if own:
         strikes = equation.blocks[: len(landing.contacts)]
         approach = np.stack([contact_velocity(landing, state, block) for block in strikes], axis=1)
-        com = _com_velocity(landing, state) if landing.scene.v_in == "com" else None
+        com = com_velocity(landing.robot, state, landing.before) if landing.scene.v_in == "com" else None
     return Solved(jumps, state.rotation[:, carriers], impulse, condition, prove, approach, com)
-
-
-def _com_velocity(landing: Landing, state: Dynamics) -> Array:
-    """Velocity (m, 3) of the robot's centre of mass before the impact."""
-    robot, total = landing.robot, np.zeros((len(state.J), 3))
-    for i, (mass, com) in enumerate(zip(robot.masses, robot.coms, strict=True)):
-        twist = twist_before(state, landing.before, i)
-        total += mass * (twist[:, 3:] + np.cross(twist[:, :3], state.position[:, i] + state.rotation[:, i] @ com))
-    return np.asarray(total / np.sum(robot.masses))
 
 
 def columns(landing: Landing, solved: Solved, strikes: Array, targets: Targets) -> tuple[dict[str, Array], np.ndarray]:
@@ -146,53 +153,46 @@ def columns(landing: Landing, solved: Solved, strikes: Array, targets: Targets) 
     product = functools.partial(_product, velocity=strikes if solved.approach is None else change, own=solved.approach is not None)
     found: dict[str, Array] = {}
     place = {body: k for k, body in enumerate(targets.carriers)}
+
+    def at_point(body: int, r: Array) -> tuple[Array, Array, Array]:
+        """Shock (m, S) of a point of a body, and its most severe impact direction (m, 1, 3), which depends on no strike."""
+        maps = _point_maps(solved.jumps[:, place[body]], solved.rotation[:, place[body]], r)
+        directions, severe = most_severe_directions(maps[..., :3], landing.up)
+        return _length(product(maps)) / v_in, severe[:, None], directions[:, None]
+
     with np.errstate(invalid="ignore", divide="ignore"):
         for spot in targets.spots:
-            k = place[spot.frame.body]
-            maps = _point_maps(solved.jumps[:, k], solved.rotation[:, k], spot.r)
-            found[f"{spot.label} shock [-]"] = _length(product(maps)) / v_in
-            found |= _severe(spot.label, maps, landing.up, v_in.shape)
+            found |= _of_point(spot.label, *at_point(spot.frame.body, spot.r))
         for number, body in enumerate(targets.bodies):
-            jumps, rotation, name = solved.jumps[:, place[body]], solved.rotation[:, place[body]], landing.robot.bodies[body].name
-            maps = _point_maps(jumps, rotation, landing.robot.coms[body])
-            found[f"{name} shock at CoM [-]"] = _length(product(maps)) / v_in
+            jumps, rotation = solved.jumps[:, place[body]], solved.rotation[:, place[body]]
             to_body = rotation[:, None]
             omega, v = ((product(part)[..., None, :] @ to_body)[..., 0, :] for part in (jumps[:, :3], jumps[:, 3:]))
-            if targets.pieces:
-                found[f"{name} greatest shock [-]"] = greatest_shock(omega, v, targets.pieces[number]) / v_in
+            greatest = greatest_shock(omega, v, targets.pieces[number]) / v_in if targets.pieces else None
             normal = np.broadcast_to((landing.plane.normal @ rotation)[:, None], omega.shape)
             translates, still = translation(omega, v, normal, v_in, robot_length(landing), ROUNDED)
             centre = percussion(omega, v, normal, v_in, translates, still)
-            for i, axis in enumerate(AXES):
-                found[f"{name} CoPc {axis} [m]"] = np.where(translates, np.nan, centre.copc[..., i])
-            found[f"{name} RoPc [m]"] = np.where(translates, np.inf, centre.ropc)
-            found |= _severe(f"{name} CoM", maps, landing.up, v_in.shape)
+            copc, ropc = np.where(translates[..., None], np.nan, centre.copc), np.where(translates, np.inf, centre.ropc)
+            shock, severe, directions = at_point(body, landing.robot.coms[body])
+            found |= _of_body(landing.robot.bodies[body].name, shock, greatest, copc, ropc, severe, directions)
         found["friction needed [-]"] = _friction(landing, product(solved.impulse))
-    found["condition [-]"] = np.broadcast_to(solved.condition[:, None], v_in.shape)
-    return found, parting
+    found["condition [-]"] = solved.condition[:, None]
+    return {heading: np.broadcast_to(x, v_in.shape) for heading, x in found.items()}, parting
 
 
 def proven_columns(profile: ShockProfile, targets: Targets) -> dict[str, float]:
     """The same columns of one landing, proven."""
-    found: dict[str, float] = {}
+    found: dict[str, Any] = {}
     points = {point.frame: point for point in profile.points}
-    for spot in targets.spots:
-        point = points[spot.label]
-        found[f"{spot.label} shock [-]"] = point.shock
-        values = (point.directions.most_severe_shock, *point.directions.most_severe)
-        found |= dict(zip(_severe_headings(spot.label), map(float, values), strict=True))
-    for body in targets.bodies:
-        name = profile.robot.bodies[body].name
-        found[f"{name} shock at CoM [-]"] = float(profile.shock_com[body])
-        if targets.pieces:
-            found[f"{name} greatest shock [-]"] = float(profile.shock_max[body])
-        found |= {f"{name} CoPc {axis} [m]": float(x) for axis, x in zip(AXES, profile.copc[body], strict=True)}
-        found[f"{name} RoPc [m]"] = float(profile.ropc[body])
-        values = (profile.directions.most_severe_shock[body], *profile.directions.most_severe[body])
-        found |= dict(zip(_severe_headings(f"{name} CoM"), map(float, values), strict=True))
+    for point in (points[spot.label] for spot in targets.spots):
+        severe = point.directions
+        found |= _of_point(point.frame, np.array(point.shock), severe.most_severe_shock, severe.most_severe)
+    severe = profile.directions
+    for i in targets.bodies:
+        greatest = profile.shock_max[i] if targets.pieces else None
+        own = profile.copc[i], profile.ropc[i], severe.most_severe_shock[i], severe.most_severe[i]
+        found |= _of_body(profile.bodies[i], profile.shock_com[i], greatest, *own)
     friction = [np.nan if contact.friction_needed is None else contact.friction_needed for contact in profile.contacts]
-    found["friction needed [-]"] = float(np.max(friction))
-    return found
+    return {heading: float(x) for heading, x in found.items()} | {"friction needed [-]": float(np.max(friction))}
 
 
 def _product(maps: Array, velocity: Array, own: bool) -> Array:
@@ -209,13 +209,6 @@ def _point_maps(jumps: Array, rotation: Array, point: Array) -> Array:
     x, y, z = ((rotation @ point)[:, i, None] for i in range(3))
     a, b, c = (jumps[:, i] for i in range(3))
     return jumps[:, 3:] + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
-
-
-def _severe(label: str, maps: Array, up: Array, shape: tuple[int, ...]) -> dict[str, Array]:
-    """Most severe impact direction of a point; it does not depend on the strike."""
-    direction, shock = most_severe_directions(maps[..., :3], up)
-    values = (shock, *direction.T)
-    return {name: np.broadcast_to(x[:, None], shape) for name, x in zip(_severe_headings(label), values, strict=True)}
 
 
 def _friction(landing: Landing, impulse: Array) -> Array:

@@ -21,12 +21,12 @@ from shockpc.executor import InProcess, in_order
 from shockpc.landing import Landing, resolve
 from shockpc.profile import shock_profile
 from shockpc.results.geometry import body_pieces
-from shockpc.results.points import Spot, spots
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Point, Scene, plane_of
+from shockpc.robot.robot import Robot
+from shockpc.scene import Point, Scene, plane_of, robot_of
+from shockpc.studies.question import moving_spot
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.columns import Targets, columns, proven_columns, solve
-from shockpc.studies.sweep.variation import Variation, each_of, variation
+from shockpc.studies.sweep.variation import ATTITUDE, Variation, each_of, variation
 
 __all__ = ["Chunk", "Sweep", "sweep", "sweep_of", "with_sweep"]
 
@@ -112,7 +112,7 @@ class Sweep:
     @functools.cached_property
     def alone(self) -> bool:
         """Whether every posture needs a landing of its own, because loops have to be closed."""
-        return bool(self._landing(self._first()).loops)
+        return bool(self._first.loops)
 
     @functools.cached_property
     def parts(self) -> tuple[tuple[int, int], ...]:
@@ -139,7 +139,7 @@ class Sweep:
 
     def configurations(self, k: int) -> Array:
         """Configurations (m, nq) of a part, if all of its rows are of one landing."""
-        return self._postures(self._landing(self._first()), self._values(k), np.arange(self.parts[k][1] - self.parts[k][0]))
+        return self._postures(self._first, self._values(k), np.arange(self.parts[k][1] - self.parts[k][0]))
 
     def case(self, row: int) -> tuple[Scene, Robot]:
         """The landing of one row, as `shock_profile` takes it.
@@ -155,10 +155,10 @@ class Sweep:
         return _picked(self._values(part), *divmod(row - self.parts[part][0] * self.strikes, self.strikes))
 
     def _chunk(self, k: int) -> Chunk:
-        (a, b), S, robot = self.parts[k], self.strikes, self.robot
+        (a, b), S = self.parts[k], self.strikes
         m, values = b - a, self._values(k)
         found: dict[str, Any] = {one.column: np.broadcast_to(values[one], (m, S)).ravel() for one in self.variations}
-        computed = {name: np.full((m, S), np.nan) for name in self.targets.headings(robot)}
+        computed = {name: np.full((m, S), np.nan) for name in self.targets.headings(self.robot)}
         prove, messages = np.zeros((m, S), dtype=bool), dict[int, str]()
         for chosen, landing in self._landings(values, m):
             if isinstance(landing, ShockError):
@@ -236,35 +236,23 @@ class Sweep:
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, Landing | ShockError]]":
         """The landings of a part, each with the postures (n,) that belong to it."""
         choices = {one: x[:, 0] for one, x in values.items() if one.stage < 2 and (one.stage == 0 or self.alone)}
-        if not choices or self.alone:
-            groups = [np.arange(m)] if not self.alone else [np.array([i]) for i in range(m)]
-        else:
-            codes = np.stack([np.unique(x, return_inverse=True)[1] for x in choices.values()])
-            _, code = np.unique(codes, axis=1, return_inverse=True)
-            order = np.argsort(code.ravel(), kind="stable")
-            groups = np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1)
-        for group in groups:
+        codes = [np.arange(m) if self.alone else np.zeros(m, dtype=int)]
+        codes += [np.unique(x, return_inverse=True)[1] for x in choices.values()]
+        _, code = np.unique(np.stack(codes), axis=1, return_inverse=True)
+        order = np.argsort(code.ravel(), kind="stable")
+        for group in np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1):
             try:
                 yield group, self._landing({one: x[group[0]] for one, x in choices.items()})
             except ShockError as refusal:
                 yield group, refusal
 
-    @functools.cached_property
-    def _kept(self) -> dict[tuple[Any, ...], Landing]:
-        """The last landing."""
-        return {}
-
     def _landing(self, choice: dict[Variation, Any]) -> Landing:
-        key = tuple(choice.values())
-        if key not in self._kept:
-            landing = resolve(*self._case(choice))
-            self._kept.clear()
-            self._kept[key] = landing
-        return self._kept[key]
+        return resolve(*self._case(choice))
 
-    def _first(self) -> dict[Variation, Any]:
-        """The first of all other landings."""
-        return {one: (one.values or one.span or ())[0] for one in self.axes if one.stage == 0}
+    @functools.cached_property
+    def _first(self) -> Landing:
+        """The first of all landings."""
+        return self._landing({one: (one.values or one.span or ())[0] for one in self.axes if one.stage == 0})
 
     def _postures(self, landing: Landing, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
         """Configurations (n, nq) of some rows of a part."""
@@ -274,10 +262,8 @@ class Sweep:
         moved = {one: x[own, 0].astype(float) for one, x in values.items() if one.stage == 1}
         angles = {one.kind: x for one, x in moved.items() if one.kind != "joint"}
         if angles:
-            given = dict(
-                zip(("base-roll", "base-pitch", "base-yaw"), landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True)
-            )
-            Q[:, 3:7] = _quaternion(*(0.5 * DEG * np.broadcast_to(angles.get(kind, x), len(own)) for kind, x in given.items()))
+            given = dict(zip(ATTITUDE, landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True)) | angles
+            Q[:, 3:7] = _quaternion(*(0.5 * DEG * np.broadcast_to(given[kind], len(own)) for kind in ATTITUDE))
         for one, x in moved.items():
             for name in one.joints(self.robot) if one.kind == "joint" else ():
                 joint = self.robot.joint(name)
@@ -285,11 +271,8 @@ class Sweep:
         for mimic in self.robot.mimics:
             follower, led = self.robot.joint(mimic.joint), np.full(len(own), mimic.offset)
             for name, multiplier in mimic.leaders.items():
-                leader = self.robot.joint(name)
-                value = Q[:, leader.q.start]
-                if leader.kind == "continuous":
-                    value = np.arctan2(Q[:, leader.q.start + 1], value)
-                led += multiplier * value
+                cosine, *sine = Q[:, self.robot.joint(name).q].T
+                led += multiplier * (np.arctan2(sine[0], cosine) if sine else cosine)
             _set(Q, follower.q, follower.kind, led)
         return Q
 
@@ -320,10 +303,7 @@ def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dic
 
 def _set(Q: Array, place: slice, kind: str, x: Array) -> None:
     """Set a joint of one coordinate in many postures [rad, m]."""
-    if kind == "continuous":
-        Q[:, place.start], Q[:, place.start + 1] = np.cos(x), np.sin(x)
-    else:
-        Q[:, place.start] = x
+    Q[:, place] = np.stack([np.cos(x), np.sin(x)] if kind == "continuous" else [x], axis=1)
 
 
 def _quaternion(roll: Array, pitch: Array, yaw: Array) -> Array:
@@ -375,8 +355,10 @@ def sweep_of(
     Raises:
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved.
     """
-    found = [variation(robot, subject, values) for subject, values in _pairs(vary)]
-    found += [one for subject, values in _pairs(vary_each) for one in each_of(robot, variation(robot, subject, values))]
+    # A mapping holds each subject once; pairs may repeat one, which is refused below.
+    vary, vary_each = (given.items() if isinstance(given, Mapping) else given for given in (vary, vary_each))
+    found = [variation(robot, subject, values) for subject, values in vary]
+    found += [one for subject, values in vary_each for one in each_of(robot, variation(robot, subject, values))]
     if sample is not None:
         if sample < 1:
             raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
@@ -395,11 +377,10 @@ def sweep_of(
     scene = replace(scene, point=points)
     made = Sweep(scene, robot, tuple(found), _targets(robot, points, bodies, greatest), sample, lhs, seed, prove)
     plane = plane_of(scene)
-    first = made._first()
     for one in made.axes:
         for value in (one.values or one.span or ()) if one.stage == 2 else ():
             applied(scene, robot, one, value)[0].strike.vector(plane)
-    made._landing(first)
+    _ = made._first
     return made
 
 
@@ -424,7 +405,7 @@ def sweep(
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be
             computed is no error: its message is in the chunk.
     """
-    robot = robot or load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    robot = robot or robot_of(scene)
     made = sweep_of(scene, robot, vary, **options)
     return in_order(
         executor or InProcess(),
@@ -434,7 +415,7 @@ def sweep(
     )
 
 
-def with_sweep(pickled: bytes, function: "Callable[[Sweep, int], Any]", k: int) -> Any:
+def with_sweep(pickled: bytes, function: Callable[[Sweep, int], Any], k: int) -> Any:
     """Call a function with a sweep and the number of a part, in whatever process this is."""
     return function(_unpickled(pickled), k)
 
@@ -450,19 +431,10 @@ def _unpickled(pickled: bytes) -> Sweep:
     return made
 
 
-def _pairs(vary: Mapping[str, Any] | Iterable[tuple[str, Any]]) -> list[tuple[str, Any]]:
-    """Subjects and values."""
-    return list(vary.items()) if isinstance(vary, Mapping) else list(vary)
-
-
 def _targets(robot: Robot, points: tuple[Point, ...], names: Sequence[str], greatest: bool) -> Targets:
     """What the columns are about: the points and bodies that are named, or the base."""
-    asked = [point.frame + (":" + ",".join(f"{x:g}" for x in point.offset) if any(point.offset) else "") for point in points]
-    known: dict[str, Spot] = {spot.label: spot for spot in spots(robot, points)}
-    chosen = tuple(known[label] for label in dict.fromkeys(asked))
-    for spot in chosen:
-        if spot.frame.body < 0:
-            raise StudyError(f'"{spot.label}" is fixed to the world, so it takes no shock; name a point on a body that moves')
+    asked = (moving_spot(robot, point) for point in points)
+    chosen = tuple({spot.label: spot for spot in asked}.values())
     indices = []
     for name in names:
         found = next((i for i, body in enumerate(robot.bodies) if name == body.name or name in body.links), None)

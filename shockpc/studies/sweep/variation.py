@@ -5,11 +5,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from shockpc.errors import StudyError
-from shockpc.model.contact import match_frames
+from shockpc.model.contact import landing_frames
 from shockpc.robot.robot import Robot
 from shockpc.robot.variant import link_mass
 
-__all__ = ["Variation", "each_of", "variation"]
+__all__ = ["ATTITUDE", "Variation", "each_of", "variation"]
 
 STRIKE = {"strike-angle": "deg", "speed": "m/s"}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
@@ -127,16 +127,9 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
 def _contacts(robot: Robot, subject: str, values: object) -> Variation:
     """The contacts to be compared; a glob stands for all links that match."""
     texts = values.split(",") if isinstance(values, str) else list(values) if isinstance(values, Iterable) else []
-    names: list[str] = []
-    for text in texts:
-        parts = (
-            [match_frames(robot, part.strip()) for part in str(text).split("+")]
-            if str(text) not in robot.frames
-            else [(str(text),)]
-        )
-        names += parts[0] if len(parts) == 1 else ["+".join(dict.fromkeys(name for part in parts for name in part))]
-    if not names:
+    if not texts:
         raise StudyError("contact: no contact is named; write contact=NAME,NAME or a glob, such as contact=*_foot")
+    names = ["+".join(landing) for text in texts for landing in landing_frames(robot, str(text))]
     return Variation(subject, "contact", "", "", tuple(dict.fromkeys(names)))
 
 

@@ -1,20 +1,20 @@
-"""A sweep as tables: the range of every shock, and the landings with the most severe one as options of `shockpc analyze`."""
+"""A sweep: the range of every shock, and the landings with the most severe one as options of `shockpc analyze`."""
 
 import shlex
 from collections.abc import Iterator
 
 from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_markdown, as_text
+from shockpc.show.tables.text import as_csv, as_markdown, as_text
 from shockpc.studies.sweep.study import Sweep
 from shockpc.studies.sweep.summary import SweepSummary
 
-__all__ = ["extents_sheet", "sweep_markdown", "sweep_text"]
+__all__ = ["sweep_files", "sweep_text"]
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
 
 
-def extents_sheet(summary: SweepSummary) -> Sheet:
+def _sheet(summary: SweepSummary) -> Sheet:
     """One row for each point and body: least, median and greatest shock, and where the greatest one is."""
     rows: list[tuple[Cell, ...]] = []
     for one in summary.extents:
@@ -29,13 +29,21 @@ def extents_sheet(summary: SweepSummary) -> Sheet:
 
 def sweep_text(summary: SweepSummary) -> str:
     """The summary for a terminal."""
-    return "\n".join([as_text(extents_sheet(summary)), "\n".join(_lines(summary)) + "\n"])
+    return "\n".join([as_text(_sheet(summary)), *_lines(summary)]) + "\n"
 
 
-def sweep_markdown(summary: SweepSummary, figure: str) -> str:
-    """The summary as a document. Args: figure, path of the picture."""
-    lines = "\n".join(f"    {line}" for line in _lines(summary))
-    return "\n".join([as_markdown(extents_sheet(summary)), f"![shock over the sweep]({figure})\n", lines]) + "\n"
+def sweep_files(summary: SweepSummary) -> dict[str, str | bytes]:
+    """The summary as Markdown and CSV, and the figure, by file name."""
+    from shockpc.show.figure.canvas import render
+    from shockpc.show.figure.sweep import draw_sweep
+
+    sheet = _sheet(summary)
+    lines = "".join(f"    {line}\n" for line in _lines(summary))
+    return {
+        **render("sweep", lambda: draw_sweep(summary)),
+        "summary.md": "\n".join([as_markdown(sheet), "![shock over the sweep](sweep.svg)\n", lines]),
+        "summary.csv": as_csv(sheet),
+    }
 
 
 def _lines(summary: SweepSummary) -> Iterator[str]:

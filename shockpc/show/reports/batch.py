@@ -1,17 +1,61 @@
-"""A batch as a table: one row for each landing, ranked by the shock of the trunk."""
+"""A batch: one row for each landing, ranked by the shock of the trunk, and a sheet of pictures where the batch has them."""
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from shockpc.robot.landmarks import is_imu
+from shockpc.show.document import head, record
 from shockpc.show.header import count
+from shockpc.show.reports.report import Report
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.studies.batch import Batch, BatchRow
 
-__all__ = ["batch_sheet", "failure_lines"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["batch_report"]
+
+ROW = (
+    "robot", "contact", "mass", "trunk", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "joint_model", "sensors",
+    "effective_mass", "friction_needed", "error_bound", "warnings", "scene",
+)  # fmt: skip
+"""Keys of a row of the document."""
 
 
-def batch_sheet(batch: Batch, fold: bool = True) -> Sheet:
+def batch_report(batch: Batch) -> Report:
+    """The landings of many robots; the Markdown document also has their warnings."""
+
+    def draw() -> "Figure":
+        from shockpc.show.figure.contact_sheet import draw_contact_sheet
+
+        return draw_contact_sheet(batch)
+
+    failed = [" ".join(filter(None, (one.robot, one.contact))) + f": {one.reason}" for one in batch.failures]
+    return Report(
+        name="batch",
+        title="Landings of robots",
+        tables=lambda _: [_sheet(batch)],
+        closing=[f"not computed: {line}" for line in failed],
+        details=list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings)),
+        sheets={"batch": lambda: _sheet(batch, fold=False)},
+        document=lambda: _document(batch),
+        picture="sheet" if any(row.picture is not None for row in batch.rows) else "",
+        caption="the landings, the greatest shock of the trunk first",
+        draw=draw,
+    )
+
+
+def _document(batch: Batch) -> dict[str, Any]:
+    """The document, schema `shockpc.batch/1`."""
+    return {
+        **head("batch"),
+        "rows": [record(row, *ROW) for row in batch.rows],
+        "failures": [record(one, "robot", "contact", "reason") for one in batch.failures],
+    }
+
+
+def _sheet(batch: Batch, fold: bool = True) -> Sheet:
     """One row for each landing.
 
     Args:
@@ -34,29 +78,16 @@ def batch_sheet(batch: Batch, fold: bool = True) -> Sheet:
 
 def _cells(row: BatchRow, modelled: bool, fold: bool) -> tuple[Cell, ...]:
     """One landing."""
-    imu, shock = _greatest(row)
+    imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
+    imu = max(imus.items(), key=lambda one: one[1], default=(None, None))
     cells: tuple[Cell, ...] = (row.robot, row.contact, row.mass, row.trunk, row.ropc, row.shock_max, row.shock_free)
     cells += (row.shock_com,) * modelled
-    cells += (row.shock_locked, imu, shock, row.effective_mass)
+    cells += (row.shock_locked, *imu, row.effective_mass)
     if fold:
         return (*cells, "tensile" if row.friction_needed == math.inf else row.friction_needed, f"{row.error_bound:.0e}")
     sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
     cells += (row.friction_needed, row.error_bound, row.scene.posture.reference, row.joint_model)
     return (*cells, sensors, "; ".join(row.warnings), None)
-
-
-def failure_lines(batch: Batch) -> list[str]:
-    """What could not be computed and why, one line each."""
-    return [" ".join(filter(None, (one.robot, one.contact))) + f": {one.reason}" for one in batch.failures]
-
-
-def _greatest(row: BatchRow) -> tuple[str | None, float | None]:
-    """The IMU with the greatest shock."""
-    imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
-    if not imus:
-        return None, None
-    name = max(imus, key=imus.__getitem__)
-    return name, imus[name]
 
 
 def _notes(batch: Batch) -> Iterable[str]:

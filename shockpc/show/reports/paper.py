@@ -1,7 +1,9 @@
 """The paper's figures and claims as tables, as text for a terminal, and as a folder of files."""
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.landings import scene
@@ -10,7 +12,10 @@ from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown, as_text
 
-__all__ = ["paper_text", "write_paper"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_paper_figure", "paper_text", "write_paper"]
 
 
 def paper_text(figures: Sequence[PaperFigure]) -> str:
@@ -34,18 +39,26 @@ def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
     Raises:
         OutputError: the folder cannot be written.
     """
-    from shockpc.show.figure.paper import paper_figure_files
+    from shockpc.show.figure.canvas import render
 
     files: dict[str, str | bytes] = {}
     parts = ["## Figures and claims of the paper\n"]
     for figure in figures:
-        files |= paper_figure_files(figure)
+        files |= render(f"figure{figure.number}", functools.partial(draw_paper_figure, figure))
         files |= {f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for panel in figure.panels}
         parts.append(f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n")
     for name, sheet in (("bodies", _bodies_sheet(figures)), ("claims", _claims_sheet(figures))):
         files[f"{name}.csv"] = as_csv(sheet)
         parts.append(as_markdown(sheet))
     write_folder(folder, files | {"paper.md": "\n".join(parts)})
+
+
+def draw_paper_figure(figure: PaperFigure) -> "Figure":
+    """Draw the panels of a figure of the paper side by side."""
+    from shockpc.show.figure.panels import draw_panels
+
+    labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
+    return draw_panels(figure.profiles, f"Figure {figure.number}: {figure.title}", labels, captions, figure.note)
 
 
 def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:

@@ -23,10 +23,9 @@ def catalogue_row(name: str, robot: Robot) -> tuple[Cell, ...]:
     return name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures
 
 
-def catalogue_sheet(rows: list[tuple[Cell, ...]], own: int, unloaded: list[str]) -> Sheet:
-    """Every robot that is known by name: a row each, the project's own first, and what is wrong with those that do not load."""
+def catalogue_sheet(rows: list[tuple[Cell, ...]], own: int) -> Sheet:
+    """Every robot that is known by name: a row each, the project's own first."""
     notes = (
-        *unloaded,
         f"the first {own} come with shockpc, the others with example-robot-data",
         "analyze one: shockpc analyze NAME --contact FOOT",
         "show one with all its links, joints and postures: shockpc robots NAME",
