@@ -94,13 +94,11 @@ def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
         if i == body or any(joint.v.start <= v < joint.v.stop for v in velocities)
     ]
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
+    bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
     return (
         f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
-        "resists it, so the inertia matrix cannot be inverted; "
-        + "bolt the robot's massless root down with --base fixed, or "
-        * light_base
-        + "give mass and inertia in the file (mass on a joint's axis does not resist "
-        "turning about it), or lock the joints with --lock"
+        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the file (mass on a joint's axis "
+        "does not resist turning about it), or lock the joints with --lock"
     )
 
 
@@ -184,7 +182,7 @@ def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None
         name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
         raise SolveError(
             f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
-            f"{posture}{' with ' * bool(at)}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
+            f"{posture}{' with ' if at else ''}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
             f"another posture, such as with --set {fast[-1].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
             "contact or of the strike"
         )
