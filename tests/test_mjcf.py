@@ -10,14 +10,14 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
 
-from shockpc.errors import RobotError
+from shockpc.errors import RobotError, UnknownName
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.profile import shock_profile
 from shockpc.robot.mjcf import compiled
 from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike
+from shockpc.scene import Scene, Strike, robot_of
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
@@ -343,6 +343,19 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
     assert [found.name for found in robot.bodies] == ["base", "b"]
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert "door" not in robot.frames
+
+
+@pytest.mark.parametrize("contact", ["box", "b*"])
+def test_of_several_robots_that_with_the_contact_is_computed(tmp_path: Path, contact: str):
+    """The first body that fits the contact decides; a contact of none of them is an unknown name."""
+    from_text(tmp_path, TWO)
+    scene = Scene(robot=str(tmp_path / "dog.xml"), contact=(Contact(frame="box"),))
+    assert robot_of(Scene(robot=scene.robot), [contact]).links == ("box",)
+    profile = shock_profile(scene)
+    assert 'holds 3 robots that move on their own: "box", which has the contact, is computed' in profile.robot.warnings[0]
+    np.testing.assert_allclose(profile.delta_v, [[0.0, 0.0, 1.0]], atol=1e-15)
+    with pytest.raises(UnknownName):
+        shock_profile(Scene(robot=scene.robot, contact=(Contact(frame="window"),)))
 
 
 def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):

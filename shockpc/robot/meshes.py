@@ -92,6 +92,7 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
             found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
             vertices, triangles = _joined(found)
+            vertices = np.asarray(vertices, dtype=float)
     except (
         RobotError,
         DaeError,

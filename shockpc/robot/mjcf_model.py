@@ -1,6 +1,7 @@
 """The Pinocchio model of a compiled MJCF, and what ties its bodies together beside the tree."""
 
-from collections.abc import Iterable, Iterator
+import fnmatch
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,14 +27,19 @@ _COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,),
 _FREEDOM = {_FREE: 6, _BALL: 3, _SLIDE: 1, _HINGE: 1}
 
 
-def build_mjcf(source: RobotSource) -> Built:
+def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Built:
     """Build the Pinocchio model of an MJCF.
 
     A body with several joints has one composite joint. A free base stands where its configuration says; `body_pos` is only
     where it starts. Its armature, which MuJoCo adds to the inertia matrix like any other, is added to the base as mass and
     rotational inertia at the body's frame, which gives the same matrix; no joint model takes it away.
 
-    Of several robots in one file that with the most joints is built, with those that equalities tie to it.
+    Of several robots in one file that is built which has the first of the frames asked for, or else the most joints, with those
+    that equalities tie to it.
+
+    Args:
+        source: the file.
+        frames: names or globs of bodies, sites and geoms.
 
     Raises:
         RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
@@ -41,7 +47,7 @@ def build_mjcf(source: RobotSource) -> Built:
     found = compiled(source)
     m, file = found.model, source.path.name
     _refuse_extremes(m, file)
-    left_out, notes = _left_out(m, file)
+    left_out, notes = _left_out(m, file, frames)
     tree = _tree(m, file, source.robot_name, np.flatnonzero(~np.isin(m.body_rootid, left_out)).tolist())
     model = tree.model
     # Both count bodies, and the joints of a body, in the same order.
@@ -205,14 +211,22 @@ def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
         yield int(number), ends, bodies
 
 
-def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
+def _left_out(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
     """The top-level bodies that move and do not belong to the robot, and a warning if there are any."""
     roots = np.unique(m.body_rootid[m.body_jntnum > 0])
     mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
         raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
+    places = [(m.body(k).name, k) for k in range(m.nbody)]
+    places += [
+        (item(k).name, int(body))
+        for item, bodies in ((m.site, m.site_bodyid), (m.geom, m.geom_bodyid))
+        for k, body in enumerate(bodies)
+    ]
+    asked = [int(m.body_rootid[body]) for frame in frames for name, body in places if name and fnmatch.fnmatchcase(name, frame)]
     largest = max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))  # a box may weigh more
-    kept = {largest}
+    chosen = next((root for root in asked if root in mass), largest)
+    kept = {chosen}
     ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
     while any(tie & kept and not tie <= kept for tie in ties):
         kept |= set().union(*(tie for tie in ties if tie & kept))
@@ -226,7 +240,8 @@ def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
     if not left:
         return [], ()
     others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
-    said = f'robots that move on their own: "{m.body(largest).name}", with the most joints, is computed, and {others} left out'
+    why = "which has the contact" if chosen in asked else "with the most joints"
+    said = f'robots that move on their own: "{m.body(chosen).name}", {why}, is computed, and {others} left out'
     return left, (f"{file} holds {len(mass)} {said}",)
 
 

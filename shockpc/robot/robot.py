@@ -2,7 +2,7 @@
 
 import fnmatch
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
@@ -322,6 +322,7 @@ def load_robot(
     xacro: Mapping[str, str] | None = None,
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
+    frames: Sequence[str] = (),
 ) -> Robot:
     """Load a robot from a file (URDF, xacro or MJCF, recognised by its content) or by name.
 
@@ -330,16 +331,20 @@ def load_robot(
         xacro: arguments of a xacro file.
         packages: folders of packages, for `package://` and `$(find …)`.
         srdf: a file of reference postures; by default the one found beside the robot.
+        frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
+            loaded, or else the one with the most joints.
 
     Raises:
         UnknownName: no robot has that name.
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
-    build = build_urdf
     if source.kind == "mjcf":
-        from shockpc.robot.mjcf_model import build_mjcf as build
-    built = build(source)
+        from shockpc.robot.mjcf_model import build_mjcf
+
+        built = build_mjcf(source, frames)
+    else:
+        built = build_urdf(source)
     refuse_drives(source.path.name, built.model.nv, float(built.model.armature.max(initial=0.0)))
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:
