@@ -7,6 +7,7 @@ import json
 import math
 import re
 import shlex
+import time
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from test_scene_file import EVERY_KEY
 import shockpc
 import shockpc.show.figure.canvas
 from shockpc import read_scene, shock_profile
+from shockpc.cli import progress
 from shockpc.core.spatial import velocity_at
 from shockpc.scene import GRAVITY
 from shockpc.show.document import to_json
@@ -376,3 +378,15 @@ def test_a_pulse_without_a_sensor_gives_a_warning(capfd):
     words = ("analyze", "solo12", "--contact", "FL_FOOT", "--pulse", "half-sine:2ms")
     assert "warning: a pulse is given, but the robot has no sensor" in good(capfd, *words)
     assert "a pulse is given" not in good(capfd, *words, "--point", "base_link")
+
+
+@pytest.mark.parametrize(("slow", "shown"), [(0.0, "\r\033[Kreading …\r\033[K"), (60.0, "")])
+def test_a_stage_that_takes_long_is_named_on_a_terminal(slow, shown, monkeypatch):
+    """The line is gone when the stage ends; a short stage writes nothing."""
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr(progress, "SLOW", slow)
+    monkeypatch.setattr("sys.stderr", terminal)
+    with progress.ShownTrace().stage("reading"):
+        time.sleep(0.2)
+    assert terminal.getvalue() == shown

@@ -26,9 +26,9 @@ def analyze(
     explain: Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")] = False,
 ) -> None:
     """Compute the shock of a landing on every body of a robot."""
-    from shockpc.trace import Trace
+    from shockpc.cli.progress import ShownTrace
 
-    trace = Trace()
+    trace = ShownTrace()
     with trace.stage("imports"):
         from shockpc.cli.output import body_pattern, check_out, file_names, scene_files, shown
         from shockpc.cli.scenes import scenes_from

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from shockpc.cli.options import OutputOptions
 from shockpc.cli.scenes import ROBOT_SUFFIXES
+from shockpc.cli.streams import complain
 from shockpc.errors import OutputError, SceneError, UnknownName
 from shockpc.printed import listed
 from shockpc.result import ShockProfile
@@ -83,7 +84,7 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
 
     if format_ == "csv":
         for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
-            sys.stderr.write(f"shockpc: warning: {warning}\n")
+            complain(f"warning: {warning}")
     return landings_text(profiles, format_, bodies)
 
 

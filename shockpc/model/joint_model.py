@@ -131,13 +131,12 @@ def _velocities(robot: Robot, pattern: str) -> list[slice]:
 
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
-    """A joint and the one that follows it are held together or not at all."""
+    """A joint and those that it follows are held together, or it and one of them not at all."""
     for mimic in robot.mimics:
-        if mimic.leader not in robot.joint_names:
-            continue
-        leader, follower = (bool(locked[robot.joint(name).v].all()) for name in (mimic.leader, mimic.joint))
-        if leader != follower:
-            held, other = (mimic.leader, mimic.joint) if leader else (mimic.joint, mimic.leader)
+        free = [name for name in mimic.leaders if not locked[robot.joint(name).v].all()]
+        follower = bool(locked[robot.joint(mimic.joint).v].all())
+        if mimic.leaders and follower != (not free):
+            held, other = (mimic.joint, free[0]) if follower else (next(iter(mimic.leaders)), mimic.joint)
             raise SceneError(f'joint "{held}" is locked but "{other}" is geared to it by a mimic; lock both or neither')
 
 

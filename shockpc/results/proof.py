@@ -47,6 +47,11 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
             the posture is so nearly singular that the result is that of no robot.
         SceneError: the mechanism cannot meet its contacts.
     """
+    if not np.isfinite(equation.H).all():
+        raise SolveError(
+            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
+            "precision; give them in kg and m"
+        )
     diagonal = np.diagonal(equation.H[0])
     if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
         raise SolveError(_without_inertia(landing, equation, -1))
@@ -92,13 +97,11 @@ def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
         if i == body or any(joint.v.start <= v < joint.v.stop for v in velocities)
     ]
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
+    bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
     return (
         f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
-        "resists it, so the inertia matrix cannot be inverted; "
-        + "bolt the robot's massless root down with --base fixed, or "
-        * light_base
-        + "give mass and inertia in the file (mass on a joint's axis does not resist "
-        "turning about it), or lock the joints with --lock"
+        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the file (mass on a joint's axis "
+        "does not resist turning about it), or lock the joints with --lock"
     )
 
 
@@ -118,10 +121,12 @@ def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoic
     if excess[worst] <= 0.0:
         return
     name, axis = _direction(equation, int(others[worst]))
+    can_be_freed = landing.base != "free" and landing.robot.free_base and landing.robot.bodies[0].mass
+    freed = ", or free the base" if can_be_freed else ""
     raise SceneError(
-        f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move that way "
-        f'in posture "{landing.scene.posture.reference}", or another contact asks for the opposite; set another posture with --set, '
-        "leave that direction out of the contact or of the strike, or free the base"
+        f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
+        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, take "
+        f"another contact point or posture{freed}"
     )
 
 
@@ -182,7 +187,9 @@ def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None
     if times > UNPHYSICAL:
         rates = np.abs(proof.delta_qd[:, 3])
         fast = [
-            joint for joint in robot.joints[robot.free_base :] if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
+            joint
+            for joint in robot.single_joints[robot.free_base :]
+            if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
         ]
         units = {"rad": (math.degrees(1.0), "deg"), "m": (1.0, "m")}
         fast.sort(key=lambda joint: -float(rates[joint.v][0]))
@@ -190,7 +197,7 @@ def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None
         name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
         raise SolveError(
             f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
-            f"{posture}{' with ' * bool(at)}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
+            f"{posture}{' with ' if at else ''}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
             f"another posture, such as with --set {fast[0].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
             "contact or of the strike"
         )
