@@ -185,11 +185,11 @@ def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None
     robot, posture = landing.robot, f'posture "{landing.scene.posture.reference}"'
     times, body = greatest_motion(landing, proof.jumps[..., 3])
     if times > UNPHYSICAL:
-        rates = np.abs(proof.delta_qd[:, 3])
+        rates, followers = np.abs(proof.delta_qd[:, 3]), {mimic.joint for mimic in robot.mimics}
         fast = [
             joint
             for joint in robot.single_joints[robot.free_base :]
-            if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
+            if joint.axis is not None and joint.name not in followers and rates[joint.v] > 0.01 * rates.max()
         ]
         units = {"rad": (math.degrees(1.0), "deg"), "m": (1.0, "m")}
         fast.sort(key=lambda joint: -float(rates[joint.v][0]))
