@@ -17,6 +17,7 @@ from shockpc.profile import shock_profile
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.robot import load_robot
 from shockpc.scene import Scene, Strike
+from shockpc.show.reports.compare import compare_report
 from shockpc.studies.compare import Design, compare, design_with
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"
@@ -119,6 +120,14 @@ def test_two_landings_of_one_robot_are_told_apart(capfd):
 
 def test_one_robot_has_everything_in_common_with_its_changes(found):
     assert found.unmatched == ()
+
+
+def test_a_warning_names_its_designs():
+    """A knee strikes where the shank reaches lower; both designs do so, the second one on two legs."""
+    dogs = [Design(name, Scene(robot="go2", contact=tuple(Contact(frame=f"{leg}_calf") for leg in legs)), load_robot("go2"))
+            for name, legs in (("one", ["FL"]), ("two", ["FL", "FR"]))]  # fmt: skip
+    closing = compare_report(compare([dogs[0], dogs[0], dogs[1]])).closing
+    assert [line.partition(": ")[0] for line in closing if "reach" in line] == ["warning of A and B", "warning of C"]
 
 
 def test_one_design_is_no_comparison(dog):
