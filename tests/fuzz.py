@@ -158,7 +158,7 @@ def _violations(made: Case, outcome: Outcome, folder: Path) -> list[str]:
     seen = [path.name for path in (folder / "outside").iterdir() if path.stat().st_atime > 1]
     # Documents hold names as they are.
     text = out + err if not {"json", "csv"} & set(words) else "".join(sign for sign in out + err if ord(sign) < 0x80)
-    documents = {"stdout.json": outcome.out} if code == 0 and "json" in words else {}
+    documents = {"stdout.json": outcome.out} if code == 0 and "json" in words and "--help" not in words else {}
     holds = {
         f"exit code {code}": code in (0, 2, 3) or (code == 1 and checks),
         f"files after a failure: {[*outcome.files]}": checks or not (failed and outcome.files),
