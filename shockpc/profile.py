@@ -73,8 +73,9 @@ def proof_of(landing: Landing) -> Proof:
     Raises:
         ShockError: as for `shock_profile`.
     """
-    equation, impact, _ = impact_jumps(landing, landing.q[None])
-    return proven(landing, equation, impact)[1]
+    with one_thread(landing.robot.model.nv):
+        equation, impact, _ = impact_jumps(landing, landing.q[None])
+        return proven(landing, equation, impact)[1]
 
 
 def shock_maps(landing: Landing, Q: Array) -> ShockMaps:

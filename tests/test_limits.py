@@ -10,7 +10,7 @@ import pytest
 from commands import good, run
 from trees import known_robot
 
-from shockpc.errors import StudyError
+from shockpc.errors import SolveError, StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
 from shockpc.paper.landings import robot_of, scene
@@ -155,6 +155,9 @@ def test_a_posture_without_a_result_keeps_no_bound():
     for one in found.limits:
         assert [interval.high_end for interval in one.allowed] == ["bound", "range"]
         assert not inside(one.allowed, 0.0)
+    span = (-1e-9, 1e-9)
+    with pytest.raises(SolveError, match="no posture from .* has a result: no verdict"):
+        limits(base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=1e-9, strikes=(0.0, 0.0))
 
 
 def test_loop_that_cannot_be_closed_ends_the_range():

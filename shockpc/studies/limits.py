@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from shockpc.core.spatial import Array, Plane, cross_matrix
-from shockpc.errors import SceneError, ShockError, StudyError
+from shockpc.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.landing import Landing
 from shockpc.model.assembly import assemble
 from shockpc.model.dynamics import dynamics
@@ -174,6 +174,7 @@ def limits(
 
     Raises:
         StudyError: the question makes no sense, or no value of the joint keeps the bound at any strike.
+        SolveError: no posture of the range has a result.
         ShockError: the landing cannot be computed.
     """
     trace = trace or Trace()
@@ -200,6 +201,8 @@ def limits(
     with trace.stage("scan of the joint"):
         values, Q, unreachable = sweep.postures(np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1))
         gram, refused, inaccurate = sweep.grams(Q)
+        if len(refused) == len(values):
+            raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {refused[0]}")
     unreachable = tuple(sorted((*unreachable, *_ranges(values, refused))))
     own = strike_angle(landing)
     ends: tuple[End, End] = ("range" if values[0] <= low else "loop", "range" if values[-1] >= high else "loop")
