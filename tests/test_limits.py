@@ -156,7 +156,7 @@ def test_a_posture_without_a_result_keeps_no_bound():
         assert [interval.high_end for interval in one.allowed] == ["bound", "range"]
         assert not inside(one.allowed, 0.0)
     span = (-1e-9, 1e-9)
-    with pytest.raises(SolveError, match="no posture from .* has a result: no verdict"):
+    with pytest.raises(SolveError, match=r"no posture in .* has a result: no verdict"):
         limits(base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=1e-9, strikes=(0.0, 0.0))
 
 

@@ -202,7 +202,7 @@ def limits(
         values, Q, unreachable = sweep.postures(np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1))
         gram, refused, inaccurate = sweep.grams(Q)
         if len(refused) == len(values):
-            raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {refused[0]}")
+            raise SolveError(f"no posture in {_span(low, high, unit)} has a result: {refused[0]}")
     unreachable = tuple(sorted((*unreachable, *_ranges(values, refused))))
     own = strike_angle(landing)
     ends: tuple[End, End] = ("range" if values[0] <= low else "loop", "range" if values[-1] >= high else "loop")
