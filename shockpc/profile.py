@@ -36,7 +36,7 @@ CHUNK = 256
 SWIFT = 1e4
 """Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
 
-ILL_CONDITIONED = 1e6
+ILL_CONDITIONED = 3e5
 """Condition above which rounding may show above 1e-9 of a body's motion."""
 
 

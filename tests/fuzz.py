@@ -182,7 +182,7 @@ def _complete(name: str, content: bytes) -> bool:
     except (ValueError, ElementTree.ParseError):
         return False
     end = b"IEND\xaeB`\x82" if name.endswith(".png") else b"\n"
-    return content.endswith(end) and (name.endswith(".shockpc-files") or not Path(name).name.startswith("."))
+    return content.endswith(end) and not re.search(r"(^|/)\.[^/]*\.[a-z0-9_]{8}(\.\w+)?$", name)
 
 
 def main() -> int:

@@ -107,6 +107,12 @@ def test_models_from_mjcf(capfd, here, snapshot, words):
     assert refusal(capfd, here, *words) == snapshot
 
 
+def test_contact_that_cannot_be_stopped(capfd, here):
+    """A posture in which the mechanism cannot give way has no result, and is named."""
+    message = refusal(capfd, here, "analyze", "stick.urdf", "--contact", "foot", "--base", "fixed", code=3)
+    assert contains(message, "no verdict", 'posture "neutral"', "1 m/s", "(0 0 1)", "free the base")
+
+
 # Names and values
 
 
@@ -124,7 +130,7 @@ FOOT:: --angular-velocity 1 | --angular-velocity 1e300,0,0
 FOOT:: --base fixed --angular-velocity 0,2,0 | --base planar --angular-velocity 1,3,0
 FOOT:: --plane zx | --plane 0,1 | --plane 0,0,0 | --plane xy --strike-angle 181
 FOOT:: --plane xy --strike-angle 10 | --plane 0,0,-2 --strike-angle=-0.5 | --restitution 1.5 | --restitution=-0.1
-FOOT:: --armature knee | --armature knee=-1 | --armature root_joint=1 | --joints locked --armature knee=0.1 | --base fixed
+FOOT:: --armature knee | --armature knee=-1 | --armature root_joint=1 | --joints locked --armature knee=0.1
 FOOT:: --pulse square:5ms | --range-g 16 | --range-g=-1 | --lock knee --base fixed
 analyze leg:: --contct heel | --contact | heel
 analyze leg --contact heel:: --format yaml | --base loose | --contact-point deepest

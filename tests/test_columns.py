@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from robot_texts import LIMIT, body, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError
+from shockpc.errors import SceneError, SolveError
 from shockpc.landing import resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
@@ -105,7 +105,7 @@ def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
     place = f'<origin xyz="0 0 0" rpy="{-math.radians(angle)} 0 0"/>' + LIMIT
     robot = robot_from(urdf(link("a"), link("b"), joint("j", "a", "b", kind, "0 1 0", place)))
     point = Contact(frame="b", offset=(0.0, 0.3, 0.0), directions=("z",))
-    with pytest.raises(SceneError, match=r'"b" cannot be stopped: 1 m/s .* \(0 0 1\)'):
+    with pytest.raises(SolveError, match=r'"b" cannot be stopped .* 1 m/s .* \(0 0 1\)'):
         shock_profile(Scene(robot="r", base="fixed", contact=(point,), posture=Posture(base_rpy_deg=(angle, 0.0, 0.0))), robot)
 
 

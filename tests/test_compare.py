@@ -10,7 +10,7 @@ from itertools import pairwise
 import pytest
 from commands import good, run
 
-from shockpc.errors import SceneError, StudyError
+from shockpc.errors import SolveError, StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.profile import shock_profile
@@ -138,7 +138,7 @@ def test_one_design_is_no_comparison(dog):
 def test_a_refusal_names_the_design(dog):
     """Two scenes of one robot cannot be told apart by the robot's name."""
     across = dataclasses.replace(dog.scene, strike=Strike(velocity=(0.0, 1.0, -1.0)), base="planar", joints=Joints(model="locked"))
-    with pytest.raises(SceneError, match=r"^across: contact .* cannot be stopped"):
+    with pytest.raises(SolveError, match=r"^across: no verdict: contact .* cannot be stopped"):
         compare([dog, Design("across", across, dog.robot)])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, is_singular, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.diagnostic import Diagnostic
-from shockpc.errors import SceneError, SolveError
+from shockpc.errors import SolveError
 from shockpc.exact.equation import SingularError
 from shockpc.exact.proof import Proof, prove
 from shockpc.exact.solution import Inputs
@@ -43,9 +43,8 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         impact: solution of that in double precision.
 
     Raises:
-        SolveError: no inertia resists a motion, rows that should be independent are not, rounding decides whether they are, or
-            the posture is so nearly singular that the result is that of no robot.
-        SceneError: the mechanism cannot meet its contacts.
+        SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rows that should be independent are not,
+            rounding decides whether they are, or the posture is so nearly singular that the result is that of no robot.
     """
     if not np.isfinite(equation.H).all():
         raise SolveError(
@@ -123,10 +122,10 @@ def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoic
     name, axis = _direction(equation, int(others[worst]))
     can_be_freed = landing.base != "free" and landing.robot.free_base and landing.robot.bodies[0].mass
     freed = ", or free the base" if can_be_freed else ""
-    raise SceneError(
-        f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
-        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, take "
-        f"another contact point or posture{freed}"
+    raise SolveError(
+        f'no verdict: {name} cannot be stopped in posture "{landing.scene.posture.reference}": {abs(left[worst]):.3g} m/s are left '
+        f"along ({axis}), because the mechanism cannot move that way here, or another contact asks for the opposite; leave that "
+        f"direction out of the contact or of the strike, take another contact point or posture{freed}"
     )
 
 

@@ -349,7 +349,8 @@ def load_robot(
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:
         R = place.rotation
-        place.rotation = 0.5 * R @ (3.0 * np.eye(3) - R.T @ R)
+        # By einsum, whose rounding is the same on every processor.
+        place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
     return Robot(source, **built._asdict())
 
 
