@@ -99,7 +99,7 @@ def test_a_planar_robot_on_a_fixed_base_does_not_move_across_its_plane(mechanism
         assert np.abs(equation.J_c[0, 1]).max() < 1e-14
 
 
-@given(st.floats(-180.0, 180.0), st.sampled_from(["prismatic", "revolute"]))
+@given(st.floats(-180.0, 180.0).map(lambda angle: round(angle, 12)), st.sampled_from(["prismatic", "revolute"]))
 def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
     """A level slide, or a point on the axis of a level hinge, strikes downwards: rounding of the rotations is no motion."""
     place = f'<origin xyz="0 0 0" rpy="{-math.radians(angle)} 0 0"/>' + LIMIT
