@@ -5,8 +5,12 @@ import difflib
 import io
 import json
 import math
+import os
+import pty
 import re
 import shlex
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -218,12 +222,26 @@ def test_explain(capfd, here):
     *times, total = [float(time) for time, _ in lines]
     assert total == pytest.approx(sum(times), abs=0.01 * len(times))
     names = [name for _, name in lines]
-    assert (names[:2], names[-2:]) == (["imports", "robot file"], ["output", "in all"])
+    assert (names[:2], names[-2:]) == (["imports", "robot file"], ["output: tables, figures, files", "in all"])
     assert "figure, and matplotlib with it: no --out\n" in skipped
     assert "peak accelerations: no pulse is given\n" in skipped
     err = run(capfd, *words, "--explain", "--pulse", "half-sine:5ms", "--out", "out").err
     assert "figure" not in err.partition("what did not run\n")[2]
     assert "peak accelerations: " not in err
+
+
+def test_progress_is_one_line_of_a_terminal(here):
+    """What is being done replaces what was; nothing stays when the command has ended, and a message begins its own line."""
+    for words, end in ((("--contact", "lf_foot"), ""), (("--contact", "lf_fot"), "shockpc: no link or frame")):
+        master, slave = pty.openpty()
+        command = [sys.executable, "-m", "shockpc", "analyze", *DOG, *words]
+        subprocess.run(command, stdout=subprocess.DEVNULL, stderr=slave, check=False)
+        os.close(slave)
+        steps = os.read(master, 1 << 16).decode().split("\r\033[K")
+        os.close(master)
+        assert "robot file" in steps
+        assert steps[-1].startswith(end)
+        assert bool(steps[-1]) == bool(end)
 
 
 # Files

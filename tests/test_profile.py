@@ -11,10 +11,11 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError, SolveError
+from shockpc.landing import resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc.profile import shock_maps, shock_profile
 from shockpc.results.percussion import ROUNDED
 from shockpc.scene import GRAVITY, Point, Scene, Strike
 
@@ -306,6 +307,20 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
     )
 
 
+@pytest.mark.parametrize("dust", ["0", "2.4e-35"])
+def test_a_point_mass_on_a_ball_joint_has_no_verdict(dust):
+    """Nothing resists its turning about the line through its centre, save what rounding made of a zero."""
+    moments = f'<inertia ixx="0" ixy="0" ixz="{dust}" iyy="0" iyz="0" izz="0"/>'
+    head = f'<link name="head"><inertial><origin xyz="0.02 -0.11 0"/><mass value="1.3"/>{moments}</inertial></link>'
+    axes = {"roll": "1 0 0", "pitch": "0 1 0", "yaw": "0 0 1"}
+    chain = ["box", "neck_1", "neck_2", "head"]
+    hinges = [joint(name, *chain[k : k + 2], "continuous", axis) for k, (name, axis) in enumerate(axes.items())]
+    robot = robot_from(urdf(link("box"), '<link name="neck_1"/><link name="neck_2"/>', head, *hinges))
+    contact, bent = [Contact(frame="box", offset=(0.3, 0.1, -0.2))], Posture(joints={"pitch": 0.1})
+    assert "can move, but no mass or inertia resists it" in refusal(robot, contact, kind=SolveError, posture=bent)
+    land(robot, contact, posture=bent, joints=Joints(locked=("*",)))
+
+
 @pytest.mark.parametrize("inertia", ["1e-6", "1e-12", "1e-16"])
 def test_a_tiny_inertia_goes_to_its_limit(inertia):
     """As the inertia of the bob vanishes the shock tends to a limit."""
@@ -390,3 +405,15 @@ def test_the_joint_model_of_a_go2_decides_the_jump_of_its_trunk():
 
     found = [jump(), *(jump(armature={"*": a}) for a in (0.01, 0.05, 0.2)), jump(model="locked")]
     np.testing.assert_allclose(found, [-0.003, 0.07, 0.25, 0.48, 0.80], atol=0.006)  # two digits were written down
+
+
+def test_wrong_calls_are_refused_in_words(tmp_path):
+    """A robot's name is no scene, a path may be a Path, and a configuration holds rotations."""
+    with pytest.raises(SceneError, match="'anymal_b' is not a Scene"):
+        shock_profile("anymal_b")
+    file = tmp_path / "r.urdf"
+    file.write_text(urdf(link("box")))
+    profile = shock_profile(Scene(robot=file, contact=Contact(frame="box", offset=(0.1, 0.0, -0.1))))
+    for wrong in (0.0, np.nan):
+        with pytest.raises(SceneError, match="row 1 of Q"):
+            shock_maps(resolve(profile.scene, profile.robot), np.stack([profile.q, profile.q * wrong]))

@@ -5,6 +5,7 @@ import io
 import os
 import sys
 
+from shockpc.cli.progress import doing
 from shockpc.cli.signals import interrupted_code, was_interrupted
 from shockpc.cli.streams import deliver
 from shockpc.errors import ShockError
@@ -31,6 +32,7 @@ def main(arguments: list[str] | None = None) -> None:
             code = app_for(words)(words or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
         if code == TYPER_INTERRUPTED:
             raise KeyboardInterrupt
+        doing()
         deliver(printed.getvalue())
     except KeyboardInterrupt:
         code = _stopped()
@@ -85,5 +87,6 @@ def _is_robot(word: str) -> bool:
 
 def _complain(message: str, code: int) -> int:
     """One message on standard error, on one line whatever the names in it hold."""
+    doing()
     sys.stderr.write(f"shockpc: {printable(message)}\n")
     return code

@@ -1,4 +1,4 @@
-"""How far a long command is: one line on standard error, on a terminal alone."""
+"""How far a command is: one line on standard error, on a terminal alone, which goes before anything else is written there."""
 
 import sys
 import time
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from shockpc.cli.signals import was_interrupted
 
-__all__ = ["progress"]
+__all__ = ["doing", "progress"]
 
 
 def progress(what: str, total: int) -> Callable[..., None]:
@@ -27,10 +27,15 @@ def progress(what: str, total: int) -> Callable[..., None]:
         if was_interrupted():
             # A signal that comes while a library calls back is lost there.
             raise KeyboardInterrupt
-        if sys.stderr.isatty():
-            rate = count / max(time.monotonic() - start, 1e-9)
-            text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
-            sys.stderr.write("\r\033[K" + (text if count < total else ""))
-            sys.stderr.flush()
+        rate = count / max(time.monotonic() - start, 1e-9)
+        text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
+        doing(text if count < total else "")
 
     return show
+
+
+def doing(what: str = "") -> None:
+    """Replace the line by what is being done; by nothing, to remove it."""
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r\033[K{what}")
+        sys.stderr.flush()

@@ -13,6 +13,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model import CHECKED
+from shockpc.printed import listed
 from shockpc.robot.robot import Robot
 
 __all__ = ["LARGEST", "JointModel", "Joints", "Rotor", "joint_model"]
@@ -98,7 +99,8 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     for pattern, inertia in given.items():
         if not inertia > 0.0:
             raise SceneError(
-                f'armature of "{pattern}" is {inertia:g}; a reflected inertia has to be above zero; for none use model = "free"'
+                f'armature of "{pattern}" is {inertia:g}; a reflected inertia has to be above zero; '
+                'for none use model = "free" (--joints free)'
             )
         for columns in _velocities(robot, pattern):
             armature[columns] = inertia
@@ -132,13 +134,12 @@ def _velocities(robot: Robot, pattern: str) -> list[slice]:
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
     """A joint and the one that follows it are held together or not at all."""
-    for mimic in robot.mimics:
-        if mimic.leader not in robot.joint_names:
-            continue
-        leader, follower = (bool(locked[robot.joint(name).v].all()) for name in (mimic.leader, mimic.joint))
-        if leader != follower:
-            held, other = (mimic.leader, mimic.joint) if leader else (mimic.joint, mimic.leader)
-            raise SceneError(f'joint "{held}" is locked but "{other}" is geared to it by a mimic; lock both or neither')
+    for leader in dict.fromkeys(mimic.leader for mimic in robot.mimics if mimic.leader in robot.joint_names):
+        geared = [leader, *(mimic.joint for mimic in robot.mimics if mimic.leader == leader)]
+        held = [name for name in geared if locked[robot.joint(name).v].all()]
+        if held and held != geared:
+            others = listed(name for name in geared if name not in held)
+            raise SceneError(f"joint {listed(held, 1)} is locked but geared by a mimic to {others}; lock all of these or none")
 
 
 def _named(armature: Array, locked: np.ndarray) -> str:

@@ -17,7 +17,6 @@ from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
 from shockpc.printed import few, listed
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.results.speed import normalising_speed
-from shockpc.robot.robot import Robot
 
 __all__ = ["UNPHYSICAL", "greatest_motion", "nearly_singular", "proven"]
 
@@ -139,19 +138,22 @@ def greatest_motion(landing: Landing, jumps: Array) -> tuple[float, int]:
     """
     contacts = landing.rows(landing.state)[: len(landing.contacts)]
     fastest = max(float(np.linalg.norm(contact_velocity(landing, landing.state, block))) for block in contacts)
-    speeds = _speeds(landing.robot, jumps)
+    speeds = _speeds(landing, jumps)
     return float(speeds.max()) / fastest, int(np.argmax(speeds))
 
 
-def _speeds(robot: Robot, jumps: Array) -> Array:
-    """Speed (nb,) of the centre of mass, or the rotation times the radius of gyration if that is more. Args: jumps (nb, 6)."""
-    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
-    return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * robot.gyration))
+def _speeds(landing: Landing, jumps: Array) -> Array:
+    """Speed (nb,) of the centre of mass, or rotation times the largest radius of gyration if that is more. Args: jumps (nb, 6).
+
+    The largest of all bodies, since a body without rotational inertia, or with what rounding of the file left of it, may spin most.
+    """
+    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], landing.robot.coms), axis=1)
+    return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * landing.robot.gyration.max()))
 
 
 def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
     """A warning where strikes in other directions than the scene's have no verdict in its posture."""
-    most = max(float(_speeds(landing.robot, proof.jumps[..., k]).max()) for k in range(3))
+    most = max(float(_speeds(landing, proof.jumps[..., k]).max()) for k in range(3))
     if most <= UNPHYSICAL:
         return ()
     text = (
@@ -162,9 +164,11 @@ def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
 
 
 def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None:
-    """Refuse a posture so nearly singular that the impact is that of no robot."""
+    """Refuse an inertia or a posture so nearly singular that the impact is that of no robot."""
     robot, posture = landing.robot, f'posture "{landing.scene.posture.reference}"'
     times, body = greatest_motion(landing, proof.jumps[..., 3])
+    if times > UNPHYSICAL and is_singular(equation.H[0]):
+        raise SolveError(_without_inertia(landing, equation, -1))
     if times > UNPHYSICAL:
         rates = np.abs(proof.delta_qd[:, 3])
         fast = [
