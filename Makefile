@@ -2,7 +2,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
-.PHONY: demo paper gallery test check bench soak install clean
+.PHONY: demo paper gallery test check bench soak fuzz install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -46,6 +46,10 @@ N ?= 100000
 FROM ?= 0
 soak: .venv/.dev
 	@"$(BIN)/python" tests/soak.py "$(N)" --from "$(FROM)"
+
+# Commands on hostile files; after an interrupt it says how to continue.
+fuzz: .venv/.dev
+	@"$(BIN)/python" tests/fuzz.py "$(N)" --from "$(FROM)"
 
 install: .venv/.run
 

@@ -224,7 +224,7 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> 
     rates, given = np.zeros(robot.model.nv), np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
         given[:6] = True
-    followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
+    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
     for pattern, rate in scene.strike.joint_velocities.items():
         for name in robot.match_joints(pattern):
             joint = robot.joint(name)
@@ -233,7 +233,7 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> 
                 raise SceneError(f'joint "{name}" has {degrees} degrees of freedom, so one rate cannot set it; leave it out')
             if name in followers:
                 if name == pattern:
-                    raise SceneError(f'joint "{name}" follows joint "{followers[name]}"; give the rate of that one')
+                    raise SceneError(f'joint "{name}" follows {followers[name]}; give the rate of that')
                 continue
             if joints.locked[joint.v].any() and rate != 0.0:
                 raise SceneError(
@@ -245,8 +245,7 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> 
         # A follower never moves by itself, so its rate is as good as given.
         follower = robot.joint(mimic.joint).v
         given[follower] = True
-        if mimic.leader in robot.joint_names:
-            rates[follower] = mimic.multiplier * rates[robot.joint(mimic.leader).v]
+        rates[follower] = sum(multiplier * rates[robot.joint(leader).v] for leader, multiplier in mimic.leaders.items())
     return Motion(velocity, omega, rates), given
 
 

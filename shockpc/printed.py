@@ -1,8 +1,9 @@
 """How names from files are printed: without characters that control a terminal or the direction of text, and not too many."""
 
+import re
 from collections.abc import Iterable, Sequence
 
-__all__ = ["few", "listed", "printable"]
+__all__ = ["few", "listed", "message", "printable"]
 
 
 def printable(text: str, most: int | None = None) -> str:
@@ -17,6 +18,11 @@ def printable(text: str, most: int | None = None) -> str:
     if most is None or len(text) <= most:
         return text
     return f"{text[: most // 2]}…{text[len(text) - (most - 1 - most // 2) :]}"
+
+
+def message(text: str) -> str:
+    """A message on one line of at most 2000 characters, in which quoted names of more than 160 are shortened to 80."""
+    return printable(re.sub('"([^"]{161,})"', lambda name: f'"{printable(name[1], 80)}"', text), 2000)
 
 
 def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:

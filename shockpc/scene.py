@@ -8,7 +8,7 @@ start of every command by a third.
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -243,14 +243,19 @@ def check_scene(scene: Scene) -> Scene:
     return found
 
 
-def robot_of(scene: Scene) -> Robot:
+def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
     """Load the robot of a scene, with its xacro arguments, packages and postures.
+
+    Args:
+        scene: the scene.
+        frames: names or globs of the contacts, where they are not in the scene yet.
 
     Raises:
         ShockError: a field of the scene is not valid, or the robot cannot be read.
     """
     scene = check_scene(scene)
-    return load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf)
+    frames = frames or [contact.frame for contact in scene.contact]
+    return load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf, frames=frames)
 
 
 def read_scene(path: Path | str) -> Scene:

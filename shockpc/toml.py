@@ -20,6 +20,8 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from shockpc.paths import read_file
+
 __all__ = ["checked", "inline", "numbers", "reading", "toml_lines", "unknown_key"]
 
 
@@ -36,18 +38,11 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
     """
     import tomllib
 
-    if path.is_fifo() or path.is_char_device() or path.is_block_device():
-        raise error(f'"{path}" is a pipe or a device; save what it gives in a file')
+    data = read_file(path, f"{what} file", error)
     try:
-        yield tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        yield tomllib.loads(data.decode("utf-8-sig"))
     except error as refusal:
         raise error(f"{path}: {refusal}") from None
-    except FileNotFoundError:
-        raise error(f'no {what} file "{path}" (looked in {Path.cwd()})') from None
-    except IsADirectoryError:
-        raise error(f'"{path}" is a folder; give the {what} file in it') from None
-    except OSError as refusal:
-        raise error(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except UnicodeDecodeError:
         known = "a robot file is URDF, xacro or MJCF, and all of these are text"
         raise error(f"{path} is not UTF-8 text; a {what} file is TOML, {known}") from None
@@ -56,8 +51,7 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
     except RecursionError:
         raise error(f"{path} is nested hundreds of levels deep; a {what} file needs four") from None
     except ValueError:
-        found = "is no path of a file: it holds a NUL character" if "\0" in str(path) else "holds an integer of thousands of digits"
-        raise error(f'"{path}" {found}'.replace("\0", "\\0")) from None
+        raise error(f'"{path}" holds an integer of thousands of digits') from None
 
 
 @functools.cache

@@ -12,26 +12,19 @@ __all__ = ["Trace", "Traced", "derived"]
 class Trace:
     """Collects the stages of one run.
 
-    Args:
-        announce: is called with the name of the stage that runs, whenever another one does; empty where none does.
-
     Attributes:
         seconds: of each stage by its name, without the stages inside it.
         left_out: what the scene did not need, with the reason.
     """
 
-    def __init__(self, announce: Callable[[str], object] = str) -> None:
-        self.announce = announce
+    def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.left_out: dict[str, str] = {}
         self._inside = 0.0
-        self._stage = ""
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Time what happens inside."""
-        outer, self._stage = self._stage, name
-        self.announce(name)
         start, before = time.perf_counter(), self._inside
         self._inside = 0.0
         try:
@@ -40,8 +33,6 @@ class Trace:
             taken = time.perf_counter() - start
             self.seconds[name] = self.seconds.get(name, 0.0) + taken - self._inside
             self._inside = before + taken
-            self._stage = outer
-            self.announce(outer)
 
     def skip(self, what: str, why: str) -> None:
         """Note a part that was not computed."""

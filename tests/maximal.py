@@ -254,13 +254,11 @@ class _Mechanism:
         return Rows(wrench, torque, b)
 
     def mimic(self, mimic):
-        """q̇_follower - multiplier · q̇_leader = 0, as torques on both; the package leaves the follower out instead."""
+        """q̇_follower - Σ multiplier · q̇_leader = 0, as torques on all; the package leaves the follower out instead."""
         velocity = {joint.name: joint.v.start for joint in self.robot.joints}
-        follower, leader = (self.place.get(velocity.get(name, -1)) for name in (mimic.joint, mimic.leader))
-        if follower is None:
-            return {}
-        row = {follower: self.math.number(1.0)}
-        return row if leader is None else row | {leader: -self.math.number(float(mimic.multiplier))}
+        row = {self.place.get(velocity[name]): -self.math.number(float(by)) for name, by in mimic.leaders.items()}
+        row = {self.place.get(velocity[mimic.joint]): self.math.number(1.0)} | row
+        return {} if next(iter(row)) is None else {place: by for place, by in row.items() if place is not None}
 
     def world(self, body, point):
         """A point of a body in the world; body -1 is the world itself."""

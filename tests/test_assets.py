@@ -103,6 +103,18 @@ def test_package_xml_names_the_package(dog: Path, monkeypatch: pytest.MonkeyPatc
         assert read(renamed).folders.asset("package://dog_description/meshes/trunk one.stl").parent == renamed / "meshes"
 
 
+@pytest.mark.parametrize(("home", "opened"), [("elsewhere", "ws"), ("ws/home", "ws/robot")])
+def test_without_a_package_the_folder_above_is_open(
+    home: str, opened: str, dog: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Meshes often lie beside the folder of the file; a folder that holds the home folder is nobody's package."""
+    monkeypatch.setenv("HOME", str(tmp_path / home))
+    robot = tmp_path / "ws" / "robot" / "dog.urdf"
+    robot.parent.mkdir()
+    robot.write_text(arm())
+    assert read_source(str(robot)).folders.allowed == (tmp_path / opened,)
+
+
 OUTSIDE = ("../../../secret.stl", "{top}/secret.stl", "file://{top}/secret.stl", "link.stl", "folder/secret.stl")
 
 

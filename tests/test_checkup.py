@@ -189,7 +189,7 @@ def test_mimic_is_listed(tmp_path: Path):
     text = arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="lead" multiplier="-2" offset="0.1"/>'))
     text = text.replace("</robot>", f"{link('third')}{joint('lead', 'base', 'third')}</robot>")
     assert findings(tmp_path, text) == (
-        Finding("note", 'joint "elbow"', 'mimics "lead" with multiplier -2 and offset 0.1; it adds no freedom of its own'),
+        Finding("note", 'joint "elbow"', 'mimics joint "lead" with multiplier -2 and offset 0.1; it adds no freedom of its own'),
     )
 
 

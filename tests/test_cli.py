@@ -5,12 +5,9 @@ import difflib
 import io
 import json
 import math
-import os
-import pty
 import re
 import shlex
-import subprocess
-import sys
+import time
 
 import numpy as np
 import pytest
@@ -20,6 +17,7 @@ from test_scene_file import EVERY_KEY
 import shockpc
 import shockpc.show.figure.canvas
 from shockpc import read_scene, shock_profile
+from shockpc.cli import progress
 from shockpc.core.spatial import velocity_at
 from shockpc.scene import GRAVITY
 from shockpc.show.document import to_json
@@ -222,26 +220,12 @@ def test_explain(capfd, here):
     *times, total = [float(time) for time, _ in lines]
     assert total == pytest.approx(sum(times), abs=0.01 * len(times))
     names = [name for _, name in lines]
-    assert (names[:2], names[-2:]) == (["imports", "robot file"], ["output: tables, figures, files", "in all"])
+    assert (names[:2], names[-2:]) == (["imports", "robot file"], ["output", "in all"])
     assert "figure, and matplotlib with it: no --out\n" in skipped
     assert "peak accelerations: no pulse is given\n" in skipped
     err = run(capfd, *words, "--explain", "--pulse", "half-sine:5ms", "--out", "out").err
     assert "figure" not in err.partition("what did not run\n")[2]
     assert "peak accelerations: " not in err
-
-
-def test_progress_is_one_line_of_a_terminal(here):
-    """What is being done replaces what was; nothing stays when the command has ended, and a message begins its own line."""
-    for words, end in ((("--contact", "lf_foot"), ""), (("--contact", "lf_fot"), "shockpc: no link or frame")):
-        master, slave = pty.openpty()
-        command = [sys.executable, "-m", "shockpc", "analyze", *DOG, *words]
-        subprocess.run(command, stdout=subprocess.DEVNULL, stderr=slave, check=False)
-        os.close(slave)
-        steps = os.read(master, 1 << 16).decode().split("\r\033[K")
-        os.close(master)
-        assert "robot file" in steps
-        assert steps[-1].startswith(end)
-        assert bool(steps[-1]) == bool(end)
 
 
 # Files
@@ -396,3 +380,15 @@ def test_a_pulse_without_a_sensor_gives_a_warning(capfd):
     words = ("analyze", "solo12", "--contact", "FL_FOOT", "--pulse", "half-sine:2ms")
     assert "warning: a pulse is given, but the robot has no sensor" in good(capfd, *words)
     assert "a pulse is given" not in good(capfd, *words, "--point", "base_link")
+
+
+@pytest.mark.parametrize(("slow", "shown"), [(0.0, "\r\033[Kreading …\r\033[K"), (60.0, "")])
+def test_a_stage_that_takes_long_is_named_on_a_terminal(slow, shown, monkeypatch):
+    """The line is gone when the stage ends; a short stage writes nothing."""
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr(progress, "SLOW", slow)
+    monkeypatch.setattr("sys.stderr", terminal)
+    with progress.ShownTrace().stage("reading"):
+        time.sleep(0.2)
+    assert terminal.getvalue() == shown

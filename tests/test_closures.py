@@ -102,7 +102,8 @@ def test_rows_and_independent_coordinates_agree(name):
     K = [closure_rows(model, q, closure) for closure in found.closure]
     for mimic in robot.mimics:
         row = np.zeros((1, model.nv))
-        row[:, robot.joint(mimic.joint).v], row[:, robot.joint(mimic.leader).v] = 1.0, -mimic.multiplier
+        for name, factor in {mimic.joint: -1.0, **mimic.leaders}.items():
+            row[:, robot.joint(name).v] = factor
         K.append(row)
     K = np.concatenate(K)
     stacked, _ = dense.solve(H, np.concatenate([J, K]), np.concatenate([b, np.zeros(len(K))]))

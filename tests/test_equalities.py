@@ -1,4 +1,4 @@
-"""Equalities of MJCF files (connect, weld, joint) compared with MuJoCo's own constraint rows and residuals."""
+"""Equalities of MJCF files (connect, weld, joint, fixed tendon) compared with MuJoCo's own constraint rows and residuals."""
 
 import mujoco
 import numpy as np
@@ -172,6 +172,9 @@ FOLLOW = '<joint joint1="q" joint2="s" polycoef="0.1 -0.7 0 0 0"{}/>'
 LED = '<joint joint1="p" joint2="q" polycoef="-0.2 2 0 0 0"/>'
 ROUND = '<joint joint1="p" joint2="q" polycoef="-0.05 0.25 0 0 0"/>'
 TWICE = '<joint joint1="q" joint2="p" polycoef="0.2 4 0 0 0"{}/>'
+A = '<fixed name="A"><joint joint="q" coef="0.5"/><joint joint="s" coef="-0.3"/><joint joint="p" coef="2"/></fixed>'
+B = '<fixed name="B"><joint joint="r" coef="1"/><joint joint="s" coef="1.1"/></fixed>'
+TENDONS = f"</equality><tendon>{A}{B}</tendon><equality>"
 
 
 @pytest.mark.parametrize(
@@ -183,11 +186,17 @@ TWICE = '<joint joint1="q" joint2="p" polycoef="0.2 4 0 0 0"{}/>'
         (FOLLOW + '<joint joint1="s" polycoef="0.3 0 0 0 0"/>', None, 3),
         (FOLLOW + '<joint joint1="r" joint2="q" polycoef="0.1 0.5 0 0 0"/>' + LED, None, 2),
         (FOLLOW + '<joint joint1="p" joint2="s" polycoef="0 3 0 0 0"/>', None, 3),
-        # The remedies that the refusal of two equalities of one joint names.
+        (FOLLOW + TWICE, None, 3),
+        (TENDONS + '<tendon tendon1="A" polycoef="0.1 0 0 0 0"/>', None, 4),
+        (TENDONS + '<tendon tendon1="A" tendon2="B" polycoef="0.1 0.7 0 0 0"/>' + FOLLOW, None, 3),
+        (TENDONS + FOLLOW + '<tendon tendon1="A"/><tendon tendon1="B"/>', None, 2),
         (FOLLOW + ROUND, FOLLOW + TWICE, 3),
         (FOLLOW + TWICE.replace("{}", ' active="false"'), FOLLOW, 4),
     ],
-    ids=["one", "chain", "chain in the other order", "of a joint that holds", "by two", "of one leader", "inverted", "inactive"],
+    ids=[
+        *("one", "chain", "chain in the other order", "of a joint that holds", "by two", "of one leader", "twice"),
+        *("fixed tendon", "of another", "of all three", "inverted", "inactive"),
+    ],
 )
 def test_followers_are_mujoco_s(tie, same, left):
     """MuJoCo's rows are zero on every column of G, and its residuals zero where the followers stand."""
@@ -219,7 +228,7 @@ def test_a_joint_equality_without_a_leader_holds_the_joint(ref):
     np.testing.assert_allclose(mujoco_of(text, profile.q)[1], [0.0], atol=1e-15)
     assert profile.q[robot.joint("q").q] == pytest.approx(ref + 0.1, abs=1e-15)
     assert profile.delta_qd[robot.joint("q").v] == 0.0
-    assert robot.mimics == (Mimic("q", "", 0.0, ref + 0.1),)
+    assert robot.mimics == (Mimic("q", {}, ref + 0.1),)
 
 
 # Active or not
@@ -259,12 +268,12 @@ def test_equalities_that_are_not_active_are_left_out(default, words, active):
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
-        (chains(FOLLOW.format("") + TWICE.format("")), ('joint1="q"',)),
+        (chains(FOLLOW.format("") + LED + TWICE.format("")), ('ties "q", "p", but',)),
         (amid_scenery(f'<connect body1="foot" body2="pole" {HELD}/>', FIXED), ("MuJoCo", "'pole'")),
         (amid_scenery('<weld site1="on_foot" site2="post"/>', FIXED), ("MuJoCo", "'post'")),
         (amid_scenery('<joint joint1="p" joint2="t"/>', '<joint name="t" type="ball"/>'), ("MuJoCo", "HINGE and SLIDE")),
     ],
-    ids=["one joint twice", "no such body", "no such site", "a ball joint"],
+    ids=["followers alone", "no such body", "no such site", "a ball joint"],
 )
 def test_equalities_that_cannot_be_are_refused(text, parts):
     """The message names the joint, or repeats what MuJoCo says."""

@@ -16,10 +16,11 @@ PAYLOAD = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass="
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder for the robot, with a secret beside it."""
+    """A package for the robot, with a secret beside it."""
     (tmp_path / "secret.xacro").write_text(xacro(link("secret")))
     (tmp_path / "secret.yaml").write_text("mass: 3\n")
     (tmp_path / "dog").mkdir()
+    (tmp_path / "dog" / "package.xml").touch()
     return tmp_path / "dog"
 
 

@@ -4,6 +4,7 @@ import math
 import struct
 import sys
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -162,6 +163,9 @@ WRITERS = {
     ),
     "t.dae": lambda path: path.write_text(collada((TETRAHEDRON, FACES))),
     "t.ply": ply,
+    "t.msh": lambda path: path.write_bytes(
+        np.int32([4, 1, 2, 4]).tobytes() + np.float32([*TETRAHEDRON.ravel(), *range(7)]).tobytes() + np.int32(FACES).tobytes()
+    ),
 }
 
 
@@ -282,6 +286,9 @@ BROKEN = {
     "later.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 nan\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 4",
     "gap.dae": collada((TETRAHEDRON, FACES)).replace("#s0", "#nowhere").encode(),
     "what.xyz": b"0 0 0",
+    "cut.msh": b"\4\0\0\0",
+    "long.msh": np.int32([-3, 0, 0, 3, 0, 0, 0]).tobytes(),
+    "beyond.msh": np.int32([0, 0, 0, 1, 0, 1, 2]).tobytes(),
 }
 
 
@@ -367,6 +374,19 @@ def test_mjcf_meshes_are_read_where_they_are_needed(tmp_path):
     (warning,) = seen.warnings
     assert warning.startswith('a visual shape could not be read (link "b": ')
     assert '"gone.stl" is missing' in warning
+
+
+def test_mjcf_meshes_are_where_mujoco_has_them(tmp_path):
+    """Its vertices are those of the file, moved from refpos, turned back by refquat, and scaled; ours keep their digits."""
+    WRITERS["t.obj"](tmp_path / "t.obj")
+    asset = '<mesh name="t" file="t.obj" scale="2 -1 0.5" refpos="0.1 0.2 0.3" refquat="0.8 0.2 -0.3 0.4"/>'
+    robot = mjcf(tmp_path, asset, '<geom type="mesh" mesh="t" pos="0.5 0.1 -0.2" euler="10 20 30"/>')
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "r.xml"))
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[-1])
+    expected = model.mesh_vert @ turn.reshape(3, 3).T + model.geom_pos[-1]
+    _, (shape,) = outline(robot, "collision").shapes
+    assert np.abs(shape.mesh.vertices[:, None] - expected).max(axis=-1).min(axis=1).max() < 1e-6
 
 
 @pytest.mark.parametrize(

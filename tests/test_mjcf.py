@@ -10,9 +10,14 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
 
-from shockpc.errors import RobotError
+from shockpc.errors import RobotError, UnknownName
+from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
+from shockpc.model.posture import Posture
+from shockpc.profile import shock_profile
 from shockpc.robot.mjcf import compiled
 from shockpc.robot.robot import Robot
+from shockpc.scene import Scene, Strike, robot_of
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
@@ -246,7 +251,35 @@ def test_limits_are_in_radians_and_metres(tmp_path: Path):
     robot = from_text(tmp_path, READ["three joints of one body"])
     assert [part.kind for part in robot.joints[1].parts] == ["prismatic", "revolute", "ball"]
     assert robot.joints[1].parts[1].limits == pytest.approx((-np.pi / 18, np.pi / 9))
-    assert robot.joint_names == ("b_joint_1+mid+b_joint_3",)
+    assert robot.joint_names == ("b_joint_1", "mid", "b_joint_3")
+
+
+PLANAR = '<joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/><joint name="pitch" axis="0 1 0"/>'
+
+
+def test_joints_of_one_body_are_set_driven_and_locked_by_their_names(tmp_path: Path):
+    """A planar trunk: the jump is that of MuJoCo's matrices with an armature added to z and the column of pitch left out."""
+    text = mjcf(body("trunk", BODY + body("b", joints='<joint name="knee" axis="0 1 0"/>'), PLANAR))
+    robot = from_text(tmp_path, text)
+    values = {"x": 0.3, "z": 0.2, "pitch": 0.4, "knee": -0.7}
+    scene = Scene(
+        robot="dog",
+        posture=Posture(joints=values),
+        joints=Joints(armature={"z": 0.5}, locked=("pitch",)),
+        contact=Contact(frame="b", offset=(0.1, 0.0, -0.3)),
+        strike=Strike(velocity=(0.2, 0.0, -1.0)),
+    )
+    theirs = mujoco.MjModel.from_xml_string(text)
+    state, M, J, free = mujoco.MjData(theirs), np.zeros((4, 4)), np.zeros((3, 4)), [0, 1, 3]
+    state.qpos[:] = list(values.values())
+    mujoco.mj_forward(theirs, state)
+    mujoco.mj_fullM(theirs, state, M)
+    M[1, 1] += 0.5
+    number = theirs.body("b").id
+    mujoco.mj_jac(theirs, state, J, None, state.xpos[number] + state.xmat[number].reshape(3, 3) @ [0.1, 0.0, -0.3], number)
+    M, J = M[np.ix_(free, free)], J[np.ix_([0, 2], free)]
+    expected = np.linalg.solve(M, J.T @ np.linalg.solve(J @ np.linalg.solve(M, J.T), np.array([-0.2, 1.0])))
+    np.testing.assert_allclose(shock_profile(scene, robot).delta_qd, np.insert(expected, 2, 0.0), atol=1e-13)
 
 
 def test_armature_of_a_free_joint_is_mass_of_the_base(tmp_path: Path):
@@ -293,23 +326,36 @@ def test_keyframes(tmp_path: Path):
 
 
 TWO = mjcf(
-    body("box", '<geom size=".05"/>', "<freejoint/>")
+    body("box", '<geom size=".05" mass="9"/>', "<freejoint/>")
     + floating(body("b"))
     + body("door", BODY, '<joint name="hinge" axis="0 0 1"/>', 'pos="1 2 0"'),
     after="<keyframe><key name='home' qpos='9 9 9 1 0 0 0 1 2 3 1 0 0 0 .3 .4'/></keyframe>",
 )
 
 
-def test_of_several_robots_the_heaviest_is_computed(tmp_path: Path):
+def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path):
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
     assert robot.warnings == (
-        'dog.xml holds 3 robots that move on their own: the heaviest, "base", is computed, and "box" (0.524 kg), "door" (1 kg) '
+        'dog.xml holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), "door" (1 kg) '
         "left out",
     )
     assert [found.name for found in robot.bodies] == ["base", "b"]
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
     assert "door" not in robot.frames
+
+
+@pytest.mark.parametrize("contact", ["box", "b*"])
+def test_of_several_robots_that_with_the_contact_is_computed(tmp_path: Path, contact: str):
+    """The first body that fits the contact decides; a contact of none of them is an unknown name."""
+    from_text(tmp_path, TWO)
+    scene = Scene(robot=str(tmp_path / "dog.xml"), contact=(Contact(frame="box"),))
+    assert robot_of(Scene(robot=scene.robot), [contact]).links == ("box",)
+    profile = shock_profile(scene)
+    assert 'holds 3 robots that move on their own: "box", which has the contact, is computed' in profile.robot.warnings[0]
+    np.testing.assert_allclose(profile.delta_v, [[0.0, 0.0, 1.0]], atol=1e-15)
+    with pytest.raises(UnknownName):
+        shock_profile(Scene(robot=scene.robot, contact=(Contact(frame="window"),)))
 
 
 def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
@@ -372,21 +418,18 @@ def test_a_model_is_compiled_once(tmp_path: Path):
     assert compiled.cache_info().misses == before + 1
 
 
-def test_meshes_that_give_no_mass_are_read_on_request_only(tmp_path: Path):
-    """One that cannot be read is left out then, with its link and the reason."""
+def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
+    """Their geoms have no mass; a mesh for mass and for show is read for its mass."""
     asset = '<asset><mesh name="m" file="t.obj"/><mesh name="n" file="lost.obj"/><mesh name="o" file="bad.stl"/></asset>'
     (tmp_path / "t.obj").write_text(TETRAHEDRON)
     (tmp_path / "bad.stl").write_text("junk")
     geoms = "".join(f'<geom type="mesh" mesh="{name}"/>' for name in "mno")
-    robot = from_text(tmp_path, mjcf(floating(body("b", BODY + geoms)), asset))
-    assert compiled(robot.source).model.nmesh == 0
-    found = compiled(robot.source, meshes=True)
-    assert found.model.nmesh == 1
-    assert [(lost.link, lost.mesh, lost.kinds) for lost in found.unread] == [
-        ("b", "n", ("collision", "visual")),
-        ("b", "o", ("collision", "visual")),
-    ]
-    assert '"lost.obj" is missing' in found.unread[0].reason
+    robot = from_text(
+        tmp_path, mjcf(floating(body("b", BODY + geoms) + body("c", '<geom type="mesh" mesh="m"/>', "<joint/>")), asset)
+    )
+    found = compiled(robot.source)
+    assert (found.model.nmesh, [mesh.file for mesh in found.meshes.values()]) == (1, ["t.obj", "lost.obj", "bad.stl"])
+    assert [body.mass for body in robot.bodies] == pytest.approx([1.0, 1.0, 1000 / 6])
 
 
 def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -414,6 +457,8 @@ REFUSED = {
     mjcf(floating(body("b", ""))): (CANNOT, "mass and inertia of moving bodies", "'b'"),
     mjcf(floating(body("b", '<inertial pos="0 0 0" mass="nan" diaginertia="1 1 1"/>'))): ('inertial: mass is "nan"', "finite"),
     mjcf(floating(body("b", at='pos="0 -inf 0"'))): ('body "b": pos is "0 -inf 0"', "finite"),
+    mjcf(floating(body("b", at='euler="NaN(1) 0 0"'))): ('body "b": euler is "NaN(1) 0 0"', "finite"),
+    mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): ("elements", "20000", "count"),
     mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j": armature -0.1 is negative',),
     mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): (CANNOT, "repeated name 'b'"),
     mjcf(floating(body("b", joints='<joint class="leg"/>'))): (CANNOT, "unknown default class", "leg"),
@@ -422,7 +467,7 @@ REFUSED = {
         '"m.stl" is missing',
         "<inertial>",
     ),
-    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="../m.stl"/></asset>'): (
+    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="../../m.stl"/></asset>'): (
         'body "b" takes its mass from mesh "m", which cannot be read',
         "outside the folders",
     ),
@@ -433,24 +478,23 @@ REFUSED = {
     mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): ("2001 links, and up to 2000 are read",),
     mjcf(floating(body("universe", joints='<joint name="universe"/>'))): ('joint "universe"', "rename"),
     among('<equality><joint name="n" joint1="j" joint2="k" polycoef="0 1 0.5 0 0"/></equality>'): (
-        'the equality joint "n" couples joints by a curve, polycoef 0 1 0.5 0 0',
+        'the equality "n" couples joints by a curve, polycoef 0 1 0.5 0 0',
         "a0 a1 0 0 0",
     ),
-    among(
-        '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon><equality><tendon name="belt" tendon1="t"/></equality>'
-    ): ('the equality "belt" couples tendons', 'active="false"'),
+    mjcf(
+        floating('<site name="s"/>' + body("b", BODY + '<site name="t"/>')),
+        after='<tendon><spatial name="t"><site site="s"/><site site="t"/></spatial></tendon>'
+        '<equality><tendon name="belt" tendon1="t"/></equality>',
+    ): ('the equality "belt" couples tendons that are not fixed', 'active="false"'),
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'two equalities have joint1="k"',
+        'the equality ties "k", but equalities before it make',
     ),
     among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): ('tendon "t" has armature 0.5',),
     among(
         '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>'
         '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'
     ): ('actuator "a" has armature and does not act on a hinge or slide joint',),
-    mjcf(
-        floating(body("b", joints='<joint name="j"/><joint name="k" axis="0 1 0"/>'), body("c", joints='<joint name="l"/>')),
-        after='<equality><joint joint1="l" joint2="k"/></equality>',
-    ): ('joint "k", which shares body "b" with another joint', "give each of a body's joints a body"),
+    mjcf(floating(body("b", joints='<joint name="j+i"/><joint name="k" axis="0 1 0"/>'))): ('joint "j+i+k"', "rename"),
 }
 
 
@@ -477,6 +521,7 @@ def test_includes_stay_inside(tmp_path: Path):
     """A missing, repeated or outlying part is refused by name, and so is an attached model outside."""
     folder = tmp_path / "dog"
     folder.mkdir()
+    (folder / "package.xml").touch()
     (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
     (folder / "a.xml").write_text('<mujocoinclude><include file="a.xml"/></mujocoinclude>')
     told = {

@@ -133,7 +133,7 @@ def test_a_contact_that_the_mechanism_cannot_follow_is_refused():
     assert refusal(robot, [Contact(frame="hind_foot")], base="fixed", velocity=(0.0, 0.3, -1.0)) == (
         'contact "hind_foot" cannot be stopped: 0.3 m/s are left along (0 1 0), because '
         "the mechanism cannot move that way here, or another contact asks for the opposite; "
-        "leave that direction out of the contact or of the strike, or free the base"
+        "leave that direction out of the contact or of the strike, take another contact point or posture, or free the base"
     )
     profile = land(robot, [Contact(frame="hind_foot")], base="fixed", velocity=(0.3, 0.0, -1.0))
     assert (profile.health.rank, profile.health.rows) == (2, 3)

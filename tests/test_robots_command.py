@@ -126,3 +126,9 @@ def test_bad_words(capfd, words, parts):
     outcome = run(capfd, "robots", *words)
     assert outcome._replace(err="") == Outcome(2, "", "")
     assert [part for part in parts if part not in outcome.err] == []
+
+
+def test_names_in_the_check_up_cannot_control_a_terminal(tmp_path, capfd):
+    shape = '<visual><geometry><mesh filename="\u202e.stl"/></geometry></visual>'
+    (tmp_path / "r.urdf").write_text(STICK.replace("</link>", f"{shape}</link>", 1))
+    assert '"\\u202e.stl"' in good(capfd, "robots", tmp_path / "r.urdf")

@@ -118,7 +118,7 @@ def test_regressor_against_differences_in_ball_arithmetic(name):
     found = CASES_OF_INERTIA[name]()
     robot, inputs = found.profile.robot, found.profile.proof.enclosure.inputs
     data = data_of(robot)
-    column = {joint.name: joint.v.start for joint in robot.joints}
+    column = {joint.name: joint.v.start for joint in robot.single_joints}
     off = []
     size = {
         "mass": np.median(data.mass),
@@ -155,7 +155,7 @@ def by_posture(found, column, h):
     step = np.zeros(robot.model.nv)
     step[column] = h
     for mimic in robot.mimics:
-        step[robot.joint(mimic.joint).v] = mimic.multiplier * step[robot.joint(mimic.leader).v]
+        step[robot.joint(mimic.joint).v] = sum(by * step[robot.joint(name).v] for name, by in mimic.leaders.items())
     q = pin.integrate(robot.model, landing.q, step)
     equation, _, jumps = impact_jumps(landing, q[None])
     frame = robot.frame(found.point.partition(":")[0])

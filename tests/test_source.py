@@ -33,7 +33,7 @@ def test_what_is_read(tmp_path: Path):
         source = read(tmp_path, arm(), name)
         assert (source.path, source.name, source.kind, source.xml) == (tmp_path / name, None, "urdf", arm())
         assert (source.robot_name, source.srdf, source.warnings) == ("r", tmp_path / "dog.srdf", ())
-        assert (source.folders.packages, source.folders.allowed) == ({}, (tmp_path,))
+        assert (source.folders.packages, source.folders.allowed) == ({}, (tmp_path.parent,))
 
 
 def test_one_free_body_is_a_robot(tmp_path: Path):
@@ -45,6 +45,7 @@ FILES: dict[str | bytes, str] = {
     "": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     " \n": "dog.urdf is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     b'<robot name="r">\n\xff</robot>': "dog.urdf: line 2: byte 0xff is not UTF-8; save the file as UTF-8 text",
+    '<robot name="r"/>'.encode("utf-16-be"): "dog.urdf holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text",
     '<robot name="r">\n  <link></robot>': (
         "dog.urdf: line 2, column 11: mismatched tag; the file is not well-formed XML, so nothing of it is used"
     ),
@@ -56,7 +57,7 @@ FILES: dict[str | bytes, str] = {
         "dog.urdf: line 2: a DOCTYPE can define entities, and those are never expanded here; "
         "delete the DOCTYPE and write out what its entities stand for"
     ),
-    "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 800 deep",
+    "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 490 deep",
     '<sdf version="1.7"/>': (
         "dog.urdf begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF. "
         "Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
@@ -113,6 +114,13 @@ def test_marks_and_blanks_before_a_document(before: bytes, tmp_path: Path):
     assert "a DOCTYPE can define entities" in refusal(tmp_path, before + b"<!DOCTYPE robot><robot/>")
 
 
+def test_closing_tags_left_over(tmp_path: Path):
+    """A file that closes its root element twice is read; anything else behind it is refused."""
+    assert loaded(tmp_path, arm() + "\n</robot> </a>\n").model.nv == 7
+    for rest in ("<robot/>", "</robot> more"):
+        assert "the file is not well-formed XML" in refusal(tmp_path, arm() + rest)
+
+
 def test_declared_encodings(tmp_path: Path):
     """A Latin-1 file keeps its names; an encoding that is not known is refused."""
     text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
@@ -128,6 +136,7 @@ def test_srdf(tmp_path: Path):
     (tmp_path / "away.srdf").write_text(SRDF)
     folder = tmp_path / "dog"
     folder.mkdir()
+    (folder / "package.xml").touch()
     (folder / "dog.srdf").symlink_to(tmp_path / "away.srdf")
     assert read(folder, arm()).srdf is None
     given = written(folder, SRDF, "poses.xml")
@@ -135,7 +144,7 @@ def test_srdf(tmp_path: Path):
     assert refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf")) == (
         "other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
     )
-    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no file "{folder / "none.srdf"}"'
+    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no SRDF file "{folder / "none.srdf"}"'
 
 
 def test_arguments_without_effect_are_refused(tmp_path: Path):

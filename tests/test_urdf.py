@@ -54,8 +54,8 @@ def test_only_joints_with_one_degree_of_freedom_follow_or_lead(kind: str, count:
     elbow = joint("elbow", "base", "tip", kinds["elbow"], "0 0 1", LIMIT + MIMIC.format("lead"))
     lead = joint("lead", "base", "third", kinds["lead"], "0 0 1")
     assert refusal(tmp_path, urdf(link("base"), link("tip"), elbow, link("third"), lead)) == (
-        f'dog.urdf: joint "elbow" is to follow "lead", but "{many}" has {count} degrees of freedom, and only a joint with one can '
-        "follow or lead; give it one axis, or take the coupling out"
+        f'dog.urdf: joint "elbow" is to follow joint "lead", but "{many}" has {count} degrees of freedom, and only a joint with '
+        "one can follow or lead; give it one axis, or take the coupling out"
     )
 
 
@@ -141,8 +141,15 @@ NUMBERS = {
         ': joint "elbow" has several <mimic>, and a joint can follow only one; keep one'
     ),
     arm(tip=link("tip", mass="nan")): ': link "tip": mass is "nan"; it has to be one finite number, such as 0.5',
+    **{
+        arm(tip=link("tip", mass=mass)): f': link "tip": mass is "{mass}"; it has to be one finite number, such as 0.5'
+        for mass in ("1e400", "1e-320", "1e-400", "\u0661")  # beyond doubles, and a digit that is not ASCII
+    },
+    urdf(
+        link("l0"), *(f"{link(f'l{k}')}{joint(f'j{k}', 'l0', f'l{k}', 'floating', more='')}" for k in range(1, 102))
+    ): " moves with 612 velocities, and up to 606 are computed; fix joints that do not matter",
     arm(tip=link("tip", mass="1,5")): ': link "tip": mass is "1,5"; it has to be one finite number, such as 0.5',
-    arm(tip=link("tip", mass="-1")): ': link "tip": mass -1 kg is negative; no body has that',
+    arm(tip=link("tip", mass="-1")): ': link "tip": mass -1 kg is negative; give the mass that the body has, or 0',
     arm(tip=link("tip").replace('<mass value="1"/>', "<mass/>")): (
         ': link "tip": mass is missing; it has to be one finite number, such as 0.5'
     ),
@@ -156,7 +163,7 @@ NUMBERS = {
         ': link "tip": ixy is missing; it has to be one finite number, such as 0.5'
     ),
     arm(tip=link("tip", inertia=INERTIA.replace('iyy="0.1"', 'iyy="-0.1"'))): (
-        ': link "tip": iyy = -0.1 kg m² is negative; no body has that moment of inertia'
+        ': link "tip": iyy = -0.1 kg m² is negative; give the moment of inertia that the body has'
     ),
     arm(tip=link("tip", inertia='<origin xyz="0 0"/>' + INERTIA)): (
         ': link "tip": <inertial> origin xyz is "0 0"; it has to be 3 finite numbers, such as 0 0 0.5'
@@ -190,6 +197,15 @@ NUMBERS = {
         'y. Turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
     ),
 }
+
+
+def test_what_does_not_move_is_kept_from_the_parser(tmp_path: Path, capfd: pytest.CaptureFixture[str]):
+    """Its parser refuses a file for a deep element, a comment or a colour that mean nothing for the motion, and prints."""
+    deep, colour = "<a>" * 480 + "</a>" * 480, '<material name="m"><color rgba="300 0 0 1"/></material>'
+    visual = f'<visual><geometry><sphere radius="1"/></geometry>{colour}</visual>'
+    plain, decorated = arm(), arm(tip=link("tip", more=visual)).replace("</robot>", f"{deep}<?php x?>{colour}</robot>")
+    assert loaded(tmp_path, decorated).model == loaded(tmp_path, plain).model
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("text", [*TREE, *NUMBERS])

@@ -26,10 +26,9 @@ def analyze(
     explain: Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")] = False,
 ) -> None:
     """Compute the shock of a landing on every body of a robot."""
-    from shockpc.cli.progress import doing
-    from shockpc.trace import Trace
+    from shockpc.cli.progress import ShownTrace
 
-    trace = Trace(doing)
+    trace = ShownTrace()
     with trace.stage("imports"):
         from shockpc.cli.output import body_pattern, check_out, file_names, scene_files, shown
         from shockpc.cli.scenes import scenes_from
@@ -41,7 +40,7 @@ def analyze(
     pattern = None if bodies is None else body_pattern(loaded, bodies)
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
-    with trace.stage("output: tables, figures, files"):
+    with trace.stage("output"):
         text = shown(profiles, output.format, pattern)
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
             write_text(file, scene_text(profile.scene, file.parent))
@@ -53,5 +52,4 @@ def analyze(
             trace.skip("figure, and matplotlib with it", "no --out")
         sys.stdout.write(text)
     if explain:
-        doing()
         sys.stderr.write(trace.text())

@@ -11,6 +11,7 @@ import typer
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import in_output
 from shockpc.cli.parse import path
+from shockpc.cli.streams import complain
 
 __all__ = ["EPILOG", "CheckOptions", "Report", "check", "report"]
 
@@ -129,7 +130,7 @@ def check(
         write_folder(options.out, check_files(found))
     if options.baseline is not None and options.update_baseline:
         if found.count("not computed"):
-            sys.stderr.write(f'shockpc: "{options.baseline}" is left as it was, because a number could not be computed\n')
+            complain(f'"{options.baseline}" is left as it was, because a number could not be computed')
         else:
             write_text(options.baseline, baseline_text(found.cases, found.values))
     raise typer.Exit(found.exit_code)

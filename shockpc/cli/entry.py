@@ -3,6 +3,7 @@
 import gc
 import os
 import sys
+import warnings
 
 from shockpc.cli.main import main
 from shockpc.cli.signals import listen
@@ -19,6 +20,8 @@ def entry() -> None:
     # Imports make many objects and no garbage; to search them for it takes a twentieth of a short run.
     gc.set_threshold(100_000)
     prepare_streams()
+    # A result that is not finite is refused or reported where it arises; NumPy's lines about it help nobody.
+    warnings.simplefilter("ignore")
     code: object = None
     try:
         main()

@@ -5,11 +5,9 @@ import io
 import os
 import sys
 
-from shockpc.cli.progress import doing
 from shockpc.cli.signals import interrupted_code, was_interrupted
-from shockpc.cli.streams import deliver
+from shockpc.cli.streams import complain, deliver
 from shockpc.errors import ShockError
-from shockpc.printed import printable
 
 __all__ = ["main"]
 
@@ -32,7 +30,6 @@ def main(arguments: list[str] | None = None) -> None:
             code = app_for(words)(words or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
         if code == TYPER_INTERRUPTED:
             raise KeyboardInterrupt
-        doing()
         deliver(printed.getvalue())
     except KeyboardInterrupt:
         code = _stopped()
@@ -54,6 +51,8 @@ def _failed(error: Exception, words: list[str]) -> int:
         return _complain(str(error), error.exit_code)
     if isinstance(error, OSError) and error.filename is not None:
         return _complain(f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code)
+    if isinstance(error, MemoryError):
+        return _complain("the memory of this computer does not suffice; give a robot with fewer joints", FAULTY)
     import traceback
 
     traceback.print_exception(error)
@@ -86,7 +85,6 @@ def _is_robot(word: str) -> bool:
 
 
 def _complain(message: str, code: int) -> int:
-    """One message on standard error, on one line whatever the names in it hold."""
-    doing()
-    sys.stderr.write(f"shockpc: {printable(message)}\n")
+    """Print a message; the exit code."""
+    complain(message)
     return code

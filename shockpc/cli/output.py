@@ -5,8 +5,9 @@ import sys
 from pathlib import Path
 
 from shockpc.cli.options import OutputOptions
-from shockpc.cli.progress import doing
+from shockpc.cli.progress import ShownTrace
 from shockpc.cli.scenes import ROBOT_SUFFIXES
+from shockpc.cli.streams import complain
 from shockpc.errors import OutputError, SceneError, UnknownName
 from shockpc.printed import listed
 from shockpc.result import ShockProfile
@@ -84,15 +85,15 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
 
     if format_ == "csv":
         for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
-            sys.stderr.write(f"shockpc: warning: {warning}\n")
+            complain(f"warning: {warning}")
     return landings_text(profiles, format_, bodies)
 
 
 def give(report: Report, output: OutputOptions) -> None:
     """Write the files of a report into a folder, if one is asked for, and print it."""
     if output.out is not None:
-        doing("figures and files")
-        write_folder(output.out, report.files())
+        with ShownTrace().stage("figures and files"):
+            write_folder(output.out, report.files())
     sys.stdout.write(report.text(output.format))
 
 

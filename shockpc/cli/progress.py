@@ -1,12 +1,40 @@
-"""How far a command is: one line on standard error, on a terminal alone, which goes before anything else is written there."""
+"""How far a long command is: one line on standard error, on a terminal alone."""
 
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from shockpc.cli.signals import was_interrupted
+from shockpc.trace import Trace
 
-__all__ = ["doing", "progress"]
+__all__ = ["ShownTrace", "progress"]
+
+SLOW = 1.0
+"""Time after which a stage is named [s]."""
+
+
+class ShownTrace(Trace):
+    """A trace that names the stage that runs, once it has run for a second."""
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what happens inside."""
+        with super().stage(name):
+            if not sys.stderr.isatty():
+                yield
+                return
+            clock = threading.Timer(SLOW, _write, [f"{name} …"])
+            clock.daemon = True
+            clock.start()
+            try:
+                yield
+            finally:
+                if clock.is_alive():
+                    clock.cancel()
+                else:
+                    _write("")
 
 
 def progress(what: str, total: int) -> Callable[..., None]:
@@ -27,15 +55,15 @@ def progress(what: str, total: int) -> Callable[..., None]:
         if was_interrupted():
             # A signal that comes while a library calls back is lost there.
             raise KeyboardInterrupt
-        rate = count / max(time.monotonic() - start, 1e-9)
-        text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
-        doing(text if count < total else "")
+        if sys.stderr.isatty():
+            rate = count / max(time.monotonic() - start, 1e-9)
+            text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
+            _write(text if count < total else "")
 
     return show
 
 
-def doing(what: str = "") -> None:
-    """Replace the line by what is being done; by nothing, to remove it."""
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r\033[K{what}")
-        sys.stderr.flush()
+def _write(text: str) -> None:
+    """Replace the line by a text."""
+    sys.stderr.write(f"\r\033[K{text}")
+    sys.stderr.flush()

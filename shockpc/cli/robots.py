@@ -43,6 +43,7 @@ def _all() -> str:
 
 def _one(name: str, options: RobotOptions) -> str:
     """One robot, with the check-up of its file."""
+    from shockpc.printed import printable
     from shockpc.robot.checkup import check_robot
     from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import joints_sheet, links_sheet, robot_lines
@@ -50,7 +51,7 @@ def _one(name: str, options: RobotOptions) -> str:
 
     robot = load_robot(name, xacro=dict(options.xacro), packages=dict(options.package))
     lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]
-    findings = [f"{finding.level}: {finding.where}: {finding.text}" for finding in check_robot(robot)]
+    findings = [printable(f"{finding.level}: {finding.where}: {finding.text}") for finding in check_robot(robot)]
     blocks = ["\n".join(lines) + "\n", as_text(links_sheet(robot)), as_text(joints_sheet(robot))]
     checkup = "\n".join(findings) if findings else "nothing found"
     return "\n".join([*blocks, f"check-up\n{checkup}\n"])

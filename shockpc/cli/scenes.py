@@ -52,7 +52,7 @@ def scenes_from(
         packages={**scene.packages, **dict(options.package)},
     )
     with (trace or Trace()).stage("robot file"):
-        loaded = robot_of(scene)
+        loaded = robot_of(scene, [name.strip() for text in options.contact for name in (text, *text.split("+"))])
     scene = dataclasses.replace(
         scene,
         base=options.base or scene.base,

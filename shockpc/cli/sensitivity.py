@@ -21,18 +21,16 @@ def sensitivity(
 ) -> None:
     """Rank masses, inertias and angles by effect on the shock."""
     from shockpc.cli.output import check_out, give
-    from shockpc.cli.progress import doing
+    from shockpc.cli.progress import ShownTrace
     from shockpc.cli.scenes import one_scene, point_from
     from shockpc.show.reports.sensitivity import sensitivity_report
     from shockpc.studies.sensitivity import sensitivity as study
-    from shockpc.trace import Trace
 
-    trace = Trace(doing)
+    trace = ShownTrace()
     check_out(output.out)
     loaded, scene = one_scene(robot, options, trace)
     found = study(scene, point_from(loaded, at, "--at"), loaded, trace)
-    with trace.stage("output: tables, figures, files"):
+    with trace.stage("output"):
         give(sensitivity_report(found, rows), output)
     if explain:
-        doing()
         sys.stderr.write(trace.text())

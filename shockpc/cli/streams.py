@@ -7,8 +7,9 @@ import sys
 from typing import Any, TextIO
 
 from shockpc.errors import OutputError
+from shockpc.printed import message
 
-__all__ = ["deliver", "prepare_streams"]
+__all__ = ["complain", "deliver", "prepare_streams"]
 
 
 class _Lenient(io.FileIO):
@@ -35,6 +36,11 @@ def prepare_streams() -> None:
     sys.stderr = io.TextIOWrapper(
         io.BufferedWriter(_Lenient(2, "w", closefd=False)), encoding="utf-8", errors="backslashreplace", line_buffering=True
     )
+
+
+def complain(text: str) -> None:
+    """One message on standard error, on one line whatever the names in it hold."""
+    sys.stderr.write(f"shockpc: {message(text)}\n")
 
 
 def deliver(text: str) -> None:

@@ -11,6 +11,7 @@ import typer
 from shockpc.cli.declare import group, takes_options
 from shockpc.cli.options import RobotName, SceneOptions
 from shockpc.cli.parse import Variable, path, variable
+from shockpc.cli.streams import complain
 
 if TYPE_CHECKING:
     from shockpc.studies.sweep.study import Sweep
@@ -90,9 +91,7 @@ def sweep(
                 advance(parts=rows)
     except BaseException:
         if done:
-            sys.stderr.write(
-                f"shockpc: {done} of {made.rows} rows are complete in {out}; the same command with --resume continues\n"
-            )
+            complain(f"{done} of {made.rows} rows are complete in {out}; the same command with --resume continues")
         raise
     if _summarise(made, out, format_):
         raise typer.Exit(SolveError.exit_code)

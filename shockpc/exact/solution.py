@@ -50,19 +50,21 @@ def free_mechanism(inputs: Inputs, tree: Tree) -> Mechanism:
     """The robot in its posture, with the velocities that are free."""
     robot, found = inputs.robot, poses(tree, inputs.q, inputs.robot.free_base)
     locked, armature = inputs.locked.copy(), [arb(value) for value in inputs.armature.tolist()]
-    names, shift = set(robot.joint_names), arb(robot.mass)
+    shift = arb(robot.mass)
     for mimic in robot.mimics:
         follower = robot.joint(mimic.joint).v.start
-        leader = robot.joint(mimic.leader).v.start if mimic.leader in names else -1
-        if leader < 0 or locked[leader]:
+        leaders = {robot.joint(name).v.start: by for name, by in mimic.leaders.items() if not locked[robot.joint(name).v.start]}
+        if not leaders:
             locked[follower] = True
+        if len(leaders) != 1:
             continue
+        ((leader, multiplier),) = leaders.items()
         # Armature may move from a leader to its follower without any effect on motions in which one follows the other. It keeps
         # D invertible where the follower carries no inertia of its own. Powers of π cancel neither one another nor an inertia, as
         # doubles do: a massless joint in the middle of a chain of followers with multiplier 1 would give away all that it gets.
         shift *= arb.pi()
         armature[follower] += shift
-        armature[leader] -= arb(mimic.multiplier) ** 2 * shift
+        armature[leader] -= arb(multiplier) ** 2 * shift
     S: list[arb_mat | None] = []
     v: list[list[int]] = []
     for k, node in enumerate(tree.nodes):
@@ -145,14 +147,18 @@ class ExactImpact:
         return loads, torques, m
 
     def _ties(self) -> list[list[tuple[int, float]]]:
-        """For each follower that is free: its node with the factor 1, and its leader's with −multiplier."""
+        """For each follower that is free: its node with the factor 1, and those of its free leaders with −multiplier."""
         robot, mechanism = self.inputs.robot, self.mechanism
-        node = {joint.name: carrier for joint, carrier in zip(robot.joints, mechanism.tree.carrier, strict=True)}
-        pairs = [(node[mimic.joint], node.get(mimic.leader), mimic.multiplier) for mimic in robot.mimics]
+        node = {found.joint.name: k for k, found in enumerate(mechanism.tree.nodes)}
+        ties = [
+            [
+                (node[name], factor)
+                for name, factor in ({mimic.joint: 1.0} | {name: -by for name, by in mimic.leaders.items()}).items()
+            ]
+            for mimic in robot.mimics
+        ]
         return [
-            [(follower, 1.0), (leader, -multiplier)]
-            for follower, leader, multiplier in pairs
-            if leader is not None and mechanism.S[follower] is not None and mechanism.S[leader] is not None
+            [(k, factor) for k, factor in tie if mechanism.S[k] is not None] for tie in ties if mechanism.S[tie[0][0]] is not None
         ]
 
     @cached_property

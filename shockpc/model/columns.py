@@ -53,11 +53,10 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
         G[..., :3, 1] = to_base @ plane.e2
         G[..., 3:6, 2] = to_base @ plane.normal
         kept[3:6] = False
-    index = {joint.name: joint.v.start for joint in robot.joints}
+    index = {joint.name: joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
-        # Substituting the leader's row, not its column, serves chains of followers and followers of a planar base alike.
-        led = mimic.leader in index
-        G[..., index[mimic.joint], :] = mimic.multiplier * G[..., index[mimic.leader], :] if led else 0.0
+        # Substituting the leaders' rows, not their columns, serves chains of followers and followers of a planar base alike.
+        G[..., index[mimic.joint], :] = sum(multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items())
         kept[index[mimic.joint]] = False
     if not kept.any():
         raise SceneError(f'nothing of robot "{robot.name}" can move: its base is fixed and no joint is free; free one of them')

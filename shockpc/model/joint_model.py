@@ -133,13 +133,19 @@ def _velocities(robot: Robot, pattern: str) -> list[slice]:
 
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
-    """A joint and the one that follows it are held together or not at all."""
-    for leader in dict.fromkeys(mimic.leader for mimic in robot.mimics if mimic.leader in robot.joint_names):
-        geared = [leader, *(mimic.joint for mimic in robot.mimics if mimic.leader == leader)]
-        held = [name for name in geared if locked[robot.joint(name).v].all()]
-        if held and held != geared:
-            others = listed(name for name in geared if name not in held)
-            raise SceneError(f"joint {listed(held, 1)} is locked but geared by a mimic to {others}; lock all of these or none")
+    """A joint and those that it follows are held together, or it and one of them not at all."""
+    held: list[str] = []
+    others: list[str] = []
+    for mimic in robot.mimics:
+        free = [name for name in mimic.leaders if not locked[robot.joint(name).v].all()]
+        follower = bool(locked[robot.joint(mimic.joint).v].all())
+        if mimic.leaders and follower != (not free):
+            held += [mimic.joint] if follower else mimic.leaders
+            others += free[:1] if follower else [mimic.joint]
+    if held:
+        raise SceneError(
+            f"joint {listed(held[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none"
+        )
 
 
 def _named(armature: Array, locked: np.ndarray) -> str:

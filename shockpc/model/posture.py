@@ -78,7 +78,8 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     for pattern, value in posture.joints_deg.items():
         _set_joints(robot, pattern, value, q, math.pi / 180.0)
     for mimic in robot.mimics:
-        _set(robot.joint(mimic.joint), mimic.multiplier * _value(robot, mimic.leader, q) + mimic.offset, q)
+        led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
+        _set(robot.joint(mimic.joint), led + mimic.offset, q)
     return q
 
 
@@ -133,11 +134,11 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
 def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float) -> None:
     """Set every joint that a name or a glob means."""
     names = robot.match_joints(pattern)
-    followers = {mimic.joint: mimic.leader for mimic in robot.mimics}
+    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
     for name in names:
         if name in followers:
             if name == pattern:
-                raise SceneError(f'joint "{name}" follows joint "{followers[name]}", so it cannot be set by itself; set that one')
+                raise SceneError(f'joint "{name}" follows {followers[name]}, so it cannot be set by itself; set that')
             continue
         joint = robot.joint(name)
         if joint.axis is None:
@@ -146,11 +147,6 @@ def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float)
                 f'joint "{name}" has {degrees} degrees of freedom, so one number cannot set it; use a reference posture instead'
             )
         _set(joint, value if joint.kind == "prismatic" else value * unit, q)
-
-
-def _value(robot: Robot, name: str, q: Array) -> float:
-    """The value of a joint of one degree of freedom, 0 for a fixed one [rad, m]."""
-    return robot.joint(name).value(q) if name in robot.joint_names else 0.0
 
 
 def _set(joint: Joint, value: float, q: Array) -> None:
@@ -180,7 +176,7 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
     """Warnings of the joints outside their limits, one for all that are equally far out, with the consequence."""
     found: dict[str, dict[str, float]] = {}
-    for joint in robot.joints:
+    for joint in robot.single_joints:
         if joint.kind not in ("revolute", "prismatic"):
             continue
         value, (low, high) = float(q[joint.q.start]), joint.limits

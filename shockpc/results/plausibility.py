@@ -93,7 +93,7 @@ def _straight(landing: Landing, contacts: Sequence[ContactImpulse]) -> Iterator[
     if chosen or posture.joints or posture.joints_deg or landing.loops:
         return
     bent = np.array(landing.q)
-    for joint in robot.joints[robot.free_base :]:
+    for joint in robot.single_joints[robot.free_base :]:
         if joint.kind == "continuous":
             bent[joint.q] = math.cos(BEND), math.sin(BEND)
         elif joint.q.stop - joint.q.start == joint.v.stop - joint.v.start:
@@ -120,7 +120,7 @@ def _straight(landing: Landing, contacts: Sequence[ContactImpulse]) -> Iterator[
 def _angles(landing: Landing) -> Iterator[Diagnostic]:
     """Warnings of degrees that look like radians, and of radians beyond a whole turn."""
     robot, posture = landing.robot, landing.scene.posture
-    turns = {joint.name for joint in robot.joints if joint.kind != "prismatic"}
+    turns = {joint.name for joint in robot.single_joints if joint.kind != "prismatic"}
     given = {name: value for name, value in posture.joints_deg.items() if turns.intersection(robot.match_joints(name))}
     given |= zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False)
     given |= {"strike angle": landing.scene.strike.strike_angle_deg or 0.0}
@@ -142,7 +142,9 @@ def _masses(landing: Landing) -> Iterator[Diagnostic]:
     if robot.mass > HEAVY:
         text = f"the robot weighs {robot.mass:.4g} kg; if its file gives grams, that is {robot.mass / 1000.0:.4g} kg"
         yield Diagnostic("unit", "mass", robot.mass, text)
-    armature = {joint.name: float(max(landing.joint_model.armature[joint.v])) for joint in robot.joints if joint.unit == "rad"}
+    armature = {
+        joint.name: float(max(landing.joint_model.armature[joint.v])) for joint in robot.single_joints if joint.unit == "rad"
+    }
     large = {name: inertia for name, inertia in armature.items() if inertia > ARMATURE}
     if large and robot.mass < LIGHT:
         most = max(large.values())

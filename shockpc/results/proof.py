@@ -43,6 +43,11 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
             the posture is so nearly singular that the result is that of no robot.
         SceneError: the mechanism cannot meet its contacts.
     """
+    if not np.isfinite(equation.H).all():
+        raise SolveError(
+            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
+            "precision; give them in kg and m"
+        )
     diagonal = np.diagonal(equation.H[0])
     if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
         raise SolveError(_without_inertia(landing, equation, -1))
@@ -60,7 +65,7 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
             if singular.body >= 0 or is_singular(equation.H[0]):
                 raise SolveError(_without_inertia(landing, equation, singular.body)) from None
             continue
-        _refuse_contradiction(equation, choice, proof)
+        _refuse_contradiction(landing, equation, choice, proof)
         _refuse_singular(landing, equation, proof)
         if choice.uncertain:
             raise SolveError(_undecided(landing, equation))
@@ -88,17 +93,15 @@ def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
         if i == body or any(joint.v.start <= v < joint.v.stop for v in velocities)
     ]
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
+    bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
     return (
         f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
-        "resists it, so the inertia matrix cannot be inverted; "
-        + "bolt the robot's massless root down with --base fixed, or "
-        * light_base
-        + "give mass and inertia in the file (mass on a joint's axis does not resist "
-        "turning about it), or lock the joints with --lock"
+        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the file (mass on a joint's axis "
+        "does not resist turning about it), or lock the joints with --lock"
     )
 
 
-def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -> None:
+def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoice, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
     b = equation.b[0]
     others = np.delete(np.arange(len(b)), choice.rows)
@@ -114,10 +117,12 @@ def _refuse_contradiction(equation: Equation, choice: RowChoice, proof: Proof) -
     if excess[worst] <= 0.0:
         return
     name, axis = _direction(equation, int(others[worst]))
+    can_be_freed = landing.base != "free" and landing.robot.free_base and landing.robot.bodies[0].mass
+    freed = ", or free the base" if can_be_freed else ""
     raise SceneError(
         f"{name} cannot be stopped: {abs(left[worst]):.3g} m/s are left along ({axis}), because the mechanism cannot move "
-        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, "
-        "or free the base"
+        "that way here, or another contact asks for the opposite; leave that direction out of the contact or of the strike, take "
+        f"another contact point or posture{freed}"
     )
 
 
@@ -172,14 +177,16 @@ def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None
     if times > UNPHYSICAL:
         rates = np.abs(proof.delta_qd[:, 3])
         fast = [
-            joint for joint in robot.joints[robot.free_base :] if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
+            joint
+            for joint in robot.single_joints[robot.free_base :]
+            if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
         ]
         units = {"rad": (math.degrees(1.0), "deg"), "m": (1.0, "m")}
         at = [f'"{joint.name}" at {joint.value(landing.q) * units[joint.unit][0]:.3g} {units[joint.unit][1]}' for joint in fast]
         name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
         raise SolveError(
             f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
-            f"{posture}{' with ' * bool(at)}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
+            f"{posture}{' with ' if at else ''}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
             f"another posture, such as with --set {fast[-1].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
             "contact or of the strike"
         )

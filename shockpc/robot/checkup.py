@@ -102,9 +102,9 @@ def _joints(robot: Robot, root: Element) -> Iterator[Finding]:
             "with geared or locked joints the shock is different",
         )
     for mimic in robot.mimics:
-        rule = f"multiplier {mimic.multiplier:g} and offset {mimic.offset:g}"
-        yield Finding("note", _named("joint", [mimic.joint]), f'mimics "{mimic.leader}" with {rule}; it adds no freedom of its own')
-    for joint in robot.joints:
+        rule = "".join(f"multiplier {multiplier:g} and " for multiplier in mimic.leaders.values()) + f"offset {mimic.offset:g}"
+        yield Finding("note", _named("joint", [mimic.joint]), f"mimics {mimic.led} with {rule}; it adds no freedom of its own")
+    for joint in robot.single_joints:
         lower, upper = joint.limits
         if lower > upper:
             said = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"

@@ -14,19 +14,22 @@ __all__ = ["Built", "Loop", "Mimic", "leaders_first"]
 
 
 class Mimic(NamedTuple):
-    """A joint that follows another: q_joint = multiplier · q_leader + offset.
+    """A joint that follows others: q_joint = Σ multiplier · q_leader + offset.
 
     Attributes:
         joint: the follower's name.
-        leader: the name of the joint that it follows.
-        multiplier: [1]
+        leaders: multiplier [1] by the name of each joint that it follows; none if it stands still.
         offset: [rad, m]
     """
 
     joint: str
-    leader: str
-    multiplier: float
+    leaders: Mapping[str, float]
     offset: float
+
+    @property
+    def led(self) -> str:
+        """What it follows, for messages."""
+        return f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}" if self.leaders else "a constant"
 
 
 class Loop(NamedTuple):
@@ -60,23 +63,29 @@ class Built(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def leaders_first(found: Sequence[Mimic], model: pin.Model, file: str) -> tuple[Mimic, ...]:
-    """Order the mimic joints of a model so that each comes after the one that it follows.
+def leaders_first(found: Sequence[Mimic], freedom: Mapping[str, int], file: str) -> tuple[Mimic, ...]:
+    """Order mimic joints so that each comes after those that it follows, and leave out leaders that are fixed.
+
+    Args:
+        found: in any order.
+        freedom: number of degrees of freedom of every joint that is not fixed.
+        file: for messages.
 
     Raises:
         RobotError: joints follow one another in a circle, or one that is to follow or lead has several degrees of freedom.
     """
     for mimic in found:
-        for name in (mimic.joint, mimic.leader):
-            freedom = model.joints[model.getJointId(name)].nv if model.existJointName(name) else 1
-            if freedom != 1:
+        for name in (mimic.joint, *mimic.leaders):
+            if freedom.get(name, 1) != 1:
                 raise RobotError(
-                    f'{file}: joint "{mimic.joint}" is to follow "{mimic.leader}", but "{name}" has {freedom} degrees '
+                    f'{file}: joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees '
                     "of freedom, and only a joint with one can follow or lead; give it one axis, or take the coupling out"
                 )
-    followers = {mimic.joint: mimic for mimic in found}
+    followers = {
+        mimic.joint: mimic._replace(leaders={name: by for name, by in mimic.leaders.items() if name in freedom}) for mimic in found
+    }
     try:
-        order = tuple(TopologicalSorter({name: [mimic.leader] for name, mimic in followers.items()}).static_order())
+        order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
     except CycleError as circle:
         names = listed(name for name in followers if name in circle.args[1])
         raise RobotError(f"{file}: mimic joints {names} follow one another in a circle; one of them has to lead") from None

@@ -7,7 +7,6 @@ defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because
 
 import os
 import re
-import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -16,15 +15,15 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from shockpc.errors import RobotError
+from shockpc.paths import read_file
 from shockpc.printed import listed
 
 __all__ = ["Markup", "OpenFolders", "open_folders", "parse_xml", "read_bytes", "read_text", "read_xml"]
 
-_LARGEST = 64 * 2**20  # bytes
-_DEEPEST = 800  # elements within elements; Python's own limit is 1000 calls
-_URDF_FOLDERS = ("urdf", "xacro", "mjcf")  # by ROS's custom, folders inside a package, beside its meshes/
+_DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _ENCODING = re.compile(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""")
+_CLOSING_TAGS = re.compile(rb"/[^<>]*>\s*(</[^<>]*>\s*)*+")
 _UTF_8 = ("utf-8", "utf8", "us-ascii", "ascii")
 _LATIN = ("iso-8859-1", "iso-8859-15", "latin-1", "windows-1252")
 
@@ -119,8 +118,9 @@ class OpenFolders(NamedTuple):
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     """Work out what a robot file may read.
 
-    Its own folder is the nearest one above it with a `package.xml`; else the folder that holds it, or the parent of that
-    if it is called urdf, xacro or mjcf. Then come the packages, folders given by name, and the entries of ROS_PACKAGE_PATH.
+    Its own folder is the nearest one above it with a `package.xml`; else the parent of the folder that holds it, as meshes often
+    lie beside that, unless the home folder lies in there. Then come the packages, folders given by name, and the entries of
+    ROS_PACKAGE_PATH.
 
     Raises:
         RobotError: a given package folder does not exist.
@@ -131,7 +131,8 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
         if not os.path.isdir(place):
             raise RobotError(f'package "{name}": there is no folder "{folder}"; correct --package {name}=DIR')
         given[name] = place.resolve()
-    own = file.parent.parent if file.parent.name.casefold() in _URDF_FOLDERS else file.parent
+    above = file.parent.parent
+    own = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above
     own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), own)
     allowed = (own.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
     return OpenFolders(file, given, tuple(dict.fromkeys(allowed)))
@@ -155,30 +156,16 @@ class Markup(NamedTuple):
     root: Element
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, what: str = "robot file") -> bytes:
     """Read a whole file; all input of a robot goes through here.
 
     Raises:
-        RobotError: it is missing, a folder, not readable, not a regular file, or larger than 64 MB.
+        RobotError: as `read_file`.
     """
-    if os.path.isdir(path):
-        raise RobotError(f'"{path}" is a folder; give the robot file in it')
-    try:
-        # Without O_NONBLOCK a pipe that nobody writes to would be waited for.
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
-            status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode):
-                raise RobotError(f'"{path}" is a pipe or a device; save what it gives in a file')
-            if status.st_size > _LARGEST:
-                raise RobotError(f'"{path}" has {status.st_size / 2**20:.0f} MB; files of up to {_LARGEST // 2**20} MB are read')
-            return file.read(_LARGEST + 1)
-    except FileNotFoundError:
-        raise RobotError(f'no file "{path}"') from None
-    except OSError as error:
-        raise RobotError(f'"{path}" cannot be read: {error.strerror}; check its permissions') from None
+    return read_file(path, what, RobotError)
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, what: str = "robot file") -> str:
     """Read a text file in UTF-8, or in the Latin encoding that its XML declaration names.
 
     Returns:
@@ -187,7 +174,7 @@ def read_text(path: Path) -> str:
     Raises:
         RobotError: as `read_bytes`; or it is empty, or in another encoding.
     """
-    data = read_bytes(path)
+    data = read_bytes(path, what)
     start = _MARKS_AND_BLANKS.sub(b"", data, count=1)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
@@ -200,21 +187,24 @@ def read_text(path: Path) -> str:
             named = declared.group(1).decode()
             raise RobotError(f"{path.name} is in the encoding {named}, which is not read; save the file as UTF-8 text")
     try:
-        return start.decode("utf-8" if encoding in _UTF_8 else encoding)
+        text = start.decode("utf-8" if encoding in _UTF_8 else encoding)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
         raise RobotError(
             f"{path.name}: line {line}: byte 0x{start[error.start]:02x} is not UTF-8; save the file as UTF-8 text"
         ) from None
+    if "\0" in text:
+        raise RobotError(f"{path.name} holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text")
+    return text
 
 
-def read_xml(path: Path) -> Markup:
+def read_xml(path: Path, what: str = "robot file") -> Markup:
     """Read an XML file.
 
     Raises:
         RobotError: as `read_text` and `parse_xml`.
     """
-    text = read_text(path)
+    text = read_text(path, what)
     return Markup(text, parse_xml(text, path.name))
 
 
@@ -222,12 +212,12 @@ def parse_xml(text: str, name: str) -> Element:
     """Parse XML text, which messages call by a name, without following anything in it, and return its root element.
 
     Raises:
-        RobotError: the text is not well-formed, has a DOCTYPE, or has more than 800 levels.
+        RobotError: the text is not well-formed, has a DOCTYPE, or has more than 490 levels.
     """
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     builder = TreeBuilder()
-    depth = 0
+    depth, ended = 0, None
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
@@ -237,9 +227,9 @@ def parse_xml(text: str, name: str) -> Element:
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:
-        nonlocal depth
+        nonlocal depth, ended
         depth -= 1
-        builder.end(tag)
+        ended = builder.end(tag)
 
     def doctype(*_: object) -> None:
         raise RobotError(
@@ -252,6 +242,8 @@ def parse_xml(text: str, name: str) -> Element:
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
+        if depth == 0 and ended is not None and _CLOSING_TAGS.fullmatch(text.encode(), parser.ErrorByteIndex):
+            return ended  # closing tags left over after the root element, which other parsers do not read either
         raise RobotError(
             f"{name}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
             "the file is not well-formed XML, so nothing of it is used"

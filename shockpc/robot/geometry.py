@@ -145,17 +145,7 @@ def _urdf_shapes(source: RobotSource, kind: Kind) -> list[Shape | UnreadShape]:
 
     Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
     """
-
-    @functools.cache  # four legs often share a mesh
-    def load(uri: str) -> tuple[Mesh, Array]:
-        path = source.folders.asset(uri)
-        try:
-            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
-        except ValueError as refusal:
-            raise ValueError(f'"{uri}": {refusal}') from None
-        return mesh, hull_corners(mesh.vertices)
-
-    root = parse_xml(source.xml, source.path.name)
+    load, root = _loader(source), parse_xml(source.xml, source.path.name)
     found = [*_link_shapes(root, kind, load, np.eye(3))]
     if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
         turned = [*_link_shapes(root, kind, load, _Y_TO_Z)]
@@ -177,15 +167,35 @@ def _link_shapes(
             try:
                 xyz, rpy = (_numbers(element.find("origin"), key, "0 0 0") for key in ("xyz", "rpy"))
                 if shape.tag == "mesh":
-                    (mesh, corners), scale = load(shape.get("filename", "")), _numbers(shape, "scale", "1 1 1")
-                    placed = (turn.T if mesh.y_up else np.eye(3)) * scale
-                    found = Shape(name, corners @ placed, mesh=mesh._replace(vertices=mesh.vertices @ placed))
+                    read, scale = load(shape.get("filename", "")), _numbers(shape, "scale", "1 1 1")
+                    found = _mesh(name, read, scale[:, None] * (turn if read[0].y_up else np.eye(3)), np.zeros(3))
                 else:
                     size, radius, length = (_numbers(shape, key) for key in ("size", "radius", "length"))
                     found = _primitive(name, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
                 yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
                 yield UnreadShape(name, shape.get("filename", ""), str(refusal), (kind,))
+
+
+def _loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
+    """A function that reads a mesh and the corners of its hull, once each, for four legs often share one."""
+
+    @functools.cache
+    def load(uri: str) -> tuple[Mesh, Array]:
+        path = source.folders.asset(uri)
+        try:
+            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
+        except ValueError as refusal:
+            raise ValueError(f'"{uri}": {refusal}') from None
+        return mesh, hull_corners(mesh.vertices)
+
+    return load
+
+
+def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
+    """The shape of a mesh as read, with its corners, after a change (3, 3) of its coordinates from an origin (3,) [m]."""
+    mesh, corners = read
+    return Shape(link, (corners - origin) @ change.T, mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T))
 
 
 def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) -> float:
@@ -210,27 +220,32 @@ def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShap
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
     from shockpc.robot.mjcf import compiled, geom_kinds
 
-    try:
-        found = compiled(source, meshes=True)
-    except RobotError as refusal:
-        yield UnreadShape("", "", str(refusal), (kind,))
-        return
-    yield from (lost for lost in found.unread if kind in lost.kinds)
-    m = found.model
+    found = compiled(source)
+    m, load = found.model, _loader(source)
     for number in range(m.ngeom):
-        geom, primitive = m.geom(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
+        geom, file, primitive = m.geom(number), found.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
         if kind not in geom_kinds(geom) or not (primitive or m.geom_type[number] == _MJCF_MESH):
             continue
         link = m.body(geom.bodyid[0]).name
-        w, x, y, z = (float(value) for value in geom.quat)
         try:
-            shape = _primitive(link, primitive, np.array(geom.size)) if primitive else _mjcf_mesh(link, m, int(geom.dataid[0]))
-            yield _checked(shape._replace(name=geom.name).placed(pin.Quaternion(w, x, y, z).matrix(), np.array(geom.pos)))
-        except ValueError as refusal:
-            yield UnreadShape(link, "", str(refusal), (kind,))
+            if file:
+                shape = _mesh(link, load(file.file), file.scale[:, None] * _rotation(file.rotation).T, file.origin)
+            else:
+                shape = (
+                    _primitive(link, primitive, np.array(geom.size)) if primitive else _compiled_mesh(link, m, int(geom.dataid[0]))
+                )
+            yield _checked(shape._replace(name=geom.name).placed(_rotation(geom.quat), np.array(geom.pos)))
+        except (RobotError, ValueError) as refusal:
+            yield UnreadShape(link, file.name if file else "", str(refusal), (kind,))
 
 
-def _mjcf_mesh(link: str, m: Any, number: int) -> Shape:
+def _rotation(quaternion: Array) -> Array:
+    """The rotation (3, 3) of a quaternion whose scalar part comes first."""
+    w, x, y, z = (float(value) for value in quaternion)
+    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
+
+
+def _compiled_mesh(link: str, m: Any, number: int) -> Shape:
     """Take a mesh from a compiled model."""
     first, face = int(m.mesh_vertadr[number]), int(m.mesh_faceadr[number])
     vertices = np.array(m.mesh_vert[first : first + int(m.mesh_vertnum[number])], dtype=float)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from shockpc.errors import RobotError
 
-__all__ = ["LINKS", "refuse_number", "refuse_tree"]
+__all__ = ["LINKS", "refuse_drives", "refuse_number", "refuse_tree"]
 
 LINKS = 2000  # URDF's parser recurses over links, and far beyond this it overruns its stack
 _LEVELS = 600
@@ -29,6 +29,24 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
             f"{whose}: {what} is {value:g} {unit}, which cannot be computed with; give numbers up to {_LARGEST:g}, and masses "
             f"of at least {_LIGHTEST:g} kg, or 0"
         )
+
+
+def refuse_drives(file: str, velocities: int, armature: float) -> None:
+    """Refuse a robot with more than 606 velocities (a chain of 600 joints on a free base), or with a drive out of range.
+
+    Args:
+        file: the file's name, for messages.
+        velocities: their number.
+        armature: the greatest reflected inertia [kg m²].
+
+    Raises:
+        RobotError: with their number, or the greatest reflected inertia.
+    """
+    if velocities > _LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
+        raise RobotError(
+            f"{file} moves with {velocities} velocities, and up to {_LEVELS + 6} are computed; fix joints that do not matter"
+        )
+    refuse_number(file, "the greatest reflected inertia", armature, "kg m²")
 
 
 def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:

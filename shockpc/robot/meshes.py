@@ -1,4 +1,4 @@
-"""The bytes of a mesh file become triangles: STL, OBJ, COLLADA and PLY, read by trimesh and pycollada.
+"""The bytes of a mesh file become triangles: STL, OBJ, COLLADA and PLY, read by trimesh and pycollada, and MuJoCo's MSH.
 
 The libraries are given bytes in memory and nothing by which to find another file, so materials and textures are never opened.
 """
@@ -18,7 +18,7 @@ from shockpc.robot.files import parse_xml
 
 __all__ = ["FORMATS", "Mesh", "UnreadShape", "hull_corners", "read_mesh"]
 
-FORMATS = ("stl", "obj", "dae", "ply")
+FORMATS = ("stl", "obj", "dae", "ply", "msh")
 """Suffixes of the files that are read."""
 
 _NO_SHAPE = {
@@ -69,6 +69,12 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     """
     if suffix not in FORMATS:
         raise ValueError(f"meshes are read from {', '.join(known.upper() for known in FORMATS)} files only")
+    if suffix == "msh":
+        return _checked(*_msh_shape(data))
+    if suffix == "stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        # trimesh reads these too; its import takes longer than an analysis of a robot whose meshes are all of this kind.
+        corners = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")], offset=84)["corners"]
+        return _checked(corners.reshape(-1, 3).astype(float), np.arange(3 * len(corners)).reshape(-1, 3))
     # Imported here, because they take longer to import than an analysis without meshes takes to run.
     from collada.common import DaeError
     from trimesh.exchange.load import mesh_loaders
@@ -86,16 +92,33 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
             found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
             vertices, triangles = _joined(found)
-    except (RobotError, DaeError, DeprecationWarning, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as refusal:
+            vertices = np.asarray(vertices, dtype=float)
+    except (
+        RobotError,
+        DaeError,
+        DeprecationWarning,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        NameError,
+        RuntimeError,
+        ArithmeticError,
+    ) as refusal:
         why = " ".join(str(refusal).split()) or type(refusal).__name__
         raise ValueError(f"it is not a valid {suffix.upper()} file ({why})") from None
+    return _checked(vertices * unit, triangles)._replace(y_up=y_up)
+
+
+def _checked(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
+    """A mesh whose numbers can be used, with one vertex at each place."""
     if not len(triangles):
         raise ValueError("it holds no triangles")
     if not np.isfinite(vertices).all():
         raise ValueError("it has vertices that are not finite numbers")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise ValueError("a triangle refers to a vertex that does not exist")
-    return _merged(vertices * unit, triangles)._replace(y_up=y_up)
+    return _merged(vertices, triangles)
 
 
 def hull_corners(vertices: Array) -> Array:
@@ -111,6 +134,16 @@ def hull_corners(vertices: Array) -> Array:
         return np.asarray(vertices[ConvexHull(vertices).vertices])
     except QhullError:
         return vertices
+
+
+def _msh_shape(data: bytes) -> tuple[Array, NDArray[np.int64]]:
+    """The vertices and triangles of MuJoCo's binary format: four counts, vertices, normals, texture coordinates, triangles."""
+    vertices, normals, coordinates, triangles = [int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)]
+    if len(data) != 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
+        raise ValueError("it is not a valid MSH file (its length is not that which its first four numbers give)")
+    points = np.frombuffer(data, "<f4", 3 * vertices, 16).reshape(-1, 3)
+    faces = np.frombuffer(data, "<i4", 3 * triangles, len(data) - 12 * triangles).reshape(-1, 3)
+    return points.astype(float), faces.astype(np.int64)
 
 
 def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:

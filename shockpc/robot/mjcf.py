@@ -8,20 +8,41 @@ The bodies of a compiled model and the links of the robot have the same names: `
 belongs to the body that carries it. `model.geom_bodyid`, `geom_pos` and `geom_quat` place a geom in its link's frame.
 """
 
+import contextlib
 import functools
+import os
 import re
 import warnings
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.files import parse_xml, read_bytes
-from shockpc.robot.meshes import UnreadShape
 from shockpc.robot.mjcf_text import without_files
 from shockpc.robot.source import RobotSource
 
-__all__ = ["Compiled", "compiled", "geom_kinds"]
+__all__ = ["Compiled", "MeshFile", "compiled", "geom_kinds"]
+
+
+class MeshFile(NamedTuple):
+    """A mesh of an MJCF whose file is read when its shape is asked for.
+
+    Attributes:
+        name: in the MJCF.
+        file: as named there.
+        scale: (3,) along the axes of the file, applied last [1].
+        origin: (3,) of the mesh in the file's coordinates [m].
+        rotation: (4,) quaternion w x y z of the mesh's axes in the file's.
+    """
+
+    name: str
+    file: str
+    scale: Array
+    origin: Array
+    rotation: Array
 
 
 class Compiled(NamedTuple):
@@ -30,28 +51,26 @@ class Compiled(NamedTuple):
     Attributes:
         model: the `mujoco.MjModel`; every body and joint has a name.
         keys: keyframes of the file: name and qpos in MuJoCo's order.
-        unread: every mesh geom that was removed because its file cannot be read.
+        meshes: by the number of a geom, the file of a mesh that gives no mass; the geom itself is a small box in its place.
         warnings: of MuJoCo.
     """
 
     model: Any
     keys: tuple[tuple[str, tuple[float, ...]], ...]
-    unread: tuple[UnreadShape, ...]
+    meshes: Mapping[int, MeshFile]
     warnings: tuple[str, ...]
 
 
 def geom_kinds(geom: Any) -> tuple[str, ...]:
-    """Say what a geom of a specification or of a model is for. MuJoCo shows groups 0 to 2 unless it is asked for others."""
+    """Say what a geom of a model is for. MuJoCo shows groups 0 to 2 unless it is asked for others."""
     collides = bool(geom.contype or geom.conaffinity)
     shown = not collides or geom.group <= 2
     return ("collision",) * collides + ("visual",) * bool(shown)
 
 
 @functools.lru_cache(maxsize=16)
-def compiled(source: RobotSource, meshes: bool = False) -> Compiled:
-    """Compile an MJCF; the result is kept, so that asking again costs nothing.
-
-    Without `meshes` only the meshes that give a body its mass are read, and all other mesh geoms are removed.
+def compiled(source: RobotSource) -> Compiled:
+    """Compile an MJCF; the result is kept, so that asking again costs nothing. Only the meshes that give a body its mass are read.
 
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
@@ -66,17 +85,30 @@ def compiled(source: RobotSource, meshes: bool = False) -> Compiled:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
     try:
-        with warnings.catch_warnings(record=True) as caught:
+        with warnings.catch_warnings(record=True) as caught, _silent():
             warnings.simplefilter("always")
-            found = _compile(mujoco, source, meshes)
+            found = _compile(mujoco, source)
     finally:
         mujoco.set_mju_user_warning(before)
     texts = dict.fromkeys(" ".join(str(text).split()) for text in (*notes, *(warning.message for warning in caught)))
     return found._replace(warnings=tuple(f"{source.path.name}: MuJoCo: {text}" for text in texts))
 
 
-def _compile(mujoco: Any, source: RobotSource, meshes: bool) -> Compiled:
-    """Compile with or without the meshes that give no mass."""
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    """Discard what native code, such as Qhull's, writes to standard error."""
+    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nothing, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nothing)
+
+
+def _compile(mujoco: Any, source: RobotSource) -> Compiled:
+    """Compile without the meshes that give no mass."""
     parts: dict[str, bytes] = {}
     text = without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
     try:
@@ -86,8 +118,9 @@ def _compile(mujoco: Any, source: RobotSource, meshes: bool) -> Compiled:
         for key in list(spec.keys):
             spec.delete(key)
         _name(mujoco, spec)
-        unread = _load_meshes(mujoco, spec, source, meshes)
-        return Compiled(spec.compile(), keys, unread, ())
+        boxes = _load_meshes(mujoco, spec, source)
+        model = spec.compile()
+        return Compiled(model, keys, {int(geom.id): mesh for geom, mesh in boxes}, ())
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
         raise RobotError(f"{source.path.name}: MuJoCo cannot compile it: {_reason(refusal)}") from None
 
@@ -115,61 +148,44 @@ def _name(mujoco: Any, spec: Any) -> None:
             joint.name = joint.name or free(f"{body.name}_{kind}")
 
 
-def _load_meshes(mujoco: Any, spec: Any, source: RobotSource, everything: bool) -> tuple[UnreadShape, ...]:
-    """Pass the files of the meshes that are needed on as bytes, and remove the other mesh geoms and all height fields.
+def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any, MeshFile]]:
+    """Pass the files of the meshes that give mass on as bytes; remove all height fields.
 
     Returns:
-        Every geom that was to be kept and cannot be.
+        The geoms of the other meshes with their files: each is a box without mass now, in the place that the file gives the geom.
+
+    Raises:
+        RobotError: a mesh that gives a body its mass cannot be read.
     """
-    users: dict[str, list[Any]] = {}
-    weighing: dict[str, str] = {}
+    named, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
+    needed: dict[str, str] = {}
     for geom in list(spec.geoms):
+        mesh = named.get(geom.meshname)
         if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:
             spec.delete(geom)
-        elif geom.meshname:
-            weighs = _weighs(mujoco, spec, geom)
-            if weighs:
-                weighing.setdefault(geom.meshname, geom.parent.name)
-            if weighs or everything:
-                users.setdefault(geom.meshname, []).append(geom)
+        elif mesh is not None and mesh.file:
+            # A primitive with a mesh is fitted to it.
+            if geom.type != mujoco.mjtGeom.mjGEOM_MESH or _weighs(mujoco, spec, geom):
+                needed.setdefault(mesh.name, geom.parent.name)
             else:
-                spec.delete(geom)
-    assets: dict[str, bytes] = {}
-    unread = []
-    for number, mesh in enumerate(list(spec.meshes)):
-        geoms = users.get(mesh.name, [])
-        reason = ""
-        if geoms and mesh.file:
+                boxes.append((geom, MeshFile(mesh.name, mesh.file, *map(np.array, (mesh.scale, mesh.refpos, mesh.refquat)))))
+                geom.type, geom.size, geom.mass = mujoco.mjtGeom.mjGEOM_BOX, [1e-3] * 3, 0.0
+                geom.name = geom.meshname = ""
+    for number, mesh in enumerate(named.values()):
+        if mesh.file and mesh.name not in needed:
+            spec.delete(mesh)
+        elif mesh.file:
             try:
                 path = source.folders.asset(mesh.file)
                 mesh.file = f"mesh_{number}{path.suffix}"
                 assets[mesh.file] = read_bytes(path)
-                if everything:
-                    _try(mujoco, mesh, assets[mesh.file])
-            except (RobotError, ValueError) as refusal:
-                reason = _reason(refusal) if isinstance(refusal, ValueError) else str(refusal)
-                if mesh.name in weighing:
-                    raise RobotError(
-                        f'{source.path.name}: body "{weighing[mesh.name]}" takes its mass from mesh "{mesh.name}", which cannot be '
-                        f"read: {reason}. Give the mesh, or give the body an <inertial>"
-                    ) from None
-        if reason:
-            unread += [UnreadShape(geom.parent.name, mesh.name, reason, geom_kinds(geom)) for geom in geoms]
-            for geom in geoms:
-                spec.delete(geom)
-        if reason or not geoms:
-            spec.delete(mesh)
+            except RobotError as refusal:
+                raise RobotError(
+                    f'{source.path.name}: body "{needed[mesh.name]}" takes its mass from mesh "{mesh.name}", which cannot be '
+                    f"read: {refusal}. Give the mesh, or give the body an <inertial>"
+                ) from None
     spec.assets = assets
-    return tuple(unread)
-
-
-def _try(mujoco: Any, mesh: Any, data: bytes) -> None:
-    """Compile one mesh alone. Raises ValueError if MuJoCo cannot read it."""
-    spec = mujoco.MjSpec()
-    spec.assets = {mesh.file: data}
-    spec.add_mesh(name="m", file=mesh.file, scale=mesh.scale, inertia=mesh.inertia)
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="m")
-    spec.compile()
+    return boxes
 
 
 def _weighs(mujoco: Any, spec: Any, geom: Any) -> bool:

@@ -1,6 +1,7 @@
 """The Pinocchio model of a compiled MJCF, and what ties its bodies together beside the tree."""
 
-from collections.abc import Iterable, Iterator
+import fnmatch
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,8 @@ from shockpc.robot.source import RobotSource
 __all__ = ["build_mjcf"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
-_CONNECT, _WELD, _JOINT = range(3)  # mjtEq
+_CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
+_WRAPPED_JOINT = 1  # mjtWrap
 _MESH = 7  # mjtGeom; its frame depends on the file of the mesh
 _SITE = 6  # mjtObj
 # Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part; and its velocities.
@@ -25,14 +27,19 @@ _COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,),
 _FREEDOM = {_FREE: 6, _BALL: 3, _SLIDE: 1, _HINGE: 1}
 
 
-def build_mjcf(source: RobotSource) -> Built:
+def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Built:
     """Build the Pinocchio model of an MJCF.
 
     A body with several joints has one composite joint. A free base stands where its configuration says; `body_pos` is only
     where it starts. Its armature, which MuJoCo adds to the inertia matrix like any other, is added to the base as mass and
     rotational inertia at the body's frame, which gives the same matrix; no joint model takes it away.
 
-    Of several robots in one file the heaviest is built, with those that equalities tie to it.
+    Of several robots in one file that is built which has the first of the frames asked for, or else the most joints, with those
+    that equalities tie to it.
+
+    Args:
+        source: the file.
+        frames: names or globs of bodies, sites and geoms.
 
     Raises:
         RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
@@ -40,7 +47,7 @@ def build_mjcf(source: RobotSource) -> Built:
     found = compiled(source)
     m, file = found.model, source.path.name
     _refuse_extremes(m, file)
-    left_out, notes = _left_out(m, file)
+    left_out, notes = _left_out(m, file, frames)
     tree = _tree(m, file, source.robot_name, np.flatnonzero(~np.isin(m.body_rootid, left_out)).tolist())
     model = tree.model
     # Both count bodies, and the joints of a body, in the same order.
@@ -115,8 +122,8 @@ def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
 def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3, numbers: range) -> tuple[int, pin.SE3]:
     """Add the joint of a body placed so in the carrier's frame; return its index, and the body's frame in the joint's."""
     name = "+".join(m.joint(number).name for number in numbers)
-    if model.existJointName(name):
-        raise RobotError(f'{file}: joint "{name}" has a name that Pinocchio uses itself; rename it')
+    if model.existJointName(name) or name.count("+") >= max(len(numbers), 2):
+        raise RobotError(f'{file}: joint "{name}" has a name that is used here for something else; rename it')
     if m.jnt_type[numbers[0]] == _FREE:  # it stands where its configuration says; its place in the file is only a start
         return _added(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
     parts, steps = [], []
@@ -195,8 +202,8 @@ def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
     for number in np.flatnonzero(m.eq_active0):
         ends = [int(m.eq_obj1id[number]), int(m.eq_obj2id[number])]
         match int(m.eq_type[number]):
-            case 2:  # joint
-                bodies = [int(m.jnt_bodyid[joint]) for joint in ends if joint >= 0]
+            case 2 | 3 as kind:  # joint, tendon
+                bodies = [int(m.jnt_bodyid[joint]) for end in ends for joint in _terms(m, kind, end) or ()]
             case 0 | 1:  # connect, weld
                 bodies = [int(m.site_bodyid[end]) for end in ends] if m.eq_objtype[number] == _SITE else ends
             case _:
@@ -204,14 +211,22 @@ def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
         yield int(number), ends, bodies
 
 
-def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
+def _left_out(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
     """The top-level bodies that move and do not belong to the robot, and a warning if there are any."""
     roots = np.unique(m.body_rootid[m.body_jntnum > 0])
     mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
         raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
-    heaviest = max(mass, key=lambda root: mass[root])
-    kept = {heaviest}
+    places = [(m.body(k).name, k) for k in range(m.nbody)]
+    places += [
+        (item(k).name, int(body))
+        for item, bodies in ((m.site, m.site_bodyid), (m.geom, m.geom_bodyid))
+        for k, body in enumerate(bodies)
+    ]
+    asked = [int(m.body_rootid[body]) for frame in frames for name, body in places if name and fnmatch.fnmatchcase(name, frame)]
+    largest = max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))  # a box may weigh more
+    chosen = next((root for root in asked if root in mass), largest)
+    kept = {chosen}
     ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
     while any(tie & kept and not tie <= kept for tie in ties):
         kept |= set().union(*(tie for tie in ties if tie & kept))
@@ -219,13 +234,14 @@ def _left_out(m: Any, file: str) -> tuple[list[int], tuple[str, ...]]:
         tied = listed(m.body(root).name for root in sorted(kept))
         raise RobotError(
             f"{file}: equalities tie {tied} together, and a floating base can be computed only as the one top-level body that "
-            'moves. Set active="false" on these equalities to compute the heaviest alone'
+            'moves. Set active="false" on these equalities to compute one alone'
         )
     left = [root for root in mass if root not in kept]
     if not left:
         return [], ()
     others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
-    said = f'robots that move on their own: the heaviest, "{m.body(heaviest).name}", is computed, and {others} left out'
+    why = "which has the contact" if chosen in asked else "with the most joints"
+    said = f'robots that move on their own: "{m.body(chosen).name}", {why}, is computed, and {others} left out'
     return left, (f"{file} holds {len(mass)} {said}",)
 
 
@@ -265,7 +281,10 @@ def _loops(m: Any, tree: _Tree) -> Iterator[Loop]:
 
 
 def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
-    """The joints that active joint equalities couple: q₁ − q₁₀ = a₀ + a₁ (q₂ − q₂₀), or a constant without a second joint.
+    """The joints that active equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂.
+
+    x is the value of a joint, or the length of a fixed tendon, which is a sum of multiples of such values. Solved for a joint
+    that does not follow yet, of the first object if there is one, with the largest multiple.
 
     Raises:
         RobotError: an equality couples in another way, a joint follows twice, or one has several degrees of freedom.
@@ -274,35 +293,47 @@ def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
     for number, ends, bodies in _equalities(m):
         kind, called = int(m.eq_type[number]), m.equality(number).name
         called = f' "{called}"' if called else ""
-        if kind < _JOINT or (kind == _JOINT and not all(body in tree.joint for body in bodies)):
+        if kind < _JOINT or not all(body in tree.joint for body in bodies):
             continue
-        if kind > _JOINT:
+        if kind > _TENDON or any(_terms(m, kind, end) is None for end in ends):
             raise RobotError(
-                f"{file}: the equality{called} couples tendons or flexible parts, which is not computed, and without it the "
-                'numbers would be wrong; valid are connect, weld and joint; set active="false" to do without it on purpose'
+                f"{file}: the equality{called} couples tendons that are not fixed, or flexible parts, which is not computed, and "
+                "without it the numbers would be wrong; valid are connect, weld, joint, and fixed tendons; "
+                'set active="false" to do without it on purpose'
             )
-        names = [m.joint(end).name if end >= 0 else "" for end in ends]
-        for name, body in zip(names, bodies, strict=False):
-            if m.body_jntnum[body] != 1:
-                raise RobotError(
-                    f'{file}: an equality couples joint "{name}", which shares body "{m.body(body).name}" with another joint; '
-                    "give each of a body's joints a body"
-                )
         polynomial = [float(value) for value in m.eq_data[number, :5]]
-        if any(polynomial[2:]) and names[1]:
+        if any(polynomial[2:]) and ends[1] >= 0:
             raise RobotError(
-                f"{file}: the equality joint{called} couples joints by a curve, polycoef {' '.join(f'{a:g}' for a in polynomial)}; "
+                f"{file}: the equality{called} couples joints by a curve, polycoef {' '.join(f'{a:g}' for a in polynomial)}; "
                 "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
             )
-        if any(mimic.joint == names[0] for mimic in found):
+        sums: dict[str, float] = {}
+        constant = polynomial[0]
+        for end, factor in zip(ends, (1.0, -polynomial[1]), strict=True):
+            for joint, multiple in (_terms(m, kind, end) or {}).items():
+                name = m.joint(joint).name
+                sums[name] = sums.get(name, 0.0) + factor * multiple
+                constant += factor * multiple * float(m.qpos0[m.jnt_qposadr[joint]])
+        first = [m.joint(joint).name for joint in _terms(m, kind, ends[0]) or ()]
+        free = [name for name, by in sums.items() if by and all(mimic.joint != name for mimic in found)]
+        if not free:
             raise RobotError(
-                f'{file}: two equalities have joint1="{names[0]}", and a joint can follow only once; turn one of them round '
-                '(joint1 and joint2 exchanged, polycoef="-a0/a1 1/a1 0 0 0"), or set active="false" to do without it'
+                f"{file}: the equality{called} ties {listed(sums)}, but equalities before it make each of these follow, and "
+                'a joint can follow only once; set active="false" on one of them to do without it'
             )
-        rest = [float(m.qpos0[m.jnt_qposadr[end]]) if end >= 0 else 0.0 for end in ends]
-        slope = polynomial[1] if names[1] else 0.0
-        found.append(Mimic(names[0], names[1], slope, rest[0] + polynomial[0] - slope * rest[1]))
-    return leaders_first(found, tree.model, file)
+        own = max(free, key=lambda name: (name in first, abs(sums[name])))
+        leaders = {name: -by / sums[own] for name, by in sums.items() if by and name != own}
+        found.append(Mimic(own, leaders, constant / sums[own]))
+    return leaders_first(found, {m.joint(joint).name: 1 for joint in range(m.njnt)}, file)
+
+
+def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:
+    """The multiple of each joint in an object of an equality, none without an object; None of a tendon that is not fixed."""
+    if number < 0 or kind == _JOINT:
+        return {number: 1.0} if number >= 0 else {}
+    wraps = range(m.tendon_adr[number], m.tendon_adr[number] + m.tendon_num[number])
+    fixed = all(m.wrap_type[wrap] == _WRAPPED_JOINT for wrap in wraps)
+    return {int(m.wrap_objid[wrap]): float(m.wrap_prm[wrap]) for wrap in wraps} if fixed else None
 
 
 def _postures(

@@ -1,5 +1,6 @@
 """The text of an MJCF with all of its parts in it, so that MuJoCo opens no file."""
 
+import math
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,7 +15,8 @@ __all__ = ["insert_includes", "without_files"]
 _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
 _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
 _UNUSED_ATTRIBUTES = ("material", "texture")
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
+_NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
 
 
 def insert_includes(root: Element, folders: OpenFolders) -> str:
@@ -56,6 +58,12 @@ def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
         parent[place : place + 1] = list(part)
 
 
+def _size(element: Element) -> int:
+    """The number of elements that MuJoCo makes of one."""
+    count = math.prod(int(word[:9]) for word in element.get("count", "").split() if word.isdecimal())
+    return max(count, 1) * (1 + sum(map(_size, element)))
+
+
 def without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) -> str:
     """Take out of a model what names files and changes neither mass nor motion: textures, materials, height fields, sensors.
 
@@ -69,6 +77,12 @@ def without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) 
     Raises:
         RobotError: an attached model cannot be read, or a number is not finite.
     """
+    size = _size(root)
+    if size > _LARGEST:
+        raise RobotError(
+            f"{folders.file.name} has {size} elements after replication, and up to {_LARGEST} are read; lower the count of "
+            "<replicate>, <composite> or <flexcomp>"
+        )
     for section in [section for section in root if section.tag in _UNUSED_SECTIONS]:
         root.remove(section)
     for parent in list(root.iter()):

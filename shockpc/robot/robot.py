@@ -2,7 +2,7 @@
 
 import fnmatch
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
@@ -14,6 +14,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.errors import UnknownName
 from shockpc.robot.couplings import Loop, Mimic
 from shockpc.robot.inertias import inertia_warning
+from shockpc.robot.limits import refuse_drives
 from shockpc.robot.source import RobotSource, read_source
 from shockpc.robot.urdf_model import WORLD, build_urdf
 
@@ -77,7 +78,7 @@ class Joint(NamedTuple):
         q: where its configuration is in q.
         v: where its velocities are in q̇.
         limits: least and greatest value of a joint of one coordinate [rad, m].
-        parts: of a composite, in their order.
+        parts: of a composite, in their order; its name is theirs, joined by "+".
     """
 
     name: str
@@ -221,13 +222,18 @@ class Robot:
         return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
 
     @cached_property
+    def single_joints(self) -> tuple[Joint, ...]:
+        """The joints as the file has them: the same, with the parts of a composite joint in its place."""
+        return tuple(part for joint in self.joints for part in joint.parts or (joint,))
+
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints between bodies; the floating base's is not among them."""
-        return tuple(joint.name for joint in self.joints[self.free_base :])
+        """Names of the joints between bodies, as the file has them; the floating base's is not among them."""
+        return tuple(joint.name for joint in self.single_joints[self.free_base :])
 
     def joint(self, name: str) -> Joint:
-        """The joint of that exact name."""
-        return next(joint for joint in self.joints if joint.name == name)
+        """The joint of the file of that exact name."""
+        return next(joint for joint in self.single_joints if joint.name == name)
 
     @cached_property
     def driven(self) -> np.ndarray:
@@ -316,6 +322,7 @@ def load_robot(
     xacro: Mapping[str, str] | None = None,
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
+    frames: Sequence[str] = (),
 ) -> Robot:
     """Load a robot from a file (URDF, xacro or MJCF, recognised by its content) or by name.
 
@@ -324,16 +331,21 @@ def load_robot(
         xacro: arguments of a xacro file.
         packages: folders of packages, for `package://` and `$(find …)`.
         srdf: a file of reference postures; by default the one found beside the robot.
+        frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
+            loaded, or else the one with the most joints.
 
     Raises:
         UnknownName: no robot has that name.
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
-    build = build_urdf
     if source.kind == "mjcf":
-        from shockpc.robot.mjcf_model import build_mjcf as build
-    built = build(source)
+        from shockpc.robot.mjcf_model import build_mjcf
+
+        built = build_mjcf(source, frames)
+    else:
+        built = build_urdf(source)
+    refuse_drives(source.path.name, built.model.nv, float(built.model.armature.max(initial=0.0)))
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in built.model.jointPlacements:
         R = place.rotation
@@ -349,7 +361,10 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
         inner = joint.extract()
-        parts = tuple(_joint(model, part, number, step) for part, step in zip(inner.joints, inner.jointPlacements, strict=True))
+        parts = tuple(
+            _joint(model, part, number, step)._replace(name=name)
+            for part, step, name in zip(inner.joints, inner.jointPlacements, model.names[number].split("+"), strict=True)
+        )
     elif joint.nv == 1:
         data = joint.createData()
         joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))

@@ -6,18 +6,20 @@ so the tree and the numbers are checked here, by name.
 
 import math
 import re
+import sys
 from collections.abc import Iterable
 from graphlib import CycleError, TopologicalSorter
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number, refuse_tree
 
-__all__ = ["check_urdf", "normalise_urdf", "vector"]
+__all__ = ["check_urdf", "moving_parts", "normalise_urdf", "vector"]
 
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_ZERO = re.compile(r"[+-]?[0.]+([eE].*)?")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # Shapes of a <geometry>: attribute and how many numbers it holds.
 _SHAPES = {
@@ -44,7 +46,8 @@ _JOINT_NUMBERS = (
     ("limit", "lower upper", 1, False, ""),
     ("limit", "effort velocity", 1, True, ""),
     ("dynamics", "damping friction", 1, False, ""),
-    ("mimic", "multiplier offset", 1, False, ""),
+    ("mimic", "multiplier", 1, False, "rad/rad"),
+    ("mimic", "offset", 1, False, "rad"),
     ("calibration", "rising falling", 1, False, ""),
     ("safety_controller", "soft_lower_limit soft_upper_limit k_position", 1, False, ""),
     ("safety_controller", "k_velocity", 1, True, ""),
@@ -52,12 +55,26 @@ _JOINT_NUMBERS = (
 
 
 def vector(text: str | None, size: int) -> tuple[float, ...] | None:
-    """Read so many numbers as the parser would: plain decimals, separated by blanks, finite; None if the text is anything else."""
+    """Read so many numbers as the parser would: plain decimals, separated by blanks; None if the text is anything else.
+
+    A number that is too large or too small for a double is none, because the parser would drop the element that holds it.
+    """
     words = (text or "").split()
     if len(words) != size or not all(map(_NUMBER.fullmatch, words)):
         return None
     values = tuple(map(float, words))
-    return values if all(map(math.isfinite, values)) else None
+    small = (word for value, word in zip(values, words, strict=True) if abs(value) < sys.float_info.min)
+    return values if all(map(math.isfinite, values)) and all(map(_ZERO.fullmatch, small)) else None
+
+
+def moving_parts(robot: Element) -> str:
+    """The text of a URDF without shapes, materials, comments and all else that does not change how it moves."""
+    parts = Element("robot", name=robot.get("name", ""))
+    for element in robot:
+        if element.tag in ("link", "joint"):
+            part = SubElement(parts, element.tag, element.attrib)
+            part.extend(child for child in element if child.tag not in ("visual", "collision"))
+    return tostring(parts, encoding="unicode")
 
 
 def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
@@ -205,11 +222,13 @@ def _check_link(link: Element, whose: str) -> None:
     _check_numbers(link, _LINK_NUMBERS, whose)
     for mass in link.findall("inertial/mass"):
         if float(mass.get("value", "")) < 0:
-            raise RobotError(f"{whose}: mass {mass.get('value')} kg is negative; no body has that")
+            raise RobotError(f"{whose}: mass {mass.get('value')} kg is negative; give the mass that the body has, or 0")
     for inertia in link.findall("inertial/inertia"):
         for entry in ("ixx", "iyy", "izz"):
             if float(inertia.get(entry, "")) < -_ROUNDING:
-                raise RobotError(f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; no body has that moment of inertia")
+                raise RobotError(
+                    f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; give the moment of inertia that the body has"
+                )
 
 
 def _check_joint(joint: Element, whose: str) -> None:

@@ -6,7 +6,6 @@ name apart.
 
 import math
 from pathlib import Path
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -17,7 +16,7 @@ from shockpc.errors import RobotError
 from shockpc.robot.couplings import Built, Mimic, leaders_first
 from shockpc.robot.files import parse_xml, read_xml
 from shockpc.robot.source import RobotSource
-from shockpc.robot.urdf import vector
+from shockpc.robot.urdf import moving_parts, vector
 
 __all__ = ["WORLD", "build_urdf"]
 
@@ -31,43 +30,43 @@ def build_urdf(source: RobotSource) -> Built:
     Raises:
         RobotError: Pinocchio refuses the text, joints follow one another in a circle, or the SRDF cannot be read.
     """
+    root = parse_xml(source.xml, source.path.name)
     try:
-        model, start, notes = _on_its_base(source)
+        model, start, notes = _on_its_base(root, source.path.name)
     except (ValueError, RuntimeError, IndexError) as refusal:
         raise RobotError(f"{source.path.name}: Pinocchio cannot read it: {' '.join(str(refusal).split())}") from None
     postures = _read_srdf(source.srdf, model, start) if source.srdf is not None else {}
     # A fixed joint follows nothing; one that follows a fixed joint keeps its offset.
     mimics = [
-        Mimic(joint.get("name", ""), rule.get("joint", ""), float(rule.get("multiplier", "1")), float(rule.get("offset", "0")))
-        for joint in (parse_xml(source.xml, source.path.name).iter("joint") if "<mimic" in source.xml else ())
+        Mimic(joint.get("name", ""), {rule.get("joint", ""): float(rule.get("multiplier", "1"))}, float(rule.get("offset", "0")))
+        for joint in root.iter("joint")
         for rule in joint.findall("mimic")
         if model.existJointName(joint.get("name", ""))
     ]
-    return Built(model, start, postures, leaders_first(mimics, model, source.path.name), notes=notes)
+    freedom = {name: joint.nv for name, joint in zip(model.names, model.joints, strict=True)}
+    return Built(model, start, postures, leaders_first(mimics, freedom, source.path.name), notes=notes)
 
 
-def _on_its_base(source: RobotSource) -> tuple[pin.Model, Array, tuple[str, ...]]:
+def _on_its_base(urdf: Element, file: str) -> tuple[pin.Model, Array, tuple[str, ...]]:
     """The model on a floating base, the configuration (nq,) in which its joints are neutral, and warnings.
 
     A root link that is called "world", or has no mass, and carries nothing but a floating or planar joint is the world, and that
     joint is the floating base. It stands where its configuration says; its origin in the file is only where it starts.
     """
-    model = pin.buildModelFromXML(source.xml, pin.JointModelFreeFlyer())
+    model = pin.buildModelFromXML(moving_parts(urdf), pin.JointModelFreeFlyer())
     notes: tuple[str, ...] = ()
     root = next(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
     carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
     kind = model.joints[carried[0]].shortname() if len(carried) == 1 and (root == WORLD or not model.inertias[1].mass) else ""
     if kind in ("JointModelFreeFlyer", "JointModelPlanar"):
-        name, xml = model.names[carried[0]], source.xml
+        name = model.names[carried[0]]
         if kind == "JointModelPlanar":
-            urdf = parse_xml(xml, source.path.name)
             next(joint for joint in urdf.iter("joint") if joint.get("name") == name).set("type", "floating")
-            xml = ElementTree.tostring(urdf, encoding="unicode")
             notes = (
-                f'{source.path.name}: joint "{name}" is planar and carries the whole robot, so it is computed as a floating base; '
+                f'{file}: joint "{name}" is planar and carries the whole robot, so it is computed as a floating base; '
                 "--base planar keeps it in the plane of the study",
             )
-        model = pin.buildModelFromXML(xml)
+        model = pin.buildModelFromXML(moving_parts(urdf))
     start = pin.neutral(model)
     start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
     model.jointPlacements[1] = pin.SE3.Identity()
@@ -82,7 +81,7 @@ def _read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
     Raises:
         RobotError: the file is no SRDF, or a number is missing or cannot be what it is to be.
     """
-    root = read_xml(path).root
+    root = read_xml(path, "SRDF file").root
     if root.tag != "robot" or root.find("link") is not None:
         raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
     postures: dict[str, Array] = {}
@@ -124,4 +123,4 @@ def _reflected_inertia(entry: Element, file: str) -> float:
             f'{file}: the rotor of joint "{entry.get("name")}" has mass "{mass}" and gear_ratio "{gear}"; '
             "it takes one number each, the inertia of the rotor [kg m²] not below zero"
         )
-    return ratio[0] ** 2 * inertia[0]
+    return ratio[0] * ratio[0] * inertia[0]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
 from shockpc.errors import OutputError
+from shockpc.paths import read_file
 from shockpc.printed import printable
 
 __all__ = ["MANIFEST", "check_folder", "make_folder", "write_folder", "write_text"]
@@ -111,8 +112,8 @@ def write_text(path: Path, content: str | bytes) -> None:
 def _earlier(folder: Path) -> set[str]:
     """The files that an earlier run wrote into a folder; none outside it, whatever the list says."""
     try:
-        names = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
+        names = read_file(folder / MANIFEST, "file", OutputError).decode().splitlines()
+    except (OutputError, UnicodeDecodeError):
         return set()
     inside = {name for name in names if name and not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts}
     return {name for name in inside if (folder / name).parent.resolve().is_relative_to(folder.resolve())}

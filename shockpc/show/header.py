@@ -141,7 +141,7 @@ def _drive_settings(profile: ShockProfile) -> list[str]:
 
 def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str]) -> list[str]:
     """Values by pattern of joints, with the unit of the joints that turn or that slide."""
-    kinds = {joint.name: joint.kind == "prismatic" for joint in robot.joints}
+    kinds = {joint.name: joint.kind == "prismatic" for joint in robot.single_joints}
     found = []
     for pattern, value in values.items():
         slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})

@@ -18,6 +18,7 @@ import shockpc
 from shockpc.errors import OutputError
 from shockpc.executor import in_order
 from shockpc.model.dynamics import PINOCCHIO
+from shockpc.paths import read_file
 from shockpc.scene import scene_table
 from shockpc.show.files import make_folder, write_text
 from shockpc.show.tables.sheets import Sheet
@@ -79,8 +80,8 @@ def open_sweep(made: Sweep, folder: Path, format_: Format, resume: bool) -> None
         if not resume:
             raise OutputError(f'"{folder}" holds a sweep already; continue it with --resume, or name another folder with --out')
         try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            found = json.loads(read_file(path, "file", OutputError))
+        except (OutputError, ValueError):
             found = {}
         different = [key for key in description if not isinstance(found, dict) or found.get(key) != description[key]]
         if different:

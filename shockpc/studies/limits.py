@@ -248,8 +248,8 @@ class _Sweep:
             return q
         held = held_joints(robot, posture, landing.scene.assemble)
         moved = {joint.name for joint in self._joints}
-        moved |= {mimic.joint for mimic in robot.mimics if mimic.leader in moved}
-        for other in robot.joints:
+        moved |= {mimic.joint for mimic in robot.mimics if not moved.isdisjoint(mimic.leaders)}
+        for other in robot.single_joints:
             if other.name in moved:
                 held[other.v] = True
             elif not held[other.v].any():
@@ -388,10 +388,10 @@ def _joints(robot: Robot, pattern: str) -> tuple[Joint, ...]:
         StudyError: one follows another, or has no single value, or some turn and others slide.
     """
     joints = tuple(robot.joint(name) for name in robot.match_joints(pattern))
-    leaders = {mimic.joint: mimic.leader for mimic in robot.mimics}
+    leaders = {mimic.joint: mimic.led for mimic in robot.mimics}
     for joint in joints:
         if joint.name in leaders:
-            raise StudyError(f'joint "{joint.name}" follows joint "{leaders[joint.name]}"; ask for the limits of that one')
+            raise StudyError(f'joint "{joint.name}" follows {leaders[joint.name]}; ask for the limits of that')
         if joint.axis is None:
             raise StudyError(
                 f'joint "{joint.name}" has several degrees of freedom, so it has no limits of one number; name another'

@@ -378,14 +378,10 @@ def _rates(landing: Landing, column: int) -> tuple[Array, str]:
 def _coordinates(robot: Robot) -> Iterator[tuple[Joint, str, str, int]]:
     """The velocities of the joints that follow no other: joint, which of its velocities, unit of the coordinate, column."""
     followers = {mimic.joint for mimic in robot.mimics}
-    for joint in robot.joints[robot.free_base :]:
-        if joint.name in followers:
-            continue
-        parts = joint.parts or (joint,)
-        for k, part in enumerate(parts):
-            for axis, unit, column in zip(*AXES.get(part.kind, ONE), range(part.v.start, part.v.stop), strict=True):
-                unit = part.unit if part.axis is not None else unit
-                yield joint, f"{k + 1}{axis}" if joint.parts else axis, unit, column
+    for joint in robot.single_joints[robot.free_base :]:
+        if joint.name not in followers:
+            for axis, unit, column in zip(*AXES.get(joint.kind, ONE), range(joint.v.start, joint.v.stop), strict=True):
+                yield joint, axis, joint.unit if joint.axis is not None else unit, column
 
 
 ONE = ("",), ("rad",)

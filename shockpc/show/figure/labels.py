@@ -33,7 +33,7 @@ class Labels:
     def tag(self, region: Region, text: str) -> None:
         """Write a number in a ring inside a region: at its centroid if there is room, else in the middle of its widest part."""
         free = max(shapely.get_parts(shapely.difference(region, self._taken)), key=lambda part: float(part.area), default=None)
-        if free is None or free.geom_type != "Polygon":
+        if free is None or free.geom_type != "Polygon" or free.is_empty:
             return
         widest = shapely.maximum_inscribed_circle(free)
         (x, y), centroid = widest.coords[0], region.centroid

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from shockpc.printed import printable
+from shockpc.printed import message
 from shockpc.show.document import json_text
 from shockpc.show.tables.sheets import Sheet
 from shockpc.show.tables.text import as_csv, as_markdown, as_text, escaped, markdown_list
@@ -55,8 +55,8 @@ class Report:
             return as_csv(next(iter(self.sheets.values()))())
         if format_ == "markdown":
             return self.markdown()
-        header = "".join(f"{name:<12} {printable(text)}\n" for name, text in self.header)
-        closing = "".join(f"{printable(line)}\n" for line in self.closing)
+        header = "".join(f"{name:<12} {message(text)}\n" for name, text in self.header)
+        closing = "".join(f"{message(line)}\n" for line in self.closing)
         return "\n".join(filter(None, [header, *map(as_text, self.tables(self.short)), closing]))
 
     def markdown(self, picture: str = "") -> str:

@@ -38,7 +38,9 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
     """What a designer needs to know of a robot; (name, text)."""
     srdf = f" (from {robot.source.srdf.name})" if robot.source.srdf is not None and robot.postures else ""
     postures = f"{', '.join(robot.postures)}{srdf}, neutral" if robot.postures else "neutral"
-    followers = ", ".join(f"{m.joint} = {m.multiplier:g} {m.leader} + {m.offset:g}" for m in robot.mimics)
+    followers = ", ".join(
+        " ".join([f"{m.joint} =", *(f"{by:g} {name} +" for name, by in m.leaders.items()), f"{m.offset:g}"]) for m in robot.mimics
+    )
     size = f"{robot.mass:.4g} kg, {bodies_text(robot)}, {count(robot.model.nv, 'velocity', 'velocities')}"
     lines = {
         "robot": f"{robot.name}, {size}",
@@ -67,7 +69,7 @@ def links_sheet(robot: Robot) -> Sheet:
 def joints_sheet(robot: Robot) -> Sheet:
     """Joints with their limits, in degrees where they rotate."""
     rows: list[tuple[Cell, ...]] = []
-    for joint in robot.joints:
+    for joint in robot.single_joints:
         armature = float(max(robot.model.armature[joint.v], default=0.0))
         kind = "free base" if joint.kind == "free" else joint.kind
         if joint.v.stop - joint.v.start != 1:

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterable
 
-from shockpc.printed import printable
+from shockpc.printed import message, printable
 from shockpc.show.tables.sheets import Cell, Sheet
 
 __all__ = ["as_csv", "as_markdown", "as_text", "escaped", "markdown_list"]
@@ -17,7 +17,7 @@ def as_text(sheet: Sheet) -> str:
     """A table for a terminal: names to the left, numbers to the right, each column as wide as it must be."""
     heads = [printable(head).partition(" [") for head in sheet.header]
     names, units = [name for name, _, _ in heads], [bracket.strip() + unit for _, bracket, unit in heads]
-    cells = [[printable(_shown(cell)) for cell in row] for row in sheet.rows]
+    cells = [[printable(_shown(cell), 80) for cell in row] for row in sheet.rows]
     widths = [max(map(len, column)) for column in zip(names, units, *cells, strict=True)]
     numeric = _numeric(sheet)
 
@@ -27,7 +27,7 @@ def as_text(sheet: Sheet) -> str:
 
     lines = [printable(sheet.title), *(line(parts) for parts in (names, units) if any(parts))]
     lines.append("  ".join("─" * width for width in widths))
-    return "\n".join([*lines, *map(line, cells), *(f"({printable(note)})" for note in sheet.notes)]) + "\n"
+    return "\n".join([*lines, *map(line, cells), *(f"({message(note)})" for note in sheet.notes)]) + "\n"
 
 
 def as_markdown(sheet: Sheet) -> str:

@@ -14,6 +14,7 @@ import shockpc
 from shockpc.errors import StudyError
 from shockpc.landing import Landing
 from shockpc.model.dynamics import PINOCCHIO
+from shockpc.paths import read_file
 from shockpc.printed import printable
 from shockpc.scene import scene_table
 
@@ -104,20 +105,16 @@ def read_baseline(path: Path) -> Baseline:
         StudyError: it cannot be read, or is none.
     """
     renew = "write it anew with --update-baseline"
+    if not path.exists():
+        raise StudyError(f'no baseline "{path}" (looked in {Path.cwd()}); write it with --update-baseline')
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = json.loads(read_file(path, "baseline", StudyError))
         if document["schema"] != SCHEMA:
             raise StudyError(f'"{path}" has schema {printable(str(document["schema"]), 60)}, not {SCHEMA}; {renew}')
         values = {
             Key(one["case"], one["strike_angle_deg"], one["at"], one["metric"]): float(one["value"]) for one in document["values"]
         }
         return Baseline(path, str(document["shockpc"]), dict(document["cases"]), values)
-    except FileNotFoundError:
-        raise StudyError(f'no baseline "{path}" (looked in {Path.cwd()}); write it with --update-baseline') from None
-    except IsADirectoryError:
-        raise StudyError(f'"{path}" is a folder; name the baseline file in it') from None
-    except OSError as refusal:
-        raise StudyError(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except (ValueError, KeyError, TypeError, RecursionError):
         raise StudyError(f'"{path}" is not a baseline that shockpc check wrote; {renew}') from None
 

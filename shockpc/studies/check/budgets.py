@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from shockpc.errors import SceneError, StudyError
-from shockpc.paths import usable_path
+from shockpc.paths import read_file, usable_path
 from shockpc.printed import listed, printable
 from shockpc.scene import Scene, read_scene, scene_from, scene_table
 from shockpc.studies.check.metrics import METRICS, MetricName
@@ -168,7 +168,7 @@ def read_budgets(path: Path) -> Budgets:
         for k, name in enumerate(names):
             if name in names[:k]:
                 raise StudyError(f'two cases have the name "{printable(name)}"; rename one of them')
-        lines = _lines(path.read_text(encoding="utf-8-sig"), f"{prefix}budget")
+        lines = _lines(read_file(path, "budgets file", StudyError).decode("utf-8-sig"), f"{prefix}budget")
         known = tuple(budget for budget in budgets if budget is not None)
         return Budgets(path, tuple(case for case in cases if case is not None), known, lines if len(lines) == len(known) else ())
 

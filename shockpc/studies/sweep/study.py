@@ -269,12 +269,11 @@ class Sweep:
                 joint = self.robot.joint(name)
                 _set(Q, joint.q, joint.kind, x if joint.kind == "prismatic" else x * DEG)
         for mimic in self.robot.mimics:
-            follower, value = self.robot.joint(mimic.joint), np.zeros(len(own))
-            if mimic.leader in self.robot.joint_names:
-                leader = self.robot.joint(mimic.leader)
-                cosine, *sine = Q[:, leader.q].T
-                value = np.arctan2(sine[0], cosine) if sine else cosine
-            _set(Q, follower.q, follower.kind, mimic.multiplier * value + mimic.offset)
+            follower, led = self.robot.joint(mimic.joint), np.full(len(own), mimic.offset)
+            for name, multiplier in mimic.leaders.items():
+                cosine, *sine = Q[:, self.robot.joint(name).q].T
+                led += multiplier * (np.arctan2(sine[0], cosine) if sine else cosine)
+            _set(Q, follower.q, follower.kind, led)
         return Q
 
     def _strikes(self, landing: Landing, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
@@ -451,8 +450,8 @@ def _targets(robot: Robot, points: tuple[Point, ...], names: Sequence[str], grea
 def _all_joints(robot: Robot) -> list[Variation]:
     """Every joint of one coordinate that does not follow another."""
     followers = {mimic.joint for mimic in robot.mimics}
-    free = [joint.name for joint in robot.joints if joint.name in robot.joint_names and joint.axis is not None]
-    return [variation(robot, f"joint:{name}") for name in free if name not in followers]
+    free = [joint.name for joint in robot.single_joints if joint.axis is not None and joint.name not in followers]
+    return [variation(robot, f"joint:{name}") for name in free]
 
 
 def _complete(robot: Robot, one: Variation, sample: bool) -> Variation:

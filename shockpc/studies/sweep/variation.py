@@ -186,8 +186,8 @@ def _within_limits(robot: Robot, found: Variation) -> Variation:
     """Refuse joints that one number cannot set and values outside limits."""
     names = found.joints(robot)
     if not names:
-        leaders = ", ".join(f'"{mimic.leader}"' for mimic in robot.mimics if mimic.joint in robot.match_joints(found.target))
-        raise StudyError(f'joint "{found.target}" follows joint {leaders}, so it cannot be varied by itself; vary that one')
+        leaders = ", ".join(mimic.led for mimic in robot.mimics if mimic.joint in robot.match_joints(found.target))
+        raise StudyError(f'joint "{found.target}" follows {leaders}, so it cannot be varied by itself; vary that')
     size = 180.0 / math.pi if found.unit == "deg" else 1.0
     for name in names:
         joint = robot.joint(name)

@@ -1,0 +1,225 @@
+"""Thousands of hostile inputs through the command line: `python tests/fuzz.py 100000 [--from NUMBER] [--workers N]`.
+
+Each case runs in a fork of this process, in which everything is imported, so that a crash ends one case only. What must hold: exit
+code 0, 2 or 3, or 1 from `check`; no traceback, signal or hang; on failure one message and no new file; complete files; valid JSON;
+no control character in what is printed; nothing read outside the open folders; every 50th case gives the same bytes again.
+
+Ends with 1 if any of this does not hold, and prints the case; `--keep FOLDER --from NUMBER` writes its files. After an interrupt it
+says with which --from it continues.
+"""
+
+import argparse
+import collections
+import contextlib
+import gc
+import io
+import itertools
+import json
+import multiprocessing
+import os
+import re
+import resource
+import select
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  # one thread for each process
+
+from hostile import FILES, SECRETS, TOKEN, Case, case
+
+from shockpc.cli.entry import entry
+from shockpc.cli.main import main as run_command
+
+BLOCK = 20
+"""Cases that a process takes at once."""
+
+SECONDS, MEMORY = 20, 3 * 2**30
+"""What a case may take: time of the processor [s], and bytes beside those that this process takes already."""
+
+
+class Outcome(NamedTuple):
+    """How a case ended: exit code (negative for a signal, None for a hang), streams, and the files that it made."""
+
+    code: int | None
+    out: bytes
+    err: bytes
+    files: dict[str, bytes]
+
+
+class Found(NamedTuple):
+    """How a case ended, and what does not hold."""
+
+    number: int
+    ended: str
+    violations: tuple[str, ...]
+
+
+def prepare() -> None:
+    """Import everything that commands import when they run, so that forks have it."""
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        Case(FILES, []).write(Path(name, "stick"))
+        with contextlib.chdir(Path(name, "stick")):
+            for robot, format_ in itertools.product(("robot.urdf", "robot.xml"), ("json", "csv", "markdown", "table")):
+                _succeed(["analyze", robot, "--contact", "foot", "--format", format_, "--out", "out"])
+            _succeed(["robots", "robot.urdf"])
+            _succeed(["check", "budgets.toml", "--format", "junit"])
+    gc.freeze()
+
+
+def _succeed(words: list[str]) -> None:
+    """Run a command that has to succeed."""
+    try:
+        run_command(words)
+    except SystemExit as end:
+        if end.code:
+            sys.exit(f"shockpc {' '.join(words)} ends with {end.code}")
+
+
+def check(number: int) -> Found:
+    """Run a case and judge how it ended."""
+    made, outcomes = case(number), []
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        folder = Path(name)
+        for _ in range(2 if number % 50 == 0 and "--explain" not in made.words else 1):  # which prints run times
+            outcomes.append(_run(made, folder))
+            violations = _violations(made, outcomes[-1], folder)
+            shutil.rmtree(folder / "stick")
+    violations += [] if outcomes[0] == outcomes[-1] else ["other bytes on repetition"]
+    return Found(number, str(outcomes[-1].code), tuple(violations))
+
+
+def _run(made: Case, folder: Path) -> Outcome:
+    """Run the command of a case in a fork."""
+    place, outside = folder / "stick", folder / "outside"
+    made.write(place)
+    outside.mkdir(exist_ok=True)
+    for name, data in SECRETS.items():
+        (outside / name).write_bytes(data)
+        os.utime(outside / name, (0, 1))  # reading it sets the time of the last access, where the file system records that
+    before = set(place.rglob("*"))
+    streams = [os.open(folder / stream, os.O_CREAT | os.O_RDWR | os.O_TRUNC) for stream in ("stdout", "stderr")]
+    child = os.fork()
+    if not child:
+        _become(made.words, place, streams)
+    done = os.pidfd_open(child)
+    in_time = bool(select.select([done], [], [], 3.0 * SECONDS)[0])
+    os.close(done)
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)  # what it started as well
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    hung = not in_time or code == -signal.SIGXCPU
+    out, err = (os.pread(stream, os.fstat(stream).st_size, 0) for stream in streams)
+    for stream in streams:
+        os.close(stream)
+    new = sorted(path for path in set(place.rglob("*")) - before if path.is_file())
+    return Outcome(None if hung else code, out, err, {str(path.relative_to(place)): path.read_bytes() for path in new})
+
+
+def _become(words: list[str], place: Path, streams: list[int]) -> None:
+    """Make this process the command."""
+    try:
+        os.setpgid(0, 0)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, stream in enumerate([os.open(os.devnull, os.O_RDONLY), *streams]):
+            os.dup2(stream, number)
+        os.closerange(3, 64)
+        sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+        taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (taken + MEMORY, taken + MEMORY))
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+        os.chdir(place)
+        sys.argv = ["shockpc", *words]
+        entry()
+    finally:
+        os._exit(99)
+
+
+def _violations(made: Case, outcome: Outcome, folder: Path) -> list[str]:
+    """All that does not hold."""
+    code, words = outcome.code, made.words
+    checks, failed = words[0] == "check", code in (2, 3)
+    out, err = outcome.out.decode(errors="replace"), outcome.err.decode(errors="replace")
+    if code is None or code < 0:
+        return [f"hang or signal: {code}"]
+    if "Traceback" in err:
+        return [f"traceback: {err.splitlines()[-2]}"]
+    lines = [line for line in err.splitlines() if not line.startswith("shockpc: ")]
+    # A scene, like the command line, may name any file.
+    named = re.search(
+        "outside|link", " ".join([*words, *(str(data) for name, data in made.files.items() if name.endswith(".toml"))])
+    )
+    seen = [path.name for path in (folder / "outside").iterdir() if path.stat().st_atime > 1]
+    # Documents hold names as they are.
+    text = out + err if not {"json", "csv"} & set(words) else "".join(sign for sign in out + err if ord(sign) < 0x80)
+    documents = {"stdout.json": outcome.out} if code == 0 and "json" in words and "--help" not in words else {}
+    holds = {
+        f"exit code {code}": code in (0, 2, 3) or (code == 1 and checks),
+        f"files after a failure: {[*outcome.files]}": checks or not (failed and outcome.files),
+        "on failure not one message": checks or not failed or (not out and err.count("\n") == 1),
+        f"no message: {lines[:1]}": not lines or "--explain" in words,
+        "a message of more than 3000 characters": all(len(line) < 3000 for line in err.splitlines()),
+        "control characters": all(sign.isprintable() or sign == "\n" for sign in text),
+        f"read outside the open folders: {seen}": bool(named) or not (seen or TOKEN in out + err),
+        **{f"{name} is incomplete": _complete(name, content) for name, content in (outcome.files | documents).items()},
+    }
+    return [what for what, held in holds.items() if not held]
+
+
+def _complete(name: str, content: bytes) -> bool:
+    """Whether a file is what its name says, and no temporary one."""
+    try:
+        if name.endswith(".json"):
+            json.loads(content, parse_constant=lambda _: float("no number"))
+        elif name.endswith(".svg"):
+            ElementTree.fromstring(content)
+    except (ValueError, ElementTree.ParseError):
+        return False
+    end = b"IEND\xaeB`\x82" if name.endswith(".png") else b"\n"
+    return content.endswith(end) and (name.endswith(".shockpc-files") or not Path(name).name.startswith("."))
+
+
+def main() -> int:
+    options = argparse.ArgumentParser(description="Run commands on hostile inputs.")
+    options.add_argument("count", type=int, nargs="?", default=100_000, help="cases [100000]")
+    options.add_argument("--from", dest="first", type=int, default=0, metavar="NUMBER", help="number of the first case [0]")
+    options.add_argument("--workers", type=int, default=os.cpu_count(), help="processes [one for each core]")
+    options.add_argument("--keep", type=Path, metavar="FOLDER", help="write the files of the first case there, and run nothing")
+    given = options.parse_args()
+    if given.keep:
+        case(given.first).write(given.keep)
+        print(f"cd {given.keep}; shockpc", *map(repr, case(given.first).words))
+        return 0
+    prepare()
+    ended, violated, start = collections.Counter(), 0, time.monotonic()
+    signal_of_parent = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: only this process answers Ctrl-C
+    with multiprocessing.get_context("fork").Pool(given.workers) as pool:
+        signal.signal(signal.SIGINT, signal_of_parent)
+        try:
+            for found in pool.imap(check, range(given.first, given.first + given.count), BLOCK):
+                ended[found.ended] += 1
+                violated += bool(found.violations)
+                for violation in found.violations:
+                    print(f"case {found.number}: {violation}", flush=True)
+                done = ended.total()
+                if done % 500 == 0 and sys.stderr.isatty():
+                    left = (given.count - done) * (time.monotonic() - start) / done / 60.0
+                    print(
+                        f"\r{done} of {given.count}, {violated} violated, {left:.0f} min left ", end="", file=sys.stderr, flush=True
+                    )
+        except KeyboardInterrupt:
+            print(f"interrupted; continue with: --from {given.first + ended.total()} {given.count - ended.total()}")
+            pool.terminate()
+    codes = ", ".join(f"{code} {times} times" for code, times in sorted(ended.items()))
+    print(f"{ended.total()} cases, {violated} violated, {time.monotonic() - start:.0f} s; exit codes: {codes}")
+    return 1 if violated or ended.total() < given.count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
