@@ -1,6 +1,7 @@
 """What level ground cannot touch, limbs that are straight because no posture is known, and numbers in another unit: warned of."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -179,3 +180,13 @@ def test_scenes_of_the_paper(path):
     """Only one of them has more of the robot below its contact than the thickness of a beam: the heel of case F."""
     found = [warning.kind for warning in shock_profile(read_scene(path)).health.warnings]
     assert found == ["height"] * (path.stem == "fig2_f")
+
+
+def test_the_lowest_point_may_be_struck_where_all_geometry_is_visual():
+    """What is warned of is what the remedy strikes."""
+    contact, human = Contact(frame="left_foot"), known_robot("human")
+    (below,) = (w for w in shock_profile(Scene(robot="human", contact=contact), human).health.warnings if "lowest" in str(w))
+    lowest = shock_profile(Scene(robot="human", contact=replace(contact, at="lowest")), human)
+    assert not any("contact point" in str(warning) for warning in lowest.health.warnings)
+    frame = shock_profile(Scene(robot="human", contact=contact), human)
+    assert frame.contacts[0].point[2] - lowest.contacts[0].point[2] == pytest.approx(below.value)

@@ -12,7 +12,7 @@ from shockpc.model.posture import reference_name
 from shockpc.model.rows import NO_AXES, block_point, row_jacobian
 from shockpc.printed import few, listed
 from shockpc.results.contacts import ContactImpulse
-from shockpc.results.geometry import body_outline
+from shockpc.robot.geometry import body_outline
 
 __all__ = ["heights", "implausible"]
 
