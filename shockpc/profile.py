@@ -18,6 +18,7 @@ from shockpc.core.impulse import Impact, solve_impact
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import SceneError
+from shockpc.exact.proof import Proof
 from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import Equation
@@ -28,7 +29,7 @@ from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, robot_of
 from shockpc.trace import Trace
 
-__all__ = ["impact_jumps", "joined", "needs_proof", "shock_maps", "shock_profile"]
+__all__ = ["impact_jumps", "joined", "needs_proof", "proof_of", "shock_maps", "shock_profile"]
 
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
@@ -65,6 +66,17 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     to_body = np.swapaxes(equation.state.rotation[0], -1, -2)[:, None]
     in_body_axes = (to_body @ jumps[0].reshape(-1, 2, 3, 4)).reshape(-1, 6, 4)
     return ShockProfile(landing, Solution(equation, choice, in_body_axes, impact.impulse[0]), proof, trace)
+
+
+def proof_of(landing: Landing) -> Proof:
+    """The proof alone of a landing in its posture.
+
+    Raises:
+        ShockError: as for `shock_profile`.
+    """
+    with one_thread(landing.robot.model.nv):
+        equation, impact, _ = impact_jumps(landing, landing.q[None])
+        return proven(landing, equation, impact)[1]
 
 
 def shock_maps(landing: Landing, Q: Array) -> ShockMaps:

@@ -386,6 +386,17 @@ def test_a_singular_posture_is_a_warning_where_only_other_strikes_have_no_verdic
     assert any(warning.kind == "posture" and warning.value > 1e6 for warning in shock_profile(scene, robot).health.warnings)
 
 
+@pytest.mark.parametrize(("bend", "warned"), [(1e-5, True), (1e-3, True), (0.3, False)])
+def test_a_body_that_moves_as_no_robot_moves_is_a_warning(bend, warned):
+    robot, scene = nearly_straight(bend, 0.0)
+    assert any(one.kind == "posture" and one.value > 100.0 for one in shock_profile(scene, robot).health.warnings) == warned
+
+
+def test_a_body_without_inertia_that_turns_as_no_robot_turns_is_a_warning():
+    profile = shock_profile(Scene(robot="icub", contact=(Contact(frame="l_sole"),)), known_robot("icub"))
+    assert [one.subject for one in profile.health.warnings if one.kind == "posture"] == ["head"]
+
+
 def slab(*offsets):
     robot = robot_from(urdf(link("slab", mass="2")))
     return robot, Scene(robot="slab", contact=tuple(Contact(frame="slab", offset=offset) for offset in offsets))

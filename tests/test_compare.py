@@ -1,6 +1,7 @@
 """`shockpc compare`: every number is that of a single analysis; differences are ranked and matched by name."""
 
 import csv
+import dataclasses
 import io
 import json
 import math
@@ -9,13 +10,14 @@ from itertools import pairwise
 import pytest
 from commands import good, run
 
-from shockpc.errors import StudyError
+from shockpc.errors import SceneError, StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.profile import shock_profile
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.robot import load_robot
-from shockpc.scene import Scene
+from shockpc.scene import Scene, Strike
+from shockpc.show.reports.compare import compare_report
 from shockpc.studies.compare import Design, compare, design_with
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"
@@ -120,9 +122,24 @@ def test_one_robot_has_everything_in_common_with_its_changes(found):
     assert found.unmatched == ()
 
 
+def test_a_warning_names_its_designs():
+    """A knee strikes where the shank reaches lower; both designs do so, the second one on two legs."""
+    dogs = [Design(name, Scene(robot="go2", contact=tuple(Contact(frame=f"{leg}_calf") for leg in legs)), load_robot("go2"))
+            for name, legs in (("one", ["FL"]), ("two", ["FL", "FR"]))]  # fmt: skip
+    closing = compare_report(compare([dogs[0], dogs[0], dogs[1]])).closing
+    assert [line.partition(": ")[0] for line in closing if "reach" in line] == ["warning of A and B", "warning of C"]
+
+
 def test_one_design_is_no_comparison(dog):
     with pytest.raises(StudyError, match="--change"):
         compare([dog])
+
+
+def test_a_refusal_names_the_design(dog):
+    """Two scenes of one robot cannot be told apart by the robot's name."""
+    across = dataclasses.replace(dog.scene, strike=Strike(velocity=(0.0, 1.0, -1.0)), base="planar", joints=Joints(model="locked"))
+    with pytest.raises(SceneError, match=r"^across: contact .* cannot be stopped"):
+        compare([dog, Design("across", across, dog.robot)])
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from commands import good, run
 from trees import known_robot
 
-from shockpc.errors import StudyError
+from shockpc.errors import SolveError, StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
 from shockpc.paper.landings import robot_of, scene
@@ -134,6 +134,30 @@ def test_loops_move_with_the_joint():
             for end, kind in ((interval.low, interval.low_end), (interval.high, interval.high_end)):
                 shock = analysed(base, robot, "front_hip", end, one.strikes[0], "imu_link")
                 assert shock == pytest.approx(0.1, rel=1e-4) if kind == "bound" else shock < 0.1
+
+
+def test_a_posture_without_a_result_keeps_no_bound():
+    """Nothing can stop a straight leg on a fixed base along itself; nearby the shock grows beyond any bound."""
+    contact = (Contact(frame="hind_foot", directions=("x", "z")),)
+    posture = Posture(reference="neutral", joints_deg={"hind_knee": 40.0})
+    base = Scene(robot="quadruped", base="fixed", posture=posture, contact=contact)
+    span = (math.radians(-20.0), math.radians(20.0))
+    found = limits(
+        base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=math.radians(1.0), strikes=(0.0, 0.2)
+    )
+    straight = len(found.values) // 2
+    (low, high, reason), *others = found.unreachable
+    assert low == high == found.values[straight] == 0.0
+    assert not others
+    assert "cannot be stopped" in reason
+    assert np.isnan(found.most_severe[0]).tolist() == [k == straight for k in range(len(found.values))]
+    assert found.allowed_strikes(straight) == ()
+    for one in found.limits:
+        assert [interval.high_end for interval in one.allowed] == ["bound", "range"]
+        assert not inside(one.allowed, 0.0)
+    span = (-1e-9, 1e-9)
+    with pytest.raises(SolveError, match=r"no posture in .* has a result: no verdict"):
+        limits(base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=1e-9, strikes=(0.0, 0.0))
 
 
 def test_loop_that_cannot_be_closed_ends_the_range():

@@ -307,20 +307,6 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
     )
 
 
-@pytest.mark.parametrize("dust", ["0", "2.4e-35"])
-def test_a_point_mass_on_a_ball_joint_has_no_verdict(dust):
-    """Nothing resists its turning about the line through its centre, save what rounding made of a zero."""
-    moments = f'<inertia ixx="0" ixy="0" ixz="{dust}" iyy="0" iyz="0" izz="0"/>'
-    head = f'<link name="head"><inertial><origin xyz="0.02 -0.11 0"/><mass value="1.3"/>{moments}</inertial></link>'
-    axes = {"roll": "1 0 0", "pitch": "0 1 0", "yaw": "0 0 1"}
-    chain = ["box", "neck_1", "neck_2", "head"]
-    hinges = [joint(name, *chain[k : k + 2], "continuous", axis) for k, (name, axis) in enumerate(axes.items())]
-    robot = robot_from(urdf(link("box"), '<link name="neck_1"/><link name="neck_2"/>', head, *hinges))
-    contact, bent = [Contact(frame="box", offset=(0.3, 0.1, -0.2))], Posture(joints={"pitch": 0.1})
-    assert "can move, but no mass or inertia resists it" in refusal(robot, contact, kind=SolveError, posture=bent)
-    land(robot, contact, posture=bent, joints=Joints(locked=("*",)))
-
-
 @pytest.mark.parametrize("inertia", ["1e-6", "1e-12", "1e-16"])
 def test_a_tiny_inertia_goes_to_its_limit(inertia):
     """As the inertia of the bob vanishes the shock tends to a limit."""

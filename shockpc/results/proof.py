@@ -17,11 +17,15 @@ from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
 from shockpc.printed import few, listed
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.results.speed import normalising_speed
+from shockpc.robot.robot import Robot
 
 __all__ = ["UNPHYSICAL", "greatest_motion", "nearly_singular", "proven"]
 
 UNPHYSICAL = 1e6
 """Motion relative to the strike beyond which it is that of a singular posture, and of no robot [1]."""
+
+SWIFT = 100.0
+"""Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
 
 NO_INERTIA = 1e-30
 """Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
@@ -134,60 +138,67 @@ def _direction(equation: Equation, row: int) -> tuple[str, str]:
     return block.name, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
 
 
-def greatest_motion(landing: Landing, jumps: Array) -> tuple[float, int]:
+def greatest_motion(landing: Landing, jumps: Array, length: Array | None = None) -> tuple[float, int]:
     """The greatest motion of a body relative to the fastest contact's approach [1], and the body's index.
 
     Args:
         landing: the landing.
         jumps: (nb, 6) of the bodies (Δω, Δv), body coordinates.
+        length: (nb,) by which their rotation counts as a speed [m]; their radii of gyration by default.
     """
     contacts = landing.rows(landing.state)[: len(landing.contacts)]
     fastest = max(float(np.linalg.norm(contact_velocity(landing, landing.state, block))) for block in contacts)
-    speeds = _speeds(landing, jumps)
+    speeds = _speeds(landing.robot, jumps, landing.robot.gyration if length is None else length)
     return float(speeds.max()) / fastest, int(np.argmax(speeds))
 
 
-def _speeds(landing: Landing, jumps: Array) -> Array:
-    """Speed (nb,) of the centre of mass, or rotation times the largest radius of gyration if that is more. Args: jumps (nb, 6).
-
-    The largest of all bodies, since a body without rotational inertia, or with what rounding of the file left of it, may spin most.
-    """
-    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], landing.robot.coms), axis=1)
-    return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * landing.robot.gyration.max()))
+def _speeds(robot: Robot, jumps: Array, length: Array) -> Array:
+    """Speed (nb,) of the centre of mass, or the rotation times a length (nb,) if that is more. Args: jumps (nb, 6)."""
+    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
+    return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
 
 
 def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
-    """A warning where strikes in other directions than the scene's have no verdict in its posture."""
-    most = max(float(_speeds(landing, proof.jumps[..., k]).max()) for k in range(3))
-    if most <= UNPHYSICAL:
-        return ()
-    text = (
-        f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or nearly "
-        "so; the most severe directions say that alone, and no robot moves like that"
-    )
-    return (Diagnostic("posture", "", most, text),)
+    """Warnings where the strike moves a body as no robot moves, or strikes in other directions have no verdict in its posture."""
+    warnings, gyration = [], landing.robot.gyration
+    # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'.
+    times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.median(gyration)))
+    if times > SWIFT:
+        name = landing.robot.bodies[body].name
+        text = (
+            f'body "{name}" would move or turn {times:.0e} times as fast as the strike, because the posture is nearly singular, or '
+            "almost no inertia resists that motion; no robot moves like that, so set another posture, or correct the inertia"
+        )
+        warnings.append(Diagnostic("posture", name, times, text))
+    most = max(float(_speeds(landing.robot, proof.jumps[..., k], gyration).max()) for k in range(3))
+    if most > UNPHYSICAL:
+        text = (
+            f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or "
+            "nearly so; the most severe directions say that alone, and no robot moves like that"
+        )
+        warnings.append(Diagnostic("posture", "", most, text))
+    return tuple(warnings)
 
 
 def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None:
-    """Refuse an inertia or a posture so nearly singular that the impact is that of no robot."""
+    """Refuse a posture so nearly singular that the impact is that of no robot."""
     robot, posture = landing.robot, f'posture "{landing.scene.posture.reference}"'
     times, body = greatest_motion(landing, proof.jumps[..., 3])
-    if times > UNPHYSICAL and is_singular(equation.H[0]):
-        raise SolveError(_without_inertia(landing, equation, -1))
     if times > UNPHYSICAL:
-        rates = np.abs(proof.delta_qd[:, 3])
+        rates, followers = np.abs(proof.delta_qd[:, 3]), {mimic.joint for mimic in robot.mimics}
         fast = [
             joint
             for joint in robot.single_joints[robot.free_base :]
-            if joint.axis is not None and rates[joint.v] > 0.01 * rates.max()
+            if joint.axis is not None and joint.name not in followers and rates[joint.v] > 0.01 * rates.max()
         ]
         units = {"rad": (math.degrees(1.0), "deg"), "m": (1.0, "m")}
+        fast.sort(key=lambda joint: -float(rates[joint.v][0]))
         at = [f'"{joint.name}" at {joint.value(landing.q) * units[joint.unit][0]:.3g} {units[joint.unit][1]}' for joint in fast]
         name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
         raise SolveError(
             f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
             f"{posture}{' with ' if at else ''}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
-            f"another posture, such as with --set {fast[-1].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
+            f"another posture, such as with --set {fast[0].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
             "contact or of the strike"
         )
 

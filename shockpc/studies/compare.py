@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError
+from shockpc.errors import SceneError, SolveError, StudyError
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.changes import Change, changed
@@ -138,7 +138,7 @@ def compare(designs: Iterable[Design]) -> Comparison:
     every = tuple(designs)
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
-    profiles = tuple(shock_profile(design.scene, design.robot) for design in every)
+    profiles = tuple(map(_profile, every))
     quantities = (
         _quantity("shock at the centre of mass", "body", "-", _by_body(profiles, lambda one: one.shock_com)),
         _quantity("greatest shock over the body", "body", "-", _by_body(profiles, lambda one: one.shock_max)),
@@ -148,6 +148,14 @@ def compare(designs: Iterable[Design]) -> Comparison:
         *(_quantity(f"{what} through the joint", "joint", unit, [_loads(one, what) for one in profiles]) for what, unit in LOADS),
     )
     return Comparison(every, profiles, tuple(one for one in quantities if one.rows), _unmatched(profiles))
+
+
+def _profile(design: Design) -> ShockProfile:
+    """The profile of a design; a refusal names it."""
+    try:
+        return shock_profile(design.scene, design.robot)
+    except (SceneError, SolveError) as refusal:
+        raise type(refusal)(f"{design.label}: {refusal}") from None
 
 
 def _quantity(

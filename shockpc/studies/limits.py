@@ -14,14 +14,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from shockpc.core.spatial import Array, Plane
-from shockpc.errors import SceneError, StudyError
+from shockpc.core.spatial import Array, Plane, cross_matrix
+from shockpc.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.landing import Landing
 from shockpc.model.assembly import assemble
+from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration, held_joints
-from shockpc.profile import ILL_CONDITIONED, shock_maps, shock_profile
+from shockpc.profile import ILL_CONDITIONED, SWIFT, proof_of, shock_maps, shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.points import Spot
+from shockpc.results.proof import UNPHYSICAL
 from shockpc.robot.robot import Joint, Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.question import moving_spot, strike_angle
@@ -100,8 +102,9 @@ class ShockLimits:
         values: (n,) values of the scan; less than the range where a loop cannot be closed [rad, m].
         gram: (n, 2, 2) EᵀE of every posture: with u = (sin θ, cos θ), uᵀ gram u is the square of the shock.
         limits: at the scene's own strike angle, at others one by one, and last at all strike angles of the range.
-        unreachable: (least value, greatest value, reason) of the ranges in which a loop cannot be closed.
-        inaccurate: number of postures in which rounding may show above 1e-9, or fewer rows are independent than in most others.
+        unreachable: (least value, greatest value, reason) of the ranges in which a loop cannot be closed or the landing has no
+            result; there `gram` is NaN.
+        inaccurate: number of postures in which rounding may show above 1e-9.
     """
 
     profile: ShockProfile = field(repr=False)
@@ -133,6 +136,8 @@ class ShockLimits:
         """The strike angles of the range that keep the bound in posture k of the scan, as intervals [rad]."""
         m, r, phi = (float(part[0]) for part in _wave(self.gram[k : k + 1]))
         low, high = self.strikes
+        if math.isnan(m):
+            return ()
         height = (self.max_shock**2 - m) / r if r > 0.0 else math.copysign(math.inf, self.max_shock**2 - m)
         if height >= 1.0:
             return ((low, high),)
@@ -169,6 +174,7 @@ def limits(
 
     Raises:
         StudyError: the question makes no sense, or no value of the joint keeps the bound at any strike.
+        SolveError: no posture of the range has a result.
         ShockError: the landing cannot be computed.
     """
     trace = trace or Trace()
@@ -194,7 +200,10 @@ def limits(
     sweep = _Sweep(landing, spot, joint, joints)
     with trace.stage("scan of the joint"):
         values, Q, unreachable = sweep.postures(np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1))
-        gram, inaccurate = sweep.grams(Q)
+        gram, refused, inaccurate = sweep.grams(Q)
+        if len(refused) == len(values):
+            raise SolveError(f"no posture in {_span(low, high, unit)} has a result: {refused[0]}")
+    unreachable = tuple(sorted((*unreachable, *_ranges(values, refused))))
     own = strike_angle(landing)
     ends: tuple[End, End] = ("range" if values[0] <= low else "loop", "range" if values[-1] >= high else "loop")
     with trace.stage("roots"):
@@ -231,6 +240,7 @@ class _Sweep:
         self._landing, self._spot, self._pattern, self._joints = landing, spot, pattern, joints
         forward, up = landing.plane.forward, np.array([0.0, 0.0, 1.0])
         self._axes = np.stack([forward, -up], axis=1)
+        self._rank: int | None = None
 
     def posture(self, value: float, near: Array) -> Array:
         """The configuration (nq,) with the joint at a value [rad, m]; loops are closed from a configuration near it.
@@ -296,17 +306,45 @@ class _Sweep:
                 bad = middle
         return good, near
 
-    def grams(self, Q: Array) -> tuple[Array, int]:
-        """EᵀE (n, 2, 2) in some configurations (n, nq), and in how many rounding may show, or other rows are independent."""
-        maps = shock_maps(self._landing, Q)
-        E = maps.at(self._spot.frame.body, self._spot.r) @ self._axes
-        ranks, counts = np.unique(maps.rank, return_counts=True)
-        doubtful = (maps.condition > ILL_CONDITIONED) | (maps.rank != ranks[np.argmax(counts)])
-        return np.swapaxes(E, -1, -2) @ E, int(doubtful.sum())
+    def grams(self, Q: Array) -> tuple[Array, dict[int, str], int]:
+        """EᵀE (n, 2, 2) in some configurations (n, nq), the reason where there is none, and in how many rounding may show.
+
+        Where other rows are independent than in most postures of the scan, or the motion is very fast, the posture is singular or
+        nearly so, and a proof decides; NaN where it refuses.
+        """
+        landing, body = self._landing, self._spot.frame.body
+        maps = shock_maps(landing, Q)
+        if self._rank is None:
+            ranks, counts = np.unique(maps.rank, return_counts=True)
+            self._rank = int(ranks[np.argmax(counts)])
+        E, refused = maps.at(body, self._spot.r), dict[int, str]()
+        singular = (maps.rank != self._rank) | ~(np.abs(maps.maps).max(axis=(1, 2, 3)) < SWIFT)
+        for k in np.flatnonzero(singular).tolist():
+            there = replace(landing, q=Q[k], state=dynamics(landing.robot, Q[k][None], landing.joint_model.armature))
+            try:
+                jumps = proof_of(there).jumps[body, :, :3]
+            except ShockError as refusal:
+                E[k], refused[k] = np.nan, str(refusal)
+                continue
+            E[k] = there.state.rotation[0, body] @ (jumps[3:] - cross_matrix(self._spot.r) @ jumps[:3])
+        E = E @ self._axes
+        return np.swapaxes(E, -1, -2) @ E, refused, int((~singular & (maps.condition > ILL_CONDITIONED)).sum())
 
     def greatest(self, value: float, near: Array, strikes: tuple[float, float]) -> float:
-        """The greatest shock over some strikes with the joint at a value, as `posture` takes it."""
-        return float(_greatest(self.grams(self.posture(value, near)[None])[0], strikes)[0][0])
+        """The greatest shock over some strikes with the joint at a value, as `posture` takes it; as for `_shocks`."""
+        return float(_shocks(self.grams(self.posture(value, near)[None])[0], strikes)[0])
+
+
+def _ranges(values: Array, refused: dict[int, str]) -> Iterator[tuple[float, float, str]]:
+    """The ranges of consecutive postures without a result, with the first one's reason."""
+    for first in sorted(refused.keys() - {k + 1 for k in refused}):
+        last = next(k for k in itertools.count(first) if k + 1 not in refused)
+        yield float(values[first]), float(values[last]), refused[first]
+
+
+def _shocks(gram: Array, strikes: tuple[float, float]) -> Array:
+    """The greatest shock (n,) over a range of strike angles; beyond any bound where there is no result."""
+    return np.nan_to_num(_greatest(gram, strikes)[0], nan=UNPHYSICAL)
 
 
 def _wave(gram: Array) -> tuple[Array, Array, Array]:
@@ -348,7 +386,7 @@ def _limits(
         k = int(np.argmin(np.abs(values - value)))
         return sweep.greatest(value, Q[k], strikes) - bound
 
-    x, g = values.tolist(), (_greatest(gram, strikes)[0] - bound).tolist()
+    x, g = values.tolist(), (_shocks(gram, strikes) - bound).tolist()
     k = int(np.argmin(g))
     least_at, shock = _extremum(excess, x[k - 1], x[k + 1], 1.0, fine) if 0 < k < len(x) - 1 else (x[k], g[k])
     points = sorted({**dict(zip(x, g, strict=True)), **dict(_between(excess, x, g, fine))}.items())

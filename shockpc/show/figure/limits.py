@@ -37,7 +37,7 @@ def draw_limits(found: ShockLimits) -> Figure:
     x, y = scale * found.values[chosen], np.degrees(strikes)
     shock = found.shock(strikes)[chosen].T
     levels = [share * found.max_shock for share in SHARES]
-    top = max(1.05 * float(shock.max()), 8.0 * found.max_shock)
+    top = max(1.05 * float(np.nanmax(shock)), 8.0 * found.max_shock)
     drawn = axes.contourf(x, y, shock, levels=[*levels, top], colors=COLOURS, antialiased=False)
     axes.contour(x, y, shock, levels=[found.max_shock], colors=INK, linewidths=1.6)
     greatest = np.degrees(found.most_severe[1][chosen])

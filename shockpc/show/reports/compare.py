@@ -48,7 +48,7 @@ def compare_report(comparison: Comparison) -> Report:
         ],
         tables=lambda most: [_sheet(quantity, letters, most) for quantity in comparison.quantities],
         short=8,
-        closing=_unmatched(comparison, letters),
+        closing=[*_unmatched(comparison, letters), *_warnings(comparison, letters)],
         sheets={"compare": lambda: _all(comparison, letters)},
         document=lambda: _document(comparison),
         picture="compare",
@@ -108,6 +108,15 @@ def _unmatched(comparison: Comparison, letters: list[str]) -> list[str]:
         f"only in {' and '.join(letters[k] for k in designs)}: {count(len(names), kind, plural[kind])}: {', '.join(names)}"
         for (kind, designs), names in groups.items()
     ]
+
+
+def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:
+    """One line for each warning, with the designs that have it."""
+    found: dict[str, list[str]] = {}
+    for letter, profile in zip(letters, comparison.profiles, strict=True):
+        for warning in profile.health.warnings:
+            found.setdefault(str(warning), []).append(letter)
+    return [f"warning of {' and '.join(owners)}: {text}" for text, owners in found.items()]
 
 
 def _sheet(quantity: Quantity, names: list[str], most: int | None) -> Sheet:

@@ -163,13 +163,13 @@ def _warnings(found: ShockLimits) -> list[str]:
     """What limits the answer."""
     unit = _unit(found)
     warnings = [
-        f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no posture: {reason}"
+        f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no result: {reason}"
         for low, high, reason in found.unreachable
     ]
     if found.inaccurate:
         warnings.append(
-            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned, or fewer rows "
-            "are independent than in the others; double precision may be off by more than 1e-9 there: compare with shockpc analyze"
+            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned; "
+            "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
         )
     return warnings
 
