@@ -22,6 +22,7 @@ from shockpc.exact.proof import Proof
 from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import Equation
+from shockpc.model.posture import check_rotations
 from shockpc.result import ShockMaps, ShockProfile, Solution
 from shockpc.results.proof import proven
 from shockpc.robot.robot import Robot
@@ -86,7 +87,7 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
         Q: (N, nq) configurations in Pinocchio's layout.
 
     Raises:
-        SceneError: Q has another shape, or no row.
+        SceneError: Q has another shape, no row, or a rotation that is none.
     """
     Q, nq = np.asarray(Q, dtype=float), landing.robot.model.nq
     if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):
@@ -94,6 +95,7 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
             f'Q has shape {Q.shape}; the configurations of robot "{landing.robot.name}" are rows of {nq} numbers, shape (N, {nq}); '
             "for one posture give q[None]"
         )
+    check_rotations(landing.robot, Q)
     parts = []
     with one_thread(landing.robot.model.nv):
         for k in range(0, len(Q), CHUNK):

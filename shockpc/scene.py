@@ -24,6 +24,7 @@ from shockpc.model.contact import Contact
 from shockpc.model.joint_model import LARGEST, Joints
 from shockpc.model.posture import Posture
 from shockpc.paths import usable_path
+from shockpc.printed import printable
 from shockpc.robot.robot import Robot, load_robot
 from shockpc.toml import checked, inline, numbers, reading, toml_lines
 
@@ -227,6 +228,10 @@ def check_scene(scene: Scene) -> Scene:
     Raises:
         SceneError: a field has a wrong type, length or word, or a number is not finite or out of range.
     """
+    if not isinstance(scene, Scene):
+        raise SceneError(
+            f"{printable(repr(scene), 60)} is not a Scene; make one with Scene(robot=..., contact=...), or by read_scene"
+        )
     faults: list[str] = []
     found: Scene | None = checked(scene, Scene, "", faults)
     if found is None:
@@ -248,7 +253,7 @@ def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
     Raises:
         ShockError: a field of the scene is not valid, or the robot cannot be read.
     """
-    check_scene(scene)
+    scene = check_scene(scene)
     frames = frames or [contact.frame for contact in scene.contact]
     return load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf, frames=frames)
 

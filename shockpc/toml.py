@@ -9,6 +9,7 @@ import difflib
 import functools
 import json
 import math
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -116,7 +117,7 @@ def _leaf(value: Any, kind: Any) -> Any:
         except OverflowError:
             return None
     if kind is str:
-        return value if isinstance(value, str) else None
+        return os.fspath(value) if isinstance(value, str | Path) else None
     if get_origin(kind) is Literal:
         return value if isinstance(value, str) and value in get_args(kind) else None
     if not isinstance(value, tuple | list | np.ndarray) or len(value) != len(get_args(kind)):

@@ -639,6 +639,8 @@ def test_assert_shock_refuses_what_it_cannot_compute(here):
         assert_shock(scene, at="imu_link")
     with pytest.raises(ShockError, match='nearest: "imu_link"'):
         assert_shock(scene, at="imu_lin", max=1.0)
+    with pytest.raises(ShockError, match='no metric "shok"; valid are "shock", "shock_max"'):
+        assert_shock(scene, at="imu_link", metric="shok", max=1.0)
     with pytest.raises(ShockError, match="the body has no geometry"):
         assert_shock(scene, at="body", metric="shock_max", max=1.0)
     with pytest.raises(ShockError, match="no mass or inertia resists it"):

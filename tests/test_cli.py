@@ -345,8 +345,9 @@ def test_an_option_replaces_what_the_scene_file_says(capfd, here, snapshot):
 # Help
 
 
-def test_help(capfd):
-    """Without a word, and for every command: what it does in one sentence."""
+def test_help(capfd, monkeypatch):
+    """Without a word, and for every command: what it does in one sentence, on a terminal of 80 columns."""
+    monkeypatch.setenv("COLUMNS", "80")
     out = good(capfd, "--help")
     assert good(capfd) == out == good(capfd, "-h")
     assert good(capfd, "--version") == f"shockpc {shockpc.__version__}\n"
@@ -354,6 +355,7 @@ def test_help(capfd):
     assert set(commands) >= {"analyze", "bench", "check", "paper", "robots", "schema"}
     for command, sentence in commands.items():
         text = good(capfd, command, "-h")
+        assert max(map(len, text.splitlines())) <= 80
         assert re.match(rf"Usage: shockpc {command} [^{{}}]*\n\n  {re.escape(sentence)}\n", text)
         assert "Arguments:" not in text.partition("Robot files:")[2]
 

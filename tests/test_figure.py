@@ -427,6 +427,18 @@ def test_missing_meshes_are_named(tmp_path):
     assert {"meshes that are missing or cannot be read: trunk.stl", "box of the inertia: there is no shape to draw"} <= set(written)
 
 
+def test_a_marker_does_not_stand_for_a_body_whose_mesh_is_missing(tmp_path):
+    """The box of the inertia is drawn with it."""
+    visual = "<visual><geometry><{}/></geometry></visual>"
+    both = visual.format('mesh filename="trunk.stl"') + visual.format('box size="0.001 0.001 0.001"')
+    (tmp_path / "bare.urdf").write_text(BARE.replace("</inertial>", f"</inertial>{both}", 1))
+    contact = (Contact(frame="trunk", offset=(0.2, 0.0, -0.2)),)
+    profile = shock_profile(Scene(robot=str(tmp_path / "bare.urdf"), contact=contact, joints=Joints(model="locked")))
+    (trunk,) = (drawn for drawn in view_of(profile).drawn if drawn.body == 0)
+    assert trunk.box
+    assert trunk.region.area == pytest.approx(6 * 0.1 / 3)
+
+
 def test_motion_out_of_the_plane_is_reported(anymal, beam):
     """Where a plane cannot show all of it, the figure says how much, and only there."""
     assert any("out of the plane" in text for text in words(draw_landing(anymal)))

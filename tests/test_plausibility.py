@@ -1,6 +1,7 @@
 """What level ground cannot touch, limbs that are straight because no posture is known, and numbers in another unit: warned of."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from shockpc.profile import shock_profile
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
-from shockpc.scene import Scene
+from shockpc.scene import Scene, Strike, read_scene
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">
@@ -150,6 +151,7 @@ def test_a_straight_limb_that_nobody_chose(dog: Robot):
         ({"posture": Posture(joints_deg={"FL_knee": -1.4})}, "FL_knee = -1.4 deg: if radians are meant, give -80.21 deg"),
         ({"posture": Posture(joints_deg={"*_knee": -3, "FL_knee": 0.5})}, "give -171.9, 28.65 deg"),
         ({"posture": Posture(base_rpy_deg=(0, 0.26, 0))}, "pitch = 0.26 deg: if radians are meant, give 14.9 deg"),
+        ({"strike": Strike(strike_angle_deg=0.26)}, "strike angle = 0.26 deg: if radians are meant, give 14.9 deg"),
         ({"posture": Posture(joints={"FL_knee": -60.0})}, "FL_knee = -60 rad: if degrees are meant, give -1.047 rad"),
         ({"joints": Joints(armature={"*_knee": 50})}, "50 kg m², on a robot of 15 kg; if kg cm² are meant, give 0.005 kg m²"),
         ({"posture": Posture(joints_deg={"FL_knee": -2, "HL_knee": 1})}, None),
@@ -171,3 +173,20 @@ def test_grams():
     robot = robot_from(DOG.replace('mass="12"', 'mass="12000"'), ".xml")
     (warning,) = warned(robot, "unit", contact=("FL",), joints=Joints(armature={"*_knee": 50}))
     assert warning.text == "the robot weighs 1.2e+04 kg; if its file gives grams, that is 12 kg"
+
+
+@pytest.mark.parametrize("path", sorted((Path(__file__).parents[1] / "robots/scenes").glob("*.toml")), ids=lambda path: path.stem)
+def test_scenes_of_the_paper(path):
+    """Only one of them has more of the robot below its contact than the thickness of a beam: the heel of case F."""
+    found = [warning.kind for warning in shock_profile(read_scene(path)).health.warnings]
+    assert found == ["height"] * (path.stem == "fig2_f")
+
+
+def test_the_lowest_point_may_be_struck_where_all_geometry_is_visual():
+    """What is warned of is what the remedy strikes."""
+    contact, human = Contact(frame="left_foot"), known_robot("human")
+    (below,) = (w for w in shock_profile(Scene(robot="human", contact=contact), human).health.warnings if "lowest" in str(w))
+    lowest = shock_profile(Scene(robot="human", contact=replace(contact, at="lowest")), human)
+    assert not any("contact point" in str(warning) for warning in lowest.health.warnings)
+    frame = shock_profile(Scene(robot="human", contact=contact), human)
+    assert frame.contacts[0].point[2] - lowest.contacts[0].point[2] == pytest.approx(below.value)

@@ -11,10 +11,11 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError, SolveError
+from shockpc.landing import resolve
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc.profile import shock_maps, shock_profile
 from shockpc.results.percussion import ROUNDED
 from shockpc.scene import GRAVITY, Point, Scene, Strike
 
@@ -396,3 +397,15 @@ def test_the_joint_model_of_a_go2_decides_the_jump_of_its_trunk():
 
     found = [jump(), *(jump(armature={"*": a}) for a in (0.01, 0.05, 0.2)), jump(model="locked")]
     np.testing.assert_allclose(found, [-0.003, 0.07, 0.25, 0.48, 0.80], atol=0.006)  # two digits were written down
+
+
+def test_wrong_calls_are_refused_in_words(tmp_path):
+    """A robot's name is no scene, a path may be a Path, and a configuration holds rotations."""
+    with pytest.raises(SceneError, match="'anymal_b' is not a Scene"):
+        shock_profile("anymal_b")
+    file = tmp_path / "r.urdf"
+    file.write_text(urdf(link("box")))
+    profile = shock_profile(Scene(robot=file, contact=Contact(frame="box", offset=(0.1, 0.0, -0.1))))
+    for wrong in (0.0, np.nan):
+        with pytest.raises(SceneError, match="row 1 of Q"):
+            shock_maps(resolve(profile.scene, profile.robot), np.stack([profile.q, profile.q * wrong]))

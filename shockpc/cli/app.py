@@ -19,11 +19,12 @@ COMMANDS = (
 EXAMPLES = """\b
 Examples:
   shockpc analyze anymal_b --contact LF_FOOT --out out/
-  shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60" --strike-angle 30
-  shockpc analyze go2 --contact FL_foot+FR_foot --drop-height 0.3 --armature "*=0.05" --pulse half-sine:5ms
+  shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60"
+  shockpc analyze go2 --contact foot --drop-height 0.3 --pulse half-sine:5ms
 
 \b
-Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files, 3 no result (the model has no unique solution),
+Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files,
+3 no verdict (the posture is singular, or the model has no unique solution),
 130 interrupted by Ctrl-C, 143 terminated by SIGTERM.
 """
 

@@ -22,33 +22,40 @@ DOCUMENTS = ("json", "junit", "markdown")
 _in_baseline = group("Baseline")
 
 EPILOG = """\b
-A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]] and [[tool.shockpc.budget]]:
+A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]]
+and [[tool.shockpc.budget]]:
   [[case]]
   name = "land-front"
-  scene = "landing.toml"           # or the keys of a scene: robot, posture, strike, [[case.contact]], ...
-  strike_angle_deg = [0, 15, 30]   # a landing for each
+  scene = "landing.toml"          # or robot, posture, [[case.contact]], ...
+  strike_angle_deg = [0, 15, 30]  # a landing for each
 
 \b
   [[budget]]
-  case = "*"                       # name or glob
-  at = "imu_link"                  # name or glob of points, bodies, joints or contacts; FRAME:x,y,z is a point
+  case = "*"                      # name or glob
+  at = "imu_link"                 # name or glob of points, bodies, joints or
+                                  # contacts; FRAME:x,y,z is a point
   metric = "shock"
-  max = 0.25                       # or min
-  baseline_tolerance = "5%"        # how much worse than in --baseline; with or without max and min
-  severity = "error"               # or "warning", with which the check passes
+  max = 0.25                      # or min
+  baseline_tolerance = "5%"       # how much worse than in --baseline; with or
+                                  # without max and min
+  severity = "error"              # or "warning", with which the check passes
 
 \b
 Metrics:
-  shock            of a point, or of a body's centre of mass, relative to the strike
+  shock            of a point, or of a body's centre of mass, relative to the
+                   strike
   shock_max        greatest over the geometry of a body
-  peak_g           peak acceleration of a point, or of a body's centre of mass, for the scene's pulse [g]
-  ropc             radius of percussion of a body; infinite if it does not rotate in the plane [m]
+  peak_g           peak acceleration of a point, or of a body's centre of
+                   mass, for the scene's pulse [g]
+  ropc             radius of percussion of a body; infinite if it does not
+                   rotate in the plane [m]
   joint_impulse    magnitude of the impulse through a joint [N s]
   friction_needed  least coefficient of friction with which a contact sticks
   effective_mass   that the ground meets at a contact, along its normal [kg]
 
 \b
-Exit codes: 0 all budgets are met, 1 one of severity error is exceeded, 2 bad arguments or files, 3 a number has no solution.
+Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,
+2 bad arguments or files, 3 a number has no solution.
 """
 """What stands under the help of the command."""
 

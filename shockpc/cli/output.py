@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from shockpc.cli.options import OutputOptions
+from shockpc.cli.progress import ShownTrace
 from shockpc.cli.scenes import ROBOT_SUFFIXES
 from shockpc.cli.streams import complain
 from shockpc.errors import OutputError, SceneError, UnknownName
@@ -91,7 +92,8 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
 def give(report: Report, output: OutputOptions) -> None:
     """Write the files of a report into a folder, if one is asked for, and print it."""
     if output.out is not None:
-        write_folder(output.out, report.files())
+        with ShownTrace().stage("figures and files"):
+            write_folder(output.out, report.files())
     sys.stdout.write(report.text(output.format))
 
 

@@ -20,11 +20,14 @@ def paper(
 ) -> None:
     """Recompute the figures of the paper and check its claims."""
     from shockpc.cli.output import check_out
+    from shockpc.cli.progress import ShownTrace
     from shockpc.paper.figures import paper_figures
     from shockpc.show.reports.paper import paper_text, write_paper
 
     chosen = paper_figures(figures)
     check_out(out)
-    if out is not None:
-        write_paper(chosen, out)
-    sys.stdout.write(paper_text(chosen))
+    with ShownTrace().stage("figures and claims of the paper"):
+        if out is not None:
+            write_paper(chosen, out)
+        text = paper_text(chosen)
+    sys.stdout.write(text)

@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
 from shockpc.model.rows import Block
-from shockpc.robot.geometry import Shape, outline
+from shockpc.robot.geometry import Shape, body_outline
 from shockpc.robot.robot import Robot
 
 __all__ = [
@@ -34,8 +34,8 @@ class Contact:
     Attributes:
         frame: link or frame that strikes.
         offset: contact point from that frame's origin, in the frame's axes [m].
-        at: "frame" takes that point; "lowest" takes the lowest point of the link's own collision geometry, or of the geom, in
-            this posture (the middle of all that are equally low), and adds the offset to it.
+        at: "frame" takes that point; "lowest" takes the lowest point of the link's own collision geometry (visual, if the file
+            has no other), or of the geom, in this posture (the middle of all that are equally low), and adds the offset to it.
         directions: world axes or vectors along which the contact stops the point; the others slide.
         kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
             twisting if it sticks.
@@ -217,9 +217,9 @@ def _across(up: Array) -> tuple[Array, Array]:
 
 
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
-    """The collision shapes of a link itself, or the shape of a geom."""
+    """The shapes of a link itself, or the shape of a geom: collision geometry, or visual if the file has no other."""
     frame = robot.frame(name)
-    found = tuple(shape for shapes in outline(robot, "collision").shapes for shape in shapes if shape.belongs_to(frame))
+    found = tuple(shape for shapes in body_outline(robot).shapes for shape in shapes if shape.belongs_to(frame))
     if not found:
         raise SceneError(
             f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point; '

@@ -13,6 +13,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model import CHECKED
+from shockpc.printed import listed
 from shockpc.robot.robot import Robot
 
 __all__ = ["LARGEST", "JointModel", "Joints", "Rotor", "joint_model"]
@@ -98,7 +99,8 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     for pattern, inertia in given.items():
         if not inertia > 0.0:
             raise SceneError(
-                f'armature of "{pattern}" is {inertia:g}; a reflected inertia has to be above zero; for none use model = "free"'
+                f'armature of "{pattern}" is {inertia:g}; a reflected inertia has to be above zero; '
+                'for none use model = "free" (--joints free)'
             )
         for columns in _velocities(robot, pattern):
             armature[columns] = inertia
@@ -132,12 +134,18 @@ def _velocities(robot: Robot, pattern: str) -> list[slice]:
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
     """A joint and those that it follows are held together, or it and one of them not at all."""
+    held: list[str] = []
+    others: list[str] = []
     for mimic in robot.mimics:
         free = [name for name in mimic.leaders if not locked[robot.joint(name).v].all()]
         follower = bool(locked[robot.joint(mimic.joint).v].all())
         if mimic.leaders and follower != (not free):
-            held, other = (mimic.joint, free[0]) if follower else (next(iter(mimic.leaders)), mimic.joint)
-            raise SceneError(f'joint "{held}" is locked but "{other}" is geared to it by a mimic; lock both or neither')
+            held += [mimic.joint] if follower else mimic.leaders
+            others += free[:1] if follower else [mimic.joint]
+    if held:
+        raise SceneError(
+            f"joint {listed(held[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none"
+        )
 
 
 def _named(armature: Array, locked: np.ndarray) -> str:

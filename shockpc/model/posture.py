@@ -11,9 +11,10 @@ from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError, UnknownName
 from shockpc.model import CHECKED
+from shockpc.printed import listed
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["STANDING", "Posture", "configuration", "held_joints", "outside_limits", "reference_name"]
+__all__ = ["STANDING", "Posture", "check_rotations", "configuration", "held_joints", "outside_limits", "reference_name"]
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""
@@ -93,6 +94,20 @@ def _with_rotations(robot: Robot, name: str, q: Array) -> Array:
     return whole
 
 
+def check_rotations(robot: Robot, Q: Array) -> None:
+    """Refuse configurations (N, nq) that are none.
+
+    Raises:
+        SceneError: a number is not finite, or the numbers of a rotation have another length than 1.
+    """
+    for i, q in enumerate(Q):
+        if not (pin.isNormalized(robot.model, q, 1e-6) and math.isfinite(q.sum())):
+            raise SceneError(
+                f"row {i} of Q holds a number that is not finite, or a rotation that is none: a quaternion (x, y, z, w), or a "
+                "cosine and sine, has length 1; start from the configuration of a profile, profile.q"
+            )
+
+
 def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
     """Put the base where the scene says; the rest of q is left alone."""
     if posture.base_position is None and posture.base_rpy_deg is None and posture.base_quaternion is None:
@@ -159,8 +174,8 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
 
 
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
-    """A warning for every joint outside its limits, with the consequence."""
-    warnings = []
+    """Warnings of the joints outside their limits, one for all that are equally far out, with the consequence."""
+    found: dict[str, dict[str, float]] = {}
     for joint in robot.single_joints:
         if joint.kind not in ("revolute", "prismatic"):
             continue
@@ -169,9 +184,15 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
         # The slack lets a posture rest on a limit that a file states in rounded decimals.
         if excess > 1e-4:
             unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
-            text = (
-                f'joint "{joint.name}" stands {excess * size:.3g} {unit} outside its limits '
-                f"[{low * size:.3g}, {high * size:.3g}]; the profile is computed there all the same"
-            )
-            warnings.append(Diagnostic("limits", joint.name, excess, text))
-    return tuple(warnings)
+            where = f"{excess * size:.3g} {unit} outside {{}} limits [{low * size:.3g}, {high * size:.3g}]"
+            found.setdefault(where, {})[joint.name] = excess
+    return tuple(
+        Diagnostic(
+            "limits",
+            "+".join(excesses),
+            max(excesses.values()),
+            f"{'joints' if len(excesses) > 1 else 'joint'} {listed(excesses, 4)} {'stand' if len(excesses) > 1 else 'stands'} "
+            f"{where.format('their' if len(excesses) > 1 else 'its')}; the profile is computed there all the same",
+        )
+        for where, excesses in found.items()
+    )

@@ -5,10 +5,10 @@ import numpy as np
 from shockpc.core.extremes import Pieces, shock_extremes
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.robot.geometry import Outline, outline
+from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 
-__all__ = ["body_outline", "body_pieces", "shock_ranges"]
+__all__ = ["body_pieces", "shock_ranges"]
 
 
 def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array, tuple[Diagnostic, ...]]:
@@ -32,8 +32,3 @@ def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array,
 def body_pieces(robot: Robot, body: int) -> Pieces:
     """The same geometry of one body alone, which becomes the only body of the pieces."""
     return Pieces.of([[(shape.points, shape.radius) for shape in body_outline(robot).shapes[body]]])
-
-
-def body_outline(robot: Robot) -> Outline:
-    """The collision geometry of every body; the visual one, if the file has no collision geometry."""
-    return outline(robot, "collision" if robot.source.kind == "mjcf" or "<collision" in robot.source.xml else "visual")

@@ -12,7 +12,7 @@ from shockpc.model.posture import reference_name
 from shockpc.model.rows import NO_AXES, block_point, row_jacobian
 from shockpc.printed import few, listed
 from shockpc.results.contacts import ContactImpulse
-from shockpc.results.geometry import body_outline
+from shockpc.robot.geometry import body_outline
 
 __all__ = ["heights", "implausible"]
 
@@ -123,6 +123,7 @@ def _angles(landing: Landing) -> Iterator[Diagnostic]:
     turns = {joint.name for joint in robot.single_joints if joint.kind != "prismatic"}
     given = {name: value for name, value in posture.joints_deg.items() if turns.intersection(robot.match_joints(name))}
     given |= zip(("roll", "pitch", "yaw"), posture.base_rpy_deg or (), strict=False)
+    given |= {"strike angle": landing.scene.strike.strike_angle_deg or 0.0}
     given = {name: value for name, value in given.items() if value}
     least, most = SMALL_ANGLES
     if least <= max(map(abs, given.values()), default=0.0) <= most and any(value % 1.0 for value in given.values()):

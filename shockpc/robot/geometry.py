@@ -24,7 +24,7 @@ from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot
 from shockpc.robot.source import RobotSource
 
-__all__ = ["Kind", "Outline", "Shape", "ball_points", "inertia_box", "outline"]
+__all__ = ["Kind", "Outline", "Shape", "ball_points", "body_outline", "inertia_box", "outline"]
 
 Kind: TypeAlias = Literal["collision", "visual"]
 
@@ -116,6 +116,11 @@ def outline(robot: Robot, kind: Kind) -> Outline:
             shapes[frame.body].append(piece.placed(frame.rotation, frame.offset))
     pieces = Pieces.of([[(shape.points, shape.radius) for shape in own] for own in shapes])
     return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), _warnings(robot, kind, unread, shapes))
+
+
+def body_outline(robot: Robot) -> Outline:
+    """The collision geometry of every body; the visual one, if the file has no collision geometry."""
+    return outline(robot, "collision" if robot.source.kind == "mjcf" or "<collision" in robot.source.xml else "visual")
 
 
 def inertia_box(body: Body) -> Shape | None:

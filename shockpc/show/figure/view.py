@@ -1,6 +1,7 @@
 """The bodies of a robot in the plane of the figure: silhouettes, the order in which they are painted, and which ones are struck."""
 
 import functools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -103,7 +104,8 @@ def _silhouettes(
 ) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...], float]:
     """The silhouettes of a robot in a configuration; landings in one posture share them.
 
-    Returns: silhouettes, points (n, 3) on the surface [m], whether it is the box of the inertia, all by body; the robot's size [m].
+    Returns: silhouettes, points (n, 3) on the surface [m], whether the box of the inertia is one of the shapes, all by body; the
+        robot's size [m].
     """
     plane, state = plane_from(normal), dynamics(robot, np.array([q]))
     rotation, position = state.rotation[0], state.position[0] + state.origin[0]
@@ -118,14 +120,22 @@ def _silhouettes(
 
 
 def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
-    """The shapes of each body, visual rather than collision, and whether they are only the box of its inertia."""
+    """The shapes of each body, visual rather than collision, and whether the box of its inertia stands for what has no shape."""
     visual = outline(robot, "visual").shapes
     collision = outline(robot, "collision").shapes if not all(visual) else visual
+    missing = {shape.link for shape in outline(robot, "visual").unread}
     found: list[tuple[tuple[Shape, ...], bool]] = []
     for body, seen, solid in zip(robot.bodies, visual, collision, strict=True):
-        box = None if seen or solid else inertia_box(body)
-        found.append(((box,), True) if box is not None else (seen or solid, False))
+        shapes, box = seen or solid, inertia_box(body)
+        # Where a mesh is missing, what is left may be the least part of a body, such as the marker of a sensor on a trunk.
+        alone = not shapes or (not missing.isdisjoint(body.links) and box is not None and _extent((box,)) > _extent(shapes))
+        found.append(((*shapes, box), True) if box is not None and alone else (shapes, False))
     return found
+
+
+def _extent(shapes: Sequence[Shape]) -> float:
+    """The greatest extent of some shapes along an axis of their body [m]."""
+    return float(np.ptp(np.concatenate([shape.points for shape in shapes]), axis=0).max())
 
 
 def _points(robot: Robot, body: int, shapes: tuple[Shape, ...]) -> Array:

@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 from shockpc.errors import SceneError, StudyError
 from shockpc.paths import read_file, usable_path
-from shockpc.printed import printable
+from shockpc.printed import listed, printable
 from shockpc.scene import Scene, read_scene, scene_from, scene_table
 from shockpc.studies.check.metrics import METRICS, MetricName
 from shockpc.toml import checked, reading, unknown_key
@@ -67,7 +67,7 @@ class Budget:
         severity: whether the check fails when the budget is exceeded.
 
     Raises:
-        StudyError: it has no limit, its limits exclude every value, or the tolerance is not valid.
+        StudyError: there is no such metric, it has no limit, its limits exclude every value, or the tolerance is not valid.
     """
 
     case: str = "*"
@@ -80,6 +80,8 @@ class Budget:
 
     def __post_init__(self) -> None:
         """Refuse what no landing can meet, or every landing meets."""
+        if self.metric not in METRICS:
+            raise StudyError(f'there is no metric "{printable(self.metric)}"; valid are {listed(METRICS)}')
         if self.max is None and self.min is None and self.baseline_tolerance is None:
             raise StudyError(f"{self.metric} at {printable(self.at)} has no limit; give max, min or baseline_tolerance")
         if self.max is not None and self.min is not None and self.min > self.max:
