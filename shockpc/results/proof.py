@@ -16,6 +16,7 @@ from shockpc.model.equation import Equation
 from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
 from shockpc.printed import few, listed
 from shockpc.results.accuracy import rotation_lengths
+from shockpc.results.points import spots
 from shockpc.results.speed import normalising_speed
 from shockpc.robot.robot import Robot
 
@@ -143,12 +144,23 @@ def greatest_motion(landing: Landing, jumps: Array, length: Array | None = None)
     Args:
         landing: the landing.
         jumps: (nb, 6) of the bodies (Δω, Δv), body coordinates.
-        length: (nb,) by which their rotation counts as a speed [m]; their radii of gyration by default.
+        length: (nb,) by which their rotation counts as a speed [m]; by default their radii of gyration, or how far from the centre
+            of mass their sensors and points are.
     """
     contacts = landing.rows(landing.state)[: len(landing.contacts)]
     fastest = max(float(np.linalg.norm(contact_velocity(landing, landing.state, block))) for block in contacts)
-    speeds = _speeds(landing.robot, jumps, landing.robot.gyration if length is None else length)
+    speeds = _speeds(landing.robot, jumps, _reach(landing) if length is None else length)
     return float(speeds.max()) / fastest, int(np.argmax(speeds))
+
+
+def _reach(landing: Landing) -> Array:
+    """How far (nb,) from each body's centre of mass its mass, sensors and points are [m]."""
+    robot = landing.robot
+    reach = robot.gyration.copy()
+    for spot in spots(robot, landing.scene.point):
+        if spot.frame.body >= 0:
+            reach[spot.frame.body] = max(reach[spot.frame.body], float(np.linalg.norm(spot.r - robot.coms[spot.frame.body])))
+    return reach
 
 
 def _speeds(robot: Robot, jumps: Array, length: Array) -> Array:
@@ -166,7 +178,7 @@ def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
         name = landing.robot.bodies[body].name
         text = (
             f'body "{name}" would move or turn {times:.0e} times as fast as the strike, because the posture is nearly singular, or '
-            "almost no inertia resists that motion; no robot moves like that, so set another posture, or correct the inertia"
+            "almost no inertia resists that motion; no robot moves like that, so set another posture, or lock the joint with --lock"
         )
         warnings.append(Diagnostic("posture", name, times, text))
     most = max(float(_speeds(landing.robot, proof.jumps[..., k], gyration).max()) for k in range(3))
@@ -196,9 +208,10 @@ def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None
         name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
         raise SolveError(
             f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
-            f"{posture}{' with ' if at else ''}{few(at, 4)} is singular or nearly so: {name} can hardly move along ({axis}). Set "
-            f"another posture, such as with --set {fast[0].name if fast else 'JOINT'}=ANGLE, or leave that direction out of the "
-            "contact or of the strike"
+            f"{posture}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({name} can hardly move along ({axis})), or "
+            "almost no inertia resists that motion. Set another posture, such as with --set "
+            f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
+            "without inertia with --lock"
         )
 
 
