@@ -29,6 +29,7 @@ from xacro import substitution_args
 
 from shockpc.errors import ShockError
 from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
@@ -92,7 +93,7 @@ def by_pinocchio(model: pin.Model, text: str, profile: ShockProfile) -> tuple[Ju
     def jacobian(link: str, axes: pin.ReferenceFrame) -> np.ndarray:
         return pin.getFrameJacobian(model, data, model.getFrameId(link, pin.FrameType.BODY), axes)
 
-    free = np.ones(model.nv, dtype=bool)
+    free = ~profile.landing.joint_model.locked
     free[:6] = profile.scene.base == "free"
     struck = profile.scene.contact[0]
     J = jacobian(struck.frame, pin.LOCAL_WORLD_ALIGNED)
@@ -162,6 +163,7 @@ class Attempt:
     bent: bool = False
     turned: bool = False
     base: str | None = None
+    locked: tuple[str, ...] = ()
     plane: str = "xz"
     strike: tuple[float, float, float] = (0.3, 0.0, -1.0)
     directions: tuple[str, ...] = ("x", "y", "z")
@@ -181,7 +183,16 @@ class Attempt:
         strike = Strike(velocity=tuple(map(sum, zip(self.strike, aside, strict=True))))
         turned = (0.0, 80.0, 0.0) if self.turned else None
         posture = Posture(joints=dict.fromkeys(single, 0.35) if self.bent else {}, base_rpy_deg=turned)
-        scene = Scene(robot=str(self.path), contact=(contact,), strike=strike, posture=posture, base=self.base, plane=self.plane)
+        joints = Joints(locked=self.locked)
+        scene = Scene(
+            robot=str(self.path),
+            contact=(contact,),
+            strike=strike,
+            posture=posture,
+            base=self.base,
+            plane=self.plane,
+            joints=joints,
+        )
         profile = shock_profile(scene, robot)
         _ = profile.health, profile.loads, profile.contacts, profile.directions, profile.percussion
         return profile
@@ -190,6 +201,11 @@ class Attempt:
 def opened(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
     """The folder in which a mesh or an included file lies is opened."""
     return replace(attempt, packages={**attempt.packages, f"part_{len(attempt.packages)}": str(Path(refusal[1]).parent)})
+
+
+def locked(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
+    """The joints that would move fast are locked."""
+    return replace(attempt, locked=tuple(re.findall('"([^"]+)" at ', refusal[0])))
 
 
 def weighed(attempt: Attempt, refusal: re.Match[str]) -> Attempt:
@@ -219,6 +235,7 @@ REMEDIES: tuple[tuple[str, str, dict[str, object] | Callable[[Attempt, re.Match[
     (r"cannot be stopped.* posture", "--set", {"bent": True, **UPRIGHT}),
     (r"cannot be stopped.* or of the strike", "--set --plane xy --velocity", FROM_ABOVE),
     (r"cannot be stopped.* posture", "--base-rpy", {"turned": True, **UPRIGHT}),
+    (r"no verdict: body .* would move .* --lock", "--lock", locked),
     (r"give mass and inertia in the file|i[xyz]{2} is missing; it has to be", "inertia in the file", weighed),
 )
 """Words of a refusal, the remedy that they name as a user types it, and the next attempt. The first is for no reason of physics."""
