@@ -1,4 +1,4 @@
-"""The figure of a placement: the greatest shock over a body in three views, with sensors of today, places found and CoPcs."""
+"""The figure of a placement: the greatest shock over a body in three views, with present sensors, places found and CoPcs."""
 
 import itertools
 import textwrap
@@ -111,7 +111,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     labels = [f"{round(float(level), 12):g}" for level in levels]
     colour_bar(figure, (LEFT, up - 0.57, across), levels.tolist(), colours, labels, text)
     y = remarks(page, x, table(page, x, y, (0.0, 0.25, 1.75, 2.2, 2.65, COLUMN), rows), notes)
-    signs = {"place found": STAR} | ({"sensor or point of today": SIGNS["sensor"]} if study.today else {})
+    signs = {"place found": STAR} | ({"present sensor or point": SIGNS["sensor"]} if study.today else {})
     signs |= {"CoPc of a landing": DOT} if len(copc) else {}
     signs |= {"where a sensor may be": {"color": INK, "linewidth": 0.6, "linestyle": DASHED}} if study.region.solid else {}
     legend(page, [Line2D([], [], **style) for style in signs.values()], list(signs), (x, y - LINE))

@@ -148,7 +148,7 @@ def _margins(study: PlaceStudy) -> list[Sheet]:
         turned.append((name, *margin.mounting.rpy_deg, margin.mounting.greatest, *mounted))
     header = ("place", "peak x [g]", "y [g]", "z [g]", *(("left x [%]", "y [%]", "z [%]") if span else ()))
     mounting = ("place", "roll [deg]", "pitch [deg]", "yaw [deg]", "greatest peak [g]", *(("left [%]",) if span else ()))
-    note = "axes: those of today's sensors; for new places those of the body"
+    note = "axes: those of the present sensors; for new places those of the body"
     return [
         Sheet(f"peak acceleration along each axis (pulse {scene.pulse}{span}; left: share of the range)", header, along, (note,)),
         Sheet("mounting with the largest margin (rotation against the body)", mounting, turned),
@@ -156,7 +156,7 @@ def _margins(study: PlaceStudy) -> list[Sheet]:
 
 
 def _gains(study: PlaceStudy) -> list[str]:
-    """How much less shock the best place sees than each sensor of today."""
+    """How much less shock the best place sees than each present sensor."""
     new = "the pair" if study.count == 2 else f"{study.count} sensors" if study.count > 2 else "the best place"
     where = " and ".join(map(_coordinates, study.places if study.count > 1 else study.places[:1]))
     if not study.today:

@@ -142,7 +142,7 @@ def place(
 
     The greatest shock over the landings (or its weighted mean) is a convex function of the place, so that its least value over each
     convex piece of the body is a second-order cone program; bounds tell which piece is the best. The shock at the places found, and
-    at the sensors of today, is then taken from the enclosures of the exact solutions.
+    at the present sensors, is then taken from the enclosures of the exact solutions.
 
     Args:
         landings: scenes of one robot by name.
