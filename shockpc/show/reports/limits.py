@@ -63,6 +63,7 @@ def _document(found: ShockLimits) -> dict[str, Any]:
         "joints": list(found.joints),
         "unit": "deg" if found.unit == "rad" else "m",
         "max_shock": found.max_shock,
+        "warnings": plain(found.profile.health.warnings),
         "range": [value(end) for end in found.range],
         "file_limits": [value(end) if math.isfinite(end) else None for end in found.file_limits],
         "step": value(found.step),
@@ -162,7 +163,8 @@ def _scan(found: ShockLimits) -> str:
 def _warnings(found: ShockLimits) -> list[str]:
     """What limits the answer."""
     unit = _unit(found)
-    warnings = [
+    warnings = [f"warning: {warning}" for warning in found.profile.health.warnings]
+    warnings += [
         f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no result: {reason}"
         for low, high, reason in found.unreachable
     ]

@@ -40,6 +40,7 @@ def sensitivity_report(found: ShockSensitivity, most: int) -> Report:
         title=f"What changes the shock at {found.point}",
         header=[*header_lines(found.profile), ("point", _present_values(found))],
         tables=lambda most: [_sheet(found, most)],
+        closing=[f"warning: {warning}" for warning in found.profile.health.warnings],
         short=most,
         sheets={"sensitivity": lambda: _effects(found)},
         document=lambda: _document(found),
@@ -71,6 +72,7 @@ def _document(found: ShockSensitivity) -> dict[str, Any]:
         **head("sensitivity"),
         "scene": plain(found.profile.scene),
         **record(found, "point", "body", "shock", "copc", "ropc"),
+        "warnings": plain(found.profile.health.warnings),
         "effects": [
             {
                 "quantity": effect.kind,
