@@ -172,8 +172,8 @@ def _speeds(robot: Robot, jumps: Array, length: Array) -> Array:
 def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
     """Warnings where the strike moves a body as no robot moves, or strikes in other directions have no verdict in its posture."""
     warnings, gyration = [], landing.robot.gyration
-    # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'.
-    times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.median(gyration)))
+    # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'. (np.median imports numpy.ma.)
+    times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.sort(gyration)[len(gyration) // 2]))
     if times > SWIFT:
         name = landing.robot.bodies[body].name
         text = (

@@ -1,7 +1,6 @@
 """Tables as text: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
 
 import csv
-import html
 import io
 import math
 import re
@@ -82,4 +81,6 @@ def _numeric(sheet: Sheet) -> list[bool]:
 
 def escaped(text: str) -> str:
     """A text that Markdown shows as it is: neither HTML nor markup, links or new cells."""
+    import html  # a table of all entities, which no other format needs
+
     return re.sub(r"([\\`*|]|\](?=\())", r"\\\1", html.escape(printable(text), quote=False))
