@@ -116,6 +116,7 @@ def _run(made: Case, folder: Path) -> Outcome:
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     hung = not in_time or code == -signal.SIGXCPU
     out, err = (os.pread(stream, os.fstat(stream).st_size, 0) for stream in streams)
+    err = err.replace(f"/proc/{child}/".encode(), b"/proc/self/")  # each run has another number
     for stream in streams:
         os.close(stream)
     new = sorted(path for path in set(place.rglob("*")) - before if path.is_file())
@@ -157,7 +158,7 @@ def _violations(made: Case, outcome: Outcome, folder: Path) -> list[str]:
     )
     seen = [path.name for path in (folder / "outside").iterdir() if path.stat().st_atime > 1]
     # Documents hold names as they are.
-    text = out + err if not {"json", "csv"} & set(words) else "".join(sign for sign in out + err if ord(sign) < 0x80)
+    text = out + err if not {"json", "csv"} & set(words) else "".join(sign for sign in out + err if ord(sign) < 0x7F)
     documents = {"stdout.json": outcome.out} if code == 0 and "json" in words and "--help" not in words else {}
     holds = {
         f"exit code {code}": code in (0, 2, 3) or (code == 1 and checks),

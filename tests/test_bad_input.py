@@ -273,7 +273,9 @@ def test_pipes_are_not_waited_for(capfd, here, name):
 # Streams
 
 
-RESULT, MISTAKE, HELP = (" ".join([*SHOCKPC, *words]) for words in ((*LANDING, "--explain"), ("analyze", "missing.urdf"), ("-h",)))
+RESULT, MISTAKE, HELP = (
+    shlex.join([*SHOCKPC, *words]) for words in ((*LANDING, "--explain"), ("analyze", "missing.urdf"), ("-h",))
+)
 
 
 def bash(line, folder, **options):
@@ -303,7 +305,7 @@ def test_output_does_not_depend_on_the_environment(here):
     # Kernels for other processors round differently, which the last line reports.
     needed = {name: value for name, value in os.environ.items() if name in ("PATH", "PYTHONPATH", "OPENBLAS_CORETYPE")}
     coded = [environment({"PYTHONIOENCODING": code}) for code in ("utf-8", "ascii")]
-    normal, *others = [bash(" ".join([*SHOCKPC, *LANDING]), here, env=given, encoding="utf-8") for given in (*coded, needed)]
+    normal, *others = [bash(shlex.join([*SHOCKPC, *LANDING]), here, env=given, encoding="utf-8") for given in (*coded, needed)]
     assert "|Δω|" in normal.stdout
     for done in (normal, *others):
         assert Outcome(done.returncode, done.stdout, done.stderr) == Outcome(0, normal.stdout, "")
