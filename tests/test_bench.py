@@ -227,6 +227,11 @@ def test_bench_of_one_s_own_robot(capfd, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"landing.csv", "landing.md", "error-against-run-time.svg", MANIFEST}
 
 
+def test_the_suite_needs_no_robot(capfd, tmp_path, monkeypatch):
+    monkeypatch.setattr("shockpc.bench.run.run_suite", lambda out, progress: [])
+    assert good(capfd, "bench", "--out", tmp_path) == f"the report: {tmp_path / 'report.md'}\n"
+
+
 def test_a_contact_needs_a_robot(capfd):
     done = run(capfd, "bench", "--contact", "foot")
     assert (done.code, done.out) == (2, "")

@@ -31,7 +31,7 @@ _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group
 in_output = group("Output")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class RobotOptions:
     """How a robot file is read."""
 
@@ -41,7 +41,7 @@ class RobotOptions:
     ] = ()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class SceneOptions(RobotOptions):
     """All that a scene consists of; None, False or empty where nothing was typed."""
 
@@ -123,7 +123,7 @@ class SceneOptions(RobotOptions):
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class OutputOptions:
     """How the results of a study are given."""
 
