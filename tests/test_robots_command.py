@@ -132,3 +132,10 @@ def test_names_in_the_check_up_cannot_control_a_terminal(tmp_path, capfd):
     shape = '<visual><geometry><mesh filename="\u202e.stl"/></geometry></visual>'
     (tmp_path / "r.urdf").write_text(STICK.replace("</link>", f"{shape}</link>", 1))
     assert '"\\u202e.stl"' in good(capfd, "robots", tmp_path / "r.urdf")
+
+
+def test_a_link_inside_another_element_is_no_link(tmp_path, capfd):
+    (tmp_path / "r.urdf").write_text(
+        STICK.replace("</inertial>", '<link><inertial><mass value="?"/><inertia/></inertial></link></inertial>', 1)
+    )
+    good(capfd, "robots", tmp_path / "r.urdf")

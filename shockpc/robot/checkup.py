@@ -72,7 +72,7 @@ def _masses(robot: Robot) -> Iterator[Finding]:
 def _links(root: Element) -> Iterator[Finding]:
     """Links of a URDF with inertias that no body has, those with the same fault together; and links that weigh nothing."""
     faults: dict[str, list[str]] = {}
-    for link in root.iter("link"):
+    for link in root.findall("link"):  # no other element is read as a link
         mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
         if mass is not None and inertia is not None and float(mass.get("value", "")) > 0:
             rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))

@@ -61,7 +61,7 @@ def _on_its_base(urdf: Element, file: str) -> tuple[pin.Model, Array, tuple[str,
     if kind in ("JointModelFreeFlyer", "JointModelPlanar"):
         name = model.names[carried[0]]
         if kind == "JointModelPlanar":
-            next(joint for joint in urdf.iter("joint") if joint.get("name") == name).set("type", "floating")
+            next(joint for joint in urdf.findall("joint") if joint.get("name") == name).set("type", "floating")
             notes = (
                 f'{file}: joint "{name}" is planar and carries the whole robot, so it is computed as a floating base; '
                 "--base planar keeps it in the plane of the study",
