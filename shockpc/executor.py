@@ -61,17 +61,19 @@ def executor(jobs: int, cluster: str | None = None, processes: bool = False) -> 
     # Forked processes have the libraries loaded already, which saves each of them half a second.
     context = multiprocessing.get_context("fork") if sys.platform == "linux" else None
     with ProcessPoolExecutor(jobs, context, _prepare_worker) as pool:
+        finished = False
         try:
             yield pool
+            finished = True
         except BrokenProcessPool:
             raise StudyError(
                 "a worker process died, perhaps because the memory was used up; try again with fewer processes: --jobs 1"
             ) from None
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for child in multiprocessing.active_children():
-                child.terminate()
-            raise
+        finally:
+            if not finished:
+                pool.shutdown(wait=False, cancel_futures=True)
+                for child in multiprocessing.active_children():
+                    child.terminate()
 
 
 def _prepare_worker() -> None:

@@ -27,11 +27,11 @@ def stick(tmp_path):
     return path
 
 
-def command(*words: object, **options) -> subprocess.Popen[str]:
+def command(*words: object, stderr=subprocess.PIPE, **options) -> subprocess.Popen[str]:
     """A sweep in a process of its own, in its own group of processes."""
     return subprocess.Popen(
         [sys.executable, "-m", "shockpc", "sweep", *map(str, words)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, **options,
+        stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True, **options,
     )  # fmt: skip
 
 
@@ -137,6 +137,16 @@ def test_interrupt_keeps_finished_parts(stick, tmp_path, jobs):
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "shockpc: interrupted; no incomplete file was left"
     assert all(path.name.startswith("part-") for path in (tmp_path / "out" / "rows").iterdir())
+
+
+def test_progress_is_shown_on_a_terminal(stick, tmp_path):
+    terminal, end = os.openpty()
+    assert done(command(stick, "--contact", "foot", "--vary", "knee=-60:60:20000", "--out", tmp_path / "out", stderr=end))[0] == 0
+    os.close(end)
+    shown = os.read(terminal, 10_000).decode()
+    os.close(terminal)
+    assert "rows computed: 10000 of 20000" in shown
+    assert shown.endswith("\r\x1b[K")
 
 
 def test_dead_worker_process_is_reported(stick, tmp_path):

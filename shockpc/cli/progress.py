@@ -37,17 +37,18 @@ class ShownTrace(Trace):
                     _write("")
 
 
-def progress(what: str, total: int) -> Callable[..., None]:
+def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
     """A function to call with the name of each part that is done, or with a number of `parts`; its line goes after the last.
 
     Args:
         what: is counted, such as "robots read".
         total: number of parts.
+        done: number of parts that an earlier run has done.
 
     Raises:
         KeyboardInterrupt: when it is called after a signal.
     """
-    count, start = 0, time.monotonic()
+    count, start = done, time.monotonic()
 
     def show(name: str = "", parts: int = 1) -> None:
         nonlocal count
@@ -56,7 +57,7 @@ def progress(what: str, total: int) -> Callable[..., None]:
             # A signal that comes while a library calls back is lost there.
             raise KeyboardInterrupt
         if sys.stderr.isatty():
-            rate = count / max(time.monotonic() - start, 1e-9)
+            rate = (count - done) / max(time.monotonic() - start, 1e-9)
             text = f"{what}: {count} of {total}, {name or f'{rate:.0f} a second'}, {(total - count) / rate:.0f} s left"
             _write(text if count < total else "")
 

@@ -82,18 +82,23 @@ def sweep(
 
     check_folder(out, "--out")
     made = _sweep(robot, options, varied)
-    done, advance = 0, progress("rows computed", made.rows)
+    ahead = 64 if cluster is not None else 4 * jobs if jobs > 1 else 0
+    done, finished = 0, False
     try:
         with executor(jobs, cluster) as workers:
             open_sweep(made, out, format_, resume)
-            for rows in write_parts(made, out, format_, workers, 64 if cluster is not None else 4 * jobs if jobs > 1 else 0):
+            written = write_parts(made, out, format_, workers, ahead)
+            done = next(written)
+            advance = progress("rows computed", made.rows, done)
+            for rows in written:
                 done += rows
                 advance(parts=rows)
-    except BaseException:
-        if done:
+        failed = _summarise(made, out, format_)
+        finished = True
+    finally:
+        if done and not finished:
             complain(f"{done} of {made.rows} rows are complete in {out}; the same command with --resume continues")
-        raise
-    if _summarise(made, out, format_):
+    if failed:
         raise typer.Exit(SolveError.exit_code)
 
 

@@ -98,7 +98,7 @@ def open_sweep(made: Sweep, folder: Path, format_: Format, resume: bool) -> None
 
 
 def write_parts(made: Sweep, folder: Path, format_: Format, executor: Executor, ahead: int) -> Iterator[int]:
-    """Compute the parts that are missing in the folder of a sweep; yield the number of rows of each part that is done.
+    """Compute the parts that are missing in the folder of a sweep; yield the number of rows that were there, then of each part.
 
     Args:
         made: the sweep.
