@@ -2,11 +2,13 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -46,6 +48,29 @@ STICK = """<?xml version="1.0"?>
 """
 """A body on a shin, with a foot at its end."""
 
+STICK_WITH_IMU = STICK.replace(
+    "</robot>",
+    """  <link name="imu_link"/>
+  <joint name="imu_fixed" type="fixed">
+    <origin xyz="0.02 0 0.1"/>
+    <parent link="body"/>
+    <child link="imu_link"/>
+  </joint>
+</robot>""",
+)
+"""The same with an IMU on the body."""
+
+SLOW = """
+import pathlib, shockpc.profile, sys, time
+def slow(*_):
+    pathlib.Path("ready").touch()
+    time.sleep(60)
+shockpc.profile.shock_profile = slow
+from shockpc.cli.entry import entry
+entry()
+"""
+"""Code of a command that computes for a minute; it makes the file `ready` when it begins."""
+
 
 class Outcome(NamedTuple):
     """How a command ended, and what it printed."""
@@ -77,6 +102,26 @@ def python(code: str, *words: str, **changes: str) -> subprocess.CompletedProces
     return subprocess.run(
         [sys.executable, "-c", code, *words], capture_output=True, text=True, env=environment(changes), check=False
     )
+
+
+def interrupted(folder: Path, number: signal.Signals, *words: str) -> Outcome:
+    """Run a command in a process of its own, in a folder, and send a signal while it computes."""
+
+    def allow_signals() -> None:
+        """A process that was started in the background, or with nohup, passes on to its children that SIGINT is ignored."""
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    piped: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", SLOW, *words], cwd=folder, preexec_fn=allow_signals, **piped) as process:
+        try:
+            while not (folder / "ready").exists() and process.poll() is None:
+                time.sleep(0.01)
+            process.send_signal(number)
+            # Both streams end when no process holds them any more.
+            printed = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    return Outcome(process.returncode, *printed)
 
 
 def environment(changes: Mapping[str, str]) -> dict[str, str]:

@@ -10,12 +10,11 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from commands import STICK, Outcome, environment, good, python, run
+from commands import STICK, Outcome, environment, good, interrupted, python, run
 from robot_texts import body, floating, joint, link, mjcf, urdf, xacro
 
 import shockpc.profile
@@ -327,35 +326,10 @@ def test_interrupted_runs_leave_no_file(capfd, here, monkeypatch, options, place
     assert {path for path in here.rglob("*") if path.is_file()} == before
 
 
-SLOW = """
-import pathlib, shockpc.profile, sys, time
-def slow(*_):
-    pathlib.Path("ready").touch()
-    time.sleep(60)
-shockpc.profile.shock_profile = slow
-from shockpc.cli.entry import entry
-entry()
-"""
-
-
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_signals_from_outside(here, number, code):
     """Ctrl-C and SIGTERM end a command in the same way, with the exit codes that shells give them."""
-    words = [sys.executable, "-c", SLOW, *LANDING]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=allow_signals) as process:
-        try:
-            while not (here / "ready").exists() and process.poll() is None:
-                time.sleep(0.01)
-            process.send_signal(number)
-            out, err = process.communicate(timeout=60)
-        finally:
-            process.kill()
-    assert Outcome(process.returncode, out, err) == Outcome(code, "", STOPPED)
-
-
-def allow_signals():
-    """A process that was started in the background, or with nohup, passes on to its children that SIGINT is ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    assert interrupted(here, number, *LANDING) == Outcome(code, "", STOPPED)
 
 
 @pytest.mark.parametrize("module", ["shockpc.cli.app", "typer", "pinocchio", "matplotlib.figure"])

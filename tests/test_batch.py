@@ -4,13 +4,10 @@ import csv
 import io
 import json
 import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
-from commands import good, run
+from commands import Outcome, good, interrupted, run
 
 from shockpc.errors import UnknownName
 from shockpc.executor import executor
@@ -170,39 +167,12 @@ def test_bad_arguments_are_refused(capfd, words, told):
     assert told in outcome.err
 
 
-SLOW = """
-import pathlib, shockpc.profile, sys, time
-def slow(*_):
-    pathlib.Path("ready").touch()
-    time.sleep(60)
-shockpc.profile.shock_profile = slow
-from shockpc.cli.entry import entry
-entry()
-"""
-
-
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_interrupt_ends_all_processes_and_leaves_no_file(tmp_path, jobs):
-    """Ctrl-C while robots are being computed, here or in other processes."""
-    ready, out = tmp_path / "ready", tmp_path / "out"
-    words = [sys.executable, "-c", SLOW, "batch", "bolt", "go2", "--jobs", str(jobs), "--out", str(out)]
-    piped = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(words, cwd=tmp_path, preexec_fn=allow_signals, **piped) as process:
-        try:
-            while not ready.exists() and process.poll() is None:
-                time.sleep(0.01)
-            process.send_signal(signal.SIGINT)
-            # Both streams end when no process holds them any more.
-            printed = process.communicate(timeout=30)
-        finally:
-            process.kill()
-    assert (process.returncode, *printed) == (130, "", "shockpc: interrupted; no incomplete file was left\n")
-    assert not out.exists()
-
-
-def allow_signals():
-    """A job in the background would ignore Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    words = ("batch", "bolt", "go2", "--jobs", str(jobs), "--out", str(tmp_path / "out"))
+    expected = Outcome(130, "", "shockpc: interrupted; no incomplete file was left\n")
+    assert interrupted(tmp_path, signal.SIGINT, *words) == expected
+    assert not (tmp_path / "out").exists()
 
 
 def test_contact_sheet_shows_every_landing(capfd, tmp_path):

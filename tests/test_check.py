@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from commands import STICK, environment, good, run
+from commands import STICK, STICK_WITH_IMU, environment, good, run
 
 import shockpc
 from shockpc import Contact, Point, Scene, ShockError, Strike, assert_shock, shock_profile
@@ -21,16 +21,9 @@ from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.gate import check_budgets
 from shockpc.studies.check.metrics import METRICS
 
-IMU = """  <link name="imu_link"/>
-  <joint name="imu_fixed" type="fixed">
-    <origin xyz="0.02 0 0.1"/>
-    <parent link="body"/>
-    <child link="imu_link"/>
-  </joint>
-</robot>"""
 GEOMETRY = '<link name="shin"><collision><origin xyz="0 0 -0.2"/><geometry><box size="0.02 0.02 0.4"/></geometry></collision>'
 NO_INERTIA = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
-ROBOT = STICK.replace("</robot>", IMU).replace('<link name="shin">', GEOMETRY)
+ROBOT = STICK_WITH_IMU.replace('<link name="shin">', GEOMETRY)
 SCENE = 'robot = "stick.urdf"\npulse = "half-sine:5ms"\n[[contact]]\nframe = "foot"\n[posture]\njoints_deg = { knee = 20 }\n'
 CASE = '[[case]]\nname = "land"\nscene = "landing.toml"\n'
 ANGLES = CASE + "strike_angle_deg = [0, 15, 30]\n"

@@ -192,6 +192,23 @@ def test_formats(capfd, here):
     assert [(row["contact"], row["body"], float(row["shock at CoM [-]"])) for row in rows] == shocks
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("limits", "--joint", "lf_hip", "--at", "imu_link", "--max-shock", "0.5", "--range", "0:10", "--step", "5"),
+        ("sensitivity", "--at", "imu_link"),
+        ("place",),
+        ("compare", "--change", "mass:trunk=1.1x"),
+    ],
+)
+def test_warnings_of_studies_in_csv(capfd, here, words):
+    """They go to standard error, where the table for people has them as well."""
+    landing = (words[0], *DOG, "--contact", "lf_foot", "--set", "lh_hip=-90", *words[1:])
+    warnings = re.findall(r"^warning.*$", good(capfd, *landing), re.MULTILINE)
+    assert any('"lh_hip"' in warning for warning in warnings)
+    assert run(capfd, *landing, "--format", "csv").err == "".join(f"shockpc: {warning}\n" for warning in warnings)
+
+
 def test_bodies_by_pattern(capfd, here):
     """Only those that match, in CSV; the JSON document is always complete."""
     words = ("--bodies", "?f_*", "--out", "out")

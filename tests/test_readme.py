@@ -7,18 +7,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from commands import ROBOTS, STICK, dog_in, good
+from commands import ROBOTS, STICK_WITH_IMU, dog_in, good
 
 README = Path(__file__).parent.parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")
 
-LINK_WITH_IMU = """  <link name="imu_link"/>
-  <joint name="imu_fixed" type="fixed">
-    <origin xyz="0.02 0 0.1"/>
-    <parent link="body"/>
-    <child link="imu_link"/>
-  </joint>
-</robot>"""
 POSTURES = """<robot name="stick">
   <group name="all"><joint name="root_joint"/><joint name="knee"/></group>
   <group_state name="standing" group="all">
@@ -73,7 +66,7 @@ def here(tmp_path, monkeypatch):
     dog_in(tmp_path)
     monkeypatch.chdir(folder)
     for name in ("robot", "leg"):
-        (folder / f"{name}.urdf").write_text(STICK.replace("</robot>", LINK_WITH_IMU), encoding="utf-8")
+        (folder / f"{name}.urdf").write_text(STICK_WITH_IMU, encoding="utf-8")
         (folder / f"{name}.srdf").write_text(POSTURES, encoding="utf-8")
     scenes = [block.text for block in BLOCKS if block.language == "toml" and block.text.startswith("robot = ")]
     (folder / "landing.toml").write_text(scenes[0] if scenes else SCENE, encoding="utf-8")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from shockpc.cli.declare import takes_options
-from shockpc.cli.options import OutputOptions, RobotName, SceneOptions, in_output
+from shockpc.cli.options import Explain, OutputOptions, RobotName, SceneOptions, in_output
 from shockpc.cli.parse import path
 
 __all__ = ["analyze"]
@@ -23,7 +23,7 @@ def analyze(
         Path | None, in_output("Write the scene that this command line describes, a file for each landing.", "FILE", path)
     ] = None,
     force: Annotated[bool, in_output("Let --save-scene replace a file.")] = False,
-    explain: Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")] = False,
+    explain: Explain = False,
 ) -> None:
     """Compute the shock of a landing on every body of a robot."""
     from shockpc.cli.progress import ShownTrace

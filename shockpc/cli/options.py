@@ -19,7 +19,7 @@ from shockpc.cli.parse import (
     vector,
 )
 
-__all__ = ["OutputOptions", "RobotName", "RobotOptions", "SceneOptions", "in_output"]
+__all__ = ["Explain", "OutputOptions", "RobotName", "RobotOptions", "SceneOptions", "in_output"]
 
 RobotName: TypeAlias = Annotated[
     str, argument("A robot file (URDF, xacro, MJCF), a robot's name, or a scene (TOML).", "ROBOT", robot_name)
@@ -29,6 +29,9 @@ RobotName: TypeAlias = Annotated[
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
 in_output = group("Output")
+
+Explain: TypeAlias = Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")]
+"""Whether the trace is printed."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

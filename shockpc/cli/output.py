@@ -1,4 +1,4 @@
-"""What a run of `shockpc analyze` produces: standard output, files, scenes."""
+"""What a command produces: standard output, files, scenes."""
 
 import os
 import sys
@@ -90,11 +90,14 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
 
 
 def give(report: Report, output: OutputOptions) -> None:
-    """Write the files of a report into a folder, if one is asked for, and print it."""
+    """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error."""
     if output.out is not None:
         with ShownTrace().stage("figures and files"):
             write_folder(output.out, report.files())
     sys.stdout.write(report.text(output.format))
+    if output.format == "csv":
+        for line in report.warnings:
+            complain(line)
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

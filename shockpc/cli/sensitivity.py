@@ -4,7 +4,7 @@ import sys
 from typing import Annotated
 
 from shockpc.cli.declare import group, takes_options
-from shockpc.cli.options import OutputOptions, RobotName, SceneOptions, in_output
+from shockpc.cli.options import Explain, OutputOptions, RobotName, SceneOptions, in_output
 
 __all__ = ["sensitivity"]
 
@@ -17,7 +17,7 @@ def sensitivity(
     options: SceneOptions,
     rows: Annotated[int, in_output("Rows of the table; 16 by default.", "N", least=1)] = 16,
     output: OutputOptions,
-    explain: Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")] = False,
+    explain: Explain = False,
 ) -> None:
     """Rank masses, inertias and angles by effect on the shock."""
     from shockpc.cli.output import check_out, give

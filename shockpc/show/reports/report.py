@@ -47,6 +47,11 @@ class Report:
     caption: str = ""
     draw: "Callable[[], Figure]"
 
+    @property
+    def warnings(self) -> list[str]:
+        """The closing lines that warn, or that name what could not be computed."""
+        return [line for line in self.closing if line.startswith(("warning", "not computed"))]
+
     def text(self, format_: str) -> str:
         """What goes to standard output. Args: format_, "table", "markdown", "csv" or "json"."""
         if format_ == "json":
