@@ -195,8 +195,8 @@ def test_formats(capfd, here):
 @pytest.mark.parametrize(
     "words",
     [
-        ("limits", "--joint", "lf_hip", "--at", "imu_link", "--max-shock", "0.5", "--range", "0:10", "--step", "5"),
-        ("sensitivity", "--at", "imu_link"),
+        ("limits", "--joint", "lf_hip", "--at", "trunk_imu", "--max-shock", "0.5", "--range", "0:10", "--step", "5"),
+        ("sensitivity", "--at", "trunk_imu"),
         ("place",),
         ("compare", "--change", "mass:trunk=1.1x"),
     ],
