@@ -36,6 +36,7 @@ __all__ = [
     "Strike",
     "check_scene",
     "plane_of",
+    "point_at",
     "read_scene",
     "robot_of",
     "scene_from",
@@ -148,6 +149,25 @@ class Point:
     def label(self) -> str:
         """The point as it is typed, FRAME or FRAME:x,y,z."""
         return self.frame + (":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else "")
+
+
+def point_at(robot: Robot, text: str) -> Point:
+    """The point that FRAME or FRAME:x,y,z means. The frame's own name may hold a colon.
+
+    Raises:
+        SceneError: the offset is not three finite numbers.
+    """
+    frame, colon, offset = text.rpartition(":")
+    if not colon or text in robot.frames:
+        return Point(frame=text)
+    try:
+        x, y, z = map(float, offset.split(","))
+        valid = math.isfinite(x + y + z)
+    except ValueError:
+        valid = False
+    if not valid:
+        raise SceneError(f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1')
+    return Point(frame=frame, offset=(x, y, z))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -243,15 +243,14 @@ def test_disk_that_runs_full(capfd, here, monkeypatch):
     assert (here / "landing.toml").read_bytes() == before
 
 
-@pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml"), ("analyze", "./landing")], ids=lambda words: words[1])
+@pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml")], ids=lambda words: words[1])
 def test_files_that_cannot_be_read(here, words):
     """In a process of its own, in which no file of the folder can be opened."""
-    for name in ("landing.toml", "landing"):
-        (here / name).write_text('robot = "stick.urdf"\n')
+    (here / "landing.toml").write_text('robot = "stick.urdf"\n')
     code = """
 import errno, os, sys
 def refuse(event, arguments):
-    if event == "open" and os.path.basename(str(arguments[0])) in ("stick.urdf", "landing", "landing.toml"):
+    if event == "open" and os.path.basename(str(arguments[0])) in ("stick.urdf", "landing.toml"):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(arguments[0]))
 sys.addaudithook(refuse)
 from shockpc.cli.entry import entry
@@ -259,7 +258,7 @@ entry()
 """
     done = python(code, *words)
     assert (done.returncode, done.stdout) == (2, "")
-    assert contains(done.stderr, "shockpc: ", words[1].removeprefix("./"), "Permission denied")
+    assert contains(done.stderr, "shockpc: ", words[1], "Permission denied")
 
 
 @pytest.mark.parametrize("name", ["stick.toml", "stick"])

@@ -116,8 +116,8 @@ def test_list_without_any_robot(capfd, monkeypatch):
     [
         (("dgo",), ('"dgo"', '"go2"', "shockpc robots")),
         (("leg", "--xacro", "mas:=3"), ('"mas"', '"mass"')),
-        (("leg", "--xacro", "mass"), ("--xacro", '"mass"', "NAME:=VALUE")),
-        (("leg", "--package", "dog"), ("--package", '"dog"', "NAME=DIR")),
+        (("leg", "--xacro", "mass"), ("--xacro", '"mass"', "NAME=VALUE")),
+        (("leg", "--package", "dog"), ("--package", '"dog"', "NAME=VALUE")),
         (("leg", "--package", "dog=/nowhere"), ('"dog"', '"/nowhere"', "--package dog=DIR")),
     ],
     ids=lambda words: " ".join(words),

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from shockpc.cli.declare import takes_options
 from shockpc.cli.options import Explain, OutputOptions, RobotName, SceneOptions, in_output
-from shockpc.cli.parse import path
+from shockpc.cli.parse import scene_file
 
 __all__ = ["analyze"]
 
@@ -20,7 +20,7 @@ def analyze(
         str | None, in_output("Show only bodies that match this glob or part of a name (tables and CSV).", "PATTERN")
     ] = None,
     save_scene: Annotated[
-        Path | None, in_output("Write the scene that this command line describes, a file for each landing.", "FILE", path)
+        Path | None, in_output("Write the scene that this command line describes, a file for each landing.", "FILE", scene_file)
     ] = None,
     force: Annotated[bool, in_output("Let --save-scene replace a file.")] = False,
     explain: Explain = False,
@@ -30,12 +30,11 @@ def analyze(
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import body_pattern, check_out, file_names, scene_files, shown
+        from shockpc.cli.output import body_pattern, file_names, scene_files, shown
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
         from shockpc.show.files import write_text
-    check_out(output.out)
     loaded, scenes = scenes_from(robot, options, trace)
     pattern = None if bodies is None else body_pattern(loaded, bodies)
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)

@@ -3,9 +3,7 @@
 import functools
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from shockpc.cli.declare import argument, group, takes_options, without
+from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import robot_name
 
@@ -29,16 +27,16 @@ def batch(
     robots: Annotated[tuple[str, ...], argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name)] = (),
     set_: Annotated[tuple[str, ...], _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET")] = (),
     jobs: Annotated[int, _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1)] = 1,
-    options: Annotated[SceneOptions, without("set")],
+    options: SceneOptions,
     output: OutputOptions,
     figures: Annotated[bool, in_output("Also draw all landings on one contact sheet in that folder.")] = False,
-) -> None:
+) -> int:
     """Land many robots on each of their feet, and rank them.
 
     Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With --contact, only
     matching feet strike; a scene lands as it says. Ends with exit code 3 if some landings cannot be computed.
     """
-    from shockpc.cli.output import check_out, give
+    from shockpc.cli.output import give
     from shockpc.cli.progress import progress
     from shockpc.errors import StudyError
     from shockpc.executor import executor
@@ -51,13 +49,11 @@ def batch(
         raise StudyError("no robot is named; give names or files, or a set: shockpc batch --set quadrupeds")
     if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
-    check_out(output.out)
     with executor(min(jobs, len(names))) as pool:
         read = functools.partial(_landings, options)
         found = study.batch(names, read, pool, _thumbnail if figures else None, progress("robots computed", len(names)))
     give(batch_report(found), output)
-    if found.failures:
-        raise typer.Exit(INCOMPLETE)
+    return INCOMPLETE if found.failures else 0
 
 
 def _landings(options: SceneOptions, name: str) -> "tuple[Robot, list[Scene]]":

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from shockpc.cli.declare import argument, takes_options
 from shockpc.cli.options import SceneOptions, in_output
-from shockpc.cli.parse import path, robot_name
+from shockpc.cli.parse import out_folder, robot_name
 
 __all__ = ["bench"]
 
@@ -23,17 +23,15 @@ def bench(
     ] = None,
     out: Annotated[
         Path | None,
-        in_output("Folder of the report; by default out/bench for the suite, and none for a landing.", "DIR", path),
+        in_output("Folder of the report; by default out/bench for the suite, and none for a landing.", "DIR", out_folder),
     ] = None,
 ) -> None:
     """Measure the error and the run time of several methods."""
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
         os.environ[name] = "1"
-    from shockpc.cli.output import check_out
     from shockpc.errors import SceneError
 
-    check_out(out)
     if robot is not None:
         _landings(robot, options, out)
     elif options == SceneOptions():

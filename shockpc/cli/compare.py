@@ -1,6 +1,5 @@
 """`shockpc compare`: designs side by side."""
 
-import dataclasses
 from typing import TYPE_CHECKING, Annotated
 
 from shockpc.cli.declare import argument, group, takes_options
@@ -34,19 +33,18 @@ def compare(
 
     The options of the landing hold for every design. One --contact is for all; with as many as there are designs, each has its own.
     """
-    from shockpc.cli.output import check_out, give
+    from shockpc.cli.output import give
     from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
     from shockpc.show.reports.compare import compare_report
     from shockpc.studies.compare import compare as study
     from shockpc.studies.compare import design_with
 
-    check_out(output.out)
     if change and len(designs) > 1:
         raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")
     changes = [read_changes(text) for text in change]
     one_each = len(options.contact) == len(designs) > 1 and not options.together
-    own = [dataclasses.replace(options, contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
+    own = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
     every = [_design(name, its) for name, its in zip(designs, own, strict=True)]
     every += [design_with(every[0], one) for one in changes]
     give(compare_report(study(every)), output)

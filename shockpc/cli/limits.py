@@ -32,19 +32,19 @@ def limits(
     output: OutputOptions,
 ) -> None:
     """Find the joint angles that keep the shock below a bound."""
-    from shockpc.cli.output import check_out, give
-    from shockpc.cli.scenes import one_scene, point_from
+    from shockpc.cli.output import give
+    from shockpc.cli.scenes import one_scene
+    from shockpc.scene import point_at
     from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
 
-    check_out(output.out)
     loaded, scene = one_scene(robot, options)
     joints = [loaded.joint(name) for name in loaded.match_joints(joint)]
     unit = 1.0 if joints[0].kind == "prismatic" else math.radians(1.0)
     found = study(
         scene,
         joint,
-        point_from(loaded, at, "--at"),
+        point_at(loaded, at),
         max_shock,
         joint_range=None if range_ is None else (unit * range_[0], unit * range_[1]),
         strikes=None if strikes is None else (math.radians(strikes[0]), math.radians(strikes[1])),

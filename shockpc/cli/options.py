@@ -1,17 +1,16 @@
 """The options that several commands share, declared once: the fields of records, which a command takes by `takes_options`."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, NamedTuple, TypeAlias
 
 from shockpc.cli.declare import argument, group
 from shockpc.cli.parse import (
-    PlaneName,
     Setting,
     Vector,
     definition,
     finite,
     folder,
+    out_folder,
     path,
     plane_or_normal,
     robot_name,
@@ -19,35 +18,37 @@ from shockpc.cli.parse import (
     vector,
 )
 
-__all__ = ["Explain", "OutputOptions", "RobotName", "RobotOptions", "SceneOptions", "in_output"]
-
-RobotName: TypeAlias = Annotated[
-    str, argument("A robot file (URDF, xacro, MJCF), a robot's name, or a scene (TOML).", "ROBOT", robot_name)
-]
-"""What is analysed."""
+__all__ = ["Explain", "Out", "OutputOptions", "Packages", "RobotName", "SceneOptions", "Xacro", "in_output"]
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
 in_output = group("Output")
 
+RobotName: TypeAlias = Annotated[
+    str, argument("A robot file (URDF, xacro, MJCF), a robot's name, or a scene (.toml).", "ROBOT", robot_name)
+]
+"""What is analysed."""
+
+Xacro: TypeAlias = Annotated[tuple[tuple[str, str], ...], _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)]
+"""Arguments of a xacro file."""
+
+Packages: TypeAlias = Annotated[
+    tuple[tuple[str, str], ...], _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
+]
+"""Folders of packages."""
+
+Out: TypeAlias = Annotated[Path | None, in_output("Write JSON, CSV, a report and figures into this folder.", "DIR", out_folder)]
+"""The folder of results."""
+
 Explain: TypeAlias = Annotated[bool, in_output("Report on standard error what ran, how long it took, and what was not needed.")]
 """Whether the trace is printed."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class RobotOptions:
-    """How a robot file is read."""
-
-    xacro: Annotated[tuple[tuple[str, str], ...], _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)] = ()
-    package: Annotated[
-        tuple[tuple[str, str], ...], _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
-    ] = ()
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SceneOptions(RobotOptions):
+class SceneOptions(NamedTuple):
     """All that a scene consists of; None, False or empty where nothing was typed."""
 
+    xacro: Xacro = ()
+    package: Packages = ()
     contact: Annotated[
         tuple[str, ...],
         _in_contact(
@@ -104,7 +105,7 @@ class SceneOptions(RobotOptions):
     ] = ()
     lock: Annotated[tuple[str, ...], _in_joints("Locked joints, by name or glob.", "JOINT")] = ()
     plane: Annotated[
-        PlaneName | Vector | None,
+        str | Vector | None,
         _in_results("Plane of CoPc and RoPc: xz (sagittal, default), yz, xy, or a normal NX,NY,NZ.", "PLANE", plane_or_normal),
     ] = None
     v_in: Annotated[
@@ -126,9 +127,8 @@ class SceneOptions(RobotOptions):
     )
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
-class OutputOptions:
+class OutputOptions(NamedTuple):
     """How the results of a study are given."""
 
     format: Annotated[Literal["table", "json", "csv", "markdown"], in_output("What is printed; table by default.")] = "table"
-    out: Annotated[Path | None, in_output("Write JSON, CSV, a report and figures into this folder.", "DIR", path)] = None
+    out: Out = None

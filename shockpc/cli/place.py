@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
-
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name, setting, variable
@@ -62,19 +60,18 @@ def place(
         _in_sensors("This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite),
     ] = None,
     output: OutputOptions,
-) -> None:
+) -> int:
     """Find where on a body a sensor sees least shock.
 
     A robot without --contact lands on each of its feet alone. What counts is the greatest shock over all landings. The optimum over
     the body is exact, with its gap stated; the shock at the places is proven. With --pulse and --range-g, also how much of a
     sensor's range is left along each axis, and how to turn it.
     """
-    from shockpc.cli.output import check_out, give
+    from shockpc.cli.output import give
     from shockpc.cli.progress import progress
     from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
 
-    check_out(output.out)
     robot, landings = _landings(scenes, options, vary)
     found = study(
         landings,
@@ -90,8 +87,7 @@ def place(
         progress=progress("landings computed", len(landings)),
     )
     give(place_report(found), output)
-    if found.failures:
-        raise typer.Exit(INCOMPLETE)
+    return INCOMPLETE if found.failures else 0
 
 
 def _landings(names: tuple[str, ...], options: SceneOptions, vary: tuple[Variable, ...]) -> "tuple[Robot, dict[str, Scene]]":

@@ -20,16 +20,16 @@ def sensitivity(
     explain: Explain = False,
 ) -> None:
     """Rank masses, inertias and angles by effect on the shock."""
-    from shockpc.cli.output import check_out, give
+    from shockpc.cli.output import give
     from shockpc.cli.progress import ShownTrace
-    from shockpc.cli.scenes import one_scene, point_from
+    from shockpc.cli.scenes import one_scene
+    from shockpc.scene import point_at
     from shockpc.show.reports.sensitivity import sensitivity_report
     from shockpc.studies.sensitivity import sensitivity as study
 
     trace = ShownTrace()
-    check_out(output.out)
     loaded, scene = one_scene(robot, options, trace)
-    found = study(scene, point_from(loaded, at, "--at"), loaded, trace)
+    found = study(scene, point_at(loaded, at), loaded, trace)
     with trace.stage("output"):
         give(sensitivity_report(found, rows), output)
     if explain:
