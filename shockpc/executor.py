@@ -18,6 +18,7 @@ from shockpc.errors import StudyError
 
 __all__ = ["InProcess", "executor", "in_order"]
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 PATIENCE = "10s"
@@ -25,18 +26,13 @@ PATIENCE = "10s"
 
 
 class InProcess(Executor):
-    """Computes in this process: with `submit` at once, with `map` one by one as the results are taken."""
+    """Computes in this process, at once."""
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Compute now. An error is raised here, not kept."""
+        """Compute. An error is raised here, not kept."""
         future: Future[T] = Future()
         future.set_result(fn(*args, **kwargs))
         return future
-
-    def map(self, fn: Callable[..., T], *iterables: Any, timeout: float | None = None, chunksize: int = 1) -> Iterator[T]:
-        """Compute each when it is taken."""
-        del timeout, chunksize
-        return map(fn, *iterables)
 
 
 @contextmanager
@@ -106,15 +102,16 @@ def _dask(address: str) -> Iterator[Executor]:
         client.close(timeout=1)
 
 
-def in_order(workers: Executor, function: Callable[[int], T], parts: Iterable[int], ahead: int) -> Iterator[T]:
+def in_order(workers: Executor, function: Callable[[S], T], parts: Iterable[S], ahead: int = 64) -> Iterator[T]:
     """Yield the results of parts in their order, while later ones are computed.
 
     Args:
         workers: do the work.
-        function: of the part's number; it can be pickled.
-        parts: numbers.
-        ahead: number of parts that are submitted before the first one has been read; it limits the memory for results.
+        function: of a part; it can be pickled, and so can the parts.
+        parts: what is computed.
+        ahead: number of parts that other processes may compute before the first one has been read, which limits the memory.
     """
+    ahead = 0 if isinstance(workers, InProcess) else ahead
     waiting: deque[Future[T]] = deque()
     try:
         for part in parts:

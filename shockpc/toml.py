@@ -27,7 +27,7 @@ __all__ = ["checked", "inline", "numbers", "reading", "toml_lines", "unknown_key
 
 @contextmanager
 def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str, Any]]:
-    """Read a TOML file. Whatever is wrong with the file is raised as one kind of error, and so is what the caller finds in it.
+    """Read a TOML file. Whatever is wrong with the file, or what the caller finds in it, is raised as one kind of error.
 
     Args:
         path: of the file.
@@ -43,15 +43,8 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
         yield tomllib.loads(data.decode("utf-8-sig"))
     except error as refusal:
         raise error(f"{path}: {refusal}") from None
-    except UnicodeDecodeError:
-        known = "a robot file is URDF, xacro or MJCF, and all of these are text"
-        raise error(f"{path} is not UTF-8 text; a {what} file is TOML, {known}") from None
-    except tomllib.TOMLDecodeError as refusal:
+    except (ValueError, RecursionError) as refusal:
         raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
-    except RecursionError:
-        raise error(f"{path} is nested hundreds of levels deep; a {what} file needs four") from None
-    except ValueError:
-        raise error(f'"{path}" holds an integer of thousands of digits') from None
 
 
 @functools.cache
@@ -148,10 +141,7 @@ def _wanted(kind: Any) -> str:
 
 def _shown(value: Any) -> str:
     """A value in a message, shortened."""
-    try:
-        text = inline(value)
-    except ValueError:
-        return "an integer of thousands of digits"
+    text = inline(value)
     return text if len(text) <= 60 else text[:59] + "…"
 
 

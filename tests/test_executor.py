@@ -6,7 +6,7 @@ import time
 import pytest
 
 from shockpc.errors import StudyError
-from shockpc.executor import InProcess, executor
+from shockpc.executor import InProcess, executor, in_order
 
 
 def square(x):
@@ -26,7 +26,7 @@ def test_results_are_the_same_wherever_they_are_computed(jobs):
 
 def test_one_process_computes_what_is_taken_and_no_more():
     seen = []
-    results = InProcess().map(seen.append, range(5))
+    results = in_order(InProcess(), seen.append, range(5))
     next(results)
     assert seen == [0]
 

@@ -126,7 +126,7 @@ def _sweep_row(name: str, budget: float) -> tuple[Cell, ...]:
     row, maps, calls, solution = (
         median(timed(run, budget)[1]) / count
         for run, count in (
-            (lambda: _written(made, InProcess(), 0), ROWS),
+            (lambda: _written(made, InProcess()), ROWS),
             (lambda: shock_maps(found, Q[:4096]), len(Q[:4096])),
             (lambda: dynamics(made.robot, block, armature), len(block)),
             (lambda: solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms), len(block)),
@@ -154,12 +154,12 @@ def _in_processes(made: Sweep, jobs: int) -> float:
         for future in [workers.submit(time.sleep, 0.5) for _ in range(jobs)]:
             future.result()
         start = time.perf_counter()
-        _written(made, workers, 4 * jobs)
+        _written(made, workers)
         return time.perf_counter() - start
 
 
-def _written(made: Sweep, workers: Executor, ahead: int) -> int:
+def _written(made: Sweep, workers: Executor) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
         open_sweep(made, Path(folder), "parquet", False)
-        return sum(write_parts(made, Path(folder), "parquet", workers, ahead))
+        return sum(write_parts(made, Path(folder), "parquet", workers))

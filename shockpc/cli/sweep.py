@@ -93,12 +93,11 @@ def sweep(
         seed=seed,
         prove=prove,
     )
-    ahead = 64 if cluster is not None else 4 * jobs if jobs > 1 else 0
     done, finished = 0, False
     try:
         with executor(jobs, cluster) as workers:
             open_sweep(made, out, format_, resume)
-            written = write_parts(made, out, format_, workers, ahead)
+            written = write_parts(made, out, format_, workers)
             done = next(written)
             advance = progress("rows computed", made.rows, done)
             for rows in written:

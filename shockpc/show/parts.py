@@ -97,7 +97,7 @@ def open_sweep(made: Sweep, folder: Path, format_: Format, resume: bool) -> None
     write_text(path, json.dumps(description, indent=1, ensure_ascii=False) + "\n")
 
 
-def write_parts(made: Sweep, folder: Path, format_: Format, executor: Executor, ahead: int) -> Iterator[int]:
+def write_parts(made: Sweep, folder: Path, format_: Format, executor: Executor) -> Iterator[int]:
     """Compute the parts that are missing in the folder of a sweep; yield the number of rows that were there, then of each part.
 
     Args:
@@ -105,7 +105,6 @@ def write_parts(made: Sweep, folder: Path, format_: Format, executor: Executor, 
         folder: prepared by `open_sweep`.
         format_: of the parts.
         executor: computes and writes them.
-        ahead: number of parts to submit before the first one is done.
 
     Raises:
         OutputError: a part cannot be written; those that are complete remain.
@@ -118,7 +117,7 @@ def write_parts(made: Sweep, folder: Path, format_: Format, executor: Executor, 
     yield made.rows - sum(sizes[k] for k in missing)
     save = functools.partial(_save, str(rows), format_, json.dumps(describe(made, format_), ensure_ascii=False))
     try:
-        yield from in_order(executor, functools.partial(with_sweep, pickle.dumps(made), save), missing, ahead)
+        yield from in_order(executor, functools.partial(with_sweep, pickle.dumps(made), save), missing)
     finally:
         for unfinished in rows.glob(".part-*"):
             unfinished.unlink(missing_ok=True)

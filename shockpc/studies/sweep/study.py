@@ -411,7 +411,7 @@ def sweep(
         executor or InProcess(),
         functools.partial(with_sweep, pickle.dumps(made), _chunk_of),
         range(len(made.parts)),
-        0 if executor is None else 8,
+        ahead=8,
     )
 
 
