@@ -62,7 +62,7 @@ def takes_options(command: Callable[..., int | None]) -> Callable[..., int | Non
 
     # What Typer reads.
     vars(run)["__signature__"] = inspect.Signature(parameters)
-    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    run.__annotations__ = {}
     return run
 
 
