@@ -1,7 +1,7 @@
 """`shockpc batch`: many robots, each landing on each of its feet."""
 
 import functools
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions, in_output
@@ -24,12 +24,12 @@ INCOMPLETE = 3
 @takes_options
 def batch(
     *,
-    robots: Annotated[tuple[str, ...], argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name)] = (),
-    set_: Annotated[tuple[str, ...], _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET")] = (),
-    jobs: Annotated[int, _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1)] = 1,
+    robots: tuple[str, ...] = argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name),
+    set_: tuple[str, ...] = _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET"),
+    jobs: int = _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1, default=1),
     options: SceneOptions,
     output: OutputOptions,
-    figures: Annotated[bool, in_output("Also draw all landings on one contact sheet in that folder.")] = False,
+    figures: bool = in_output("Also draw all landings on one contact sheet in that folder."),
 ) -> int:
     """Land many robots on each of their feet, and rank them.
 

@@ -3,7 +3,7 @@
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import typer
 
@@ -78,26 +78,18 @@ def report(text: str) -> Report:
 @takes_options
 def check(
     *,
-    budgets: Annotated[
-        Path | None,
-        argument(
-            "A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.", "BUDGETS", path
-        ),
-    ] = None,
-    baseline: Annotated[Path | None, _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path)] = None,
-    update_baseline: Annotated[
-        bool, _in_baseline("Write the numbers into the --baseline file instead of comparing with it.")
-    ] = False,
-    format_: Annotated[
-        tuple[Report, ...],
-        in_output(
-            "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
-            "on standard output, or in a file.",
-            "FORMAT[=FILE]",
-            report,
-        ),
-    ] = (),
-    out: Annotated[Path | None, in_output("Write JSON, CSV, JUnit and Markdown into this folder.", "DIR", out_folder)] = None,
+    budgets: Path | None = argument(
+        "A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.", "BUDGETS", path
+    ),
+    baseline: Path | None = _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path),
+    update_baseline: bool = _in_baseline("Write the numbers into the --baseline file instead of comparing with it."),
+    format_: tuple[Report, ...] = in_output(
+        "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
+        "on standard output, or in a file.",
+        "FORMAT[=FILE]",
+        report,
+    ),
+    out: Path | None = in_output("Write JSON, CSV, JUnit and Markdown into this folder.", "DIR", out_folder),
 ) -> int:
     """Compare landings with budgets, as a gate in CI."""
     from shockpc.cli.progress import progress

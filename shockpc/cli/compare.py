@@ -1,6 +1,6 @@
 """`shockpc compare`: designs side by side."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions
@@ -17,15 +17,12 @@ _in_designs = group("Designs")
 @takes_options
 def compare(
     *,
-    designs: Annotated[tuple[str, ...], argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name)],
-    change: Annotated[
-        tuple[str, ...],
-        _in_designs(
-            "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
-            "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints.",
-            "CHANGES",
-        ),
-    ] = (),
+    designs: tuple[str, ...] = argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name, default=...),
+    change: tuple[str, ...] = _in_designs(
+        "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
+        "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints.",
+        "CHANGES",
+    ),
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:

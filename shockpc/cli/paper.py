@@ -2,7 +2,6 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
 from shockpc.cli.declare import argument, takes_options
 from shockpc.cli.options import in_output
@@ -13,10 +12,9 @@ __all__ = ["paper"]
 
 @takes_options
 def paper(
-    figures: Annotated[tuple[str, ...], argument("Numbers of figures: 1, 2, 3, 5; all by default.", "[FIGURE]...")] = (),
-    out: Annotated[
-        Path | None, in_output("Write figures, tables and the scenes of all panels into this folder.", "DIR", out_folder)
-    ] = None,
+    *,
+    figures: tuple[str, ...] = argument("Numbers of figures: 1, 2, 3, 5; all by default.", "[FIGURE]..."),
+    out: Path | None = in_output("Write figures, tables and the scenes of all panels into this folder.", "DIR", out_folder),
 ) -> None:
     """Recompute the figures of the paper and check its claims."""
     from shockpc.cli.progress import ShownTrace

@@ -20,7 +20,7 @@ __all__ = [
     "folder",
     "out_folder",
     "path",
-    "plane_or_normal",
+    "plane",
     "robot_name",
     "scene_file",
     "setting",
@@ -73,7 +73,7 @@ def box(text: str) -> tuple[Vector, Vector]:
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
-def plane_or_normal(text: str) -> str | Vector:
+def plane(text: str) -> str | Vector:
     """The name of a plane, which the scene checks, or a normal."""
     return vector(text) if "," in text else text
 

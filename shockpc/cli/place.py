@@ -1,7 +1,7 @@
 """`shockpc place`: where on a body a sensor sees least shock."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions
@@ -22,43 +22,35 @@ INCOMPLETE = 3
 @takes_options
 def place(
     *,
-    scenes: Annotated[
-        tuple[str, ...], argument("Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name)
-    ],
+    scenes: tuple[str, ...] = argument(
+        "Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name, default=...
+    ),
     options: SceneOptions,
-    vary: Annotated[
-        tuple[Variable, ...],
-        _in_landings(
-            "Each landing with all of these values, a:b:n or a,b,c: of strike-angle [deg], speed [m/s], base-pitch [deg], joints "
-            "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
-            "NAME=VALUES",
-            variable,
-        ),
-    ] = (),
-    weight: Annotated[
-        tuple[Setting, ...],
-        _in_landings(
-            "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by glob or "
-            "part of their name; others weigh 1.",
-            "LANDING=WEIGHT",
-            setting,
-        ),
-    ] = (),
-    body: Annotated[str | None, _in_region("The body, or a link that is fixed to it; the base by default.", "NAME")] = None,
-    within: Annotated[
-        tuple[Vector, Vector] | None,
-        _in_region("Only in this box of the body's frame, whatever the geometry [m].", "X0:X1,Y0:Y1,Z0:Z1", box),
-    ] = None,
-    surface: Annotated[bool, _in_region("Only on the surface of the geometry (within the box, if one is given).")] = False,
-    geometry: Annotated[Literal["collision", "visual"], _in_region("Which geometry; collision by default.")] = "collision",
-    count: Annotated[
-        int, _in_sensors("Number of sensors that belong together: in each landing the one with the least shock counts.", "N")
-    ] = 1,
-    alternatives: Annotated[int, _in_sensors("Number of further places, each the best at a distance; 2 by default.", "N")] = 2,
-    apart: Annotated[
-        float | None,
-        _in_sensors("This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite),
-    ] = None,
+    vary: tuple[Variable, ...] = _in_landings(
+        "Each landing with all of these values, a:b:n or a,b,c: of strike-angle [deg], speed [m/s], base-pitch [deg], joints "
+        "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
+        "NAME=VALUES",
+        variable,
+    ),
+    weight: tuple[Setting, ...] = _in_landings(
+        "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by glob or "
+        "part of their name; others weigh 1.",
+        "LANDING=WEIGHT",
+        setting,
+    ),
+    body: str | None = _in_region("The body, or a link that is fixed to it; the base by default.", "NAME"),
+    within: tuple[Vector, Vector] | None = _in_region(
+        "Only in this box of the body's frame, whatever the geometry [m].", "X0:X1,Y0:Y1,Z0:Z1", box
+    ),
+    surface: bool = _in_region("Only on the surface of the geometry (within the box, if one is given)."),
+    geometry: Literal["collision", "visual"] = _in_region("Which geometry; collision by default.", default="collision"),
+    count: int = _in_sensors(
+        "Number of sensors that belong together: in each landing the one with the least shock counts.", "N", default=1
+    ),
+    alternatives: int = _in_sensors("Number of further places, each the best at a distance; 2 by default.", "N", default=2),
+    apart: float | None = _in_sensors(
+        "This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite
+    ),
     output: OutputOptions,
 ) -> int:
     """Find where on a body a sensor sees least shock.

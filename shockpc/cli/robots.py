@@ -1,10 +1,10 @@
 """`shockpc robots`: the robots known by name, and the contents of one robot."""
 
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from shockpc.cli.declare import argument, takes_options
-from shockpc.cli.options import Packages, Xacro
+from shockpc.cli.options import PACKAGE, XACRO
 from shockpc.cli.parse import robot_name
 
 if TYPE_CHECKING:
@@ -15,9 +15,10 @@ __all__ = ["robots"]
 
 @takes_options
 def robots(
-    robot: Annotated[str | None, argument("A name from the list, or a robot file.", "ROBOT", robot_name)] = None,
-    xacro: Xacro = (),
-    package: Packages = (),
+    *,
+    robot: str | None = argument("A name from the list, or a robot file.", "ROBOT", robot_name),
+    xacro: tuple[tuple[str, str], ...] = XACRO,
+    package: tuple[tuple[str, str], ...] = PACKAGE,
 ) -> None:
     """List the robots known by name, or check and show one."""
     from shockpc.robot.robot import load_robot

@@ -1,10 +1,9 @@
 """`shockpc sensitivity`: what changes the shock at a point, and by how much."""
 
 import sys
-from typing import Annotated
 
 from shockpc.cli.declare import group, takes_options
-from shockpc.cli.options import Explain, OutputOptions, RobotName, SceneOptions, in_output
+from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
 
 __all__ = ["sensitivity"]
 
@@ -12,12 +11,12 @@ __all__ = ["sensitivity"]
 @takes_options
 def sensitivity(
     *,
-    robot: RobotName,
-    at: Annotated[str, group("Question")("The point, offset in the frame [m].", "FRAME[:X,Y,Z]")],
+    robot: str = ROBOT,
+    at: str = group("Question")("The point, offset in the frame [m].", "FRAME[:X,Y,Z]"),
     options: SceneOptions,
-    rows: Annotated[int, in_output("Rows of the table; 16 by default.", "N", least=1)] = 16,
+    rows: int = in_output("Rows of the table; 16 by default.", "N", least=1, default=16),
     output: OutputOptions,
-    explain: Explain = False,
+    explain: bool = EXPLAIN,
 ) -> None:
     """Rank masses, inertias and angles by effect on the shock."""
     from shockpc.cli.output import give

@@ -2,10 +2,10 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 from shockpc.cli.declare import group, takes_options
-from shockpc.cli.options import RobotName, SceneOptions
+from shockpc.cli.options import ROBOT, SceneOptions
 from shockpc.cli.parse import Variable, out_folder, variable
 from shockpc.cli.process import complain
 
@@ -21,47 +21,35 @@ _in_run = group("How it is computed, and where it is written")
 @takes_options
 def sweep(
     *,
-    robot: RobotName,
+    robot: str = ROBOT,
     options: SceneOptions,
-    vary: Annotated[
-        tuple[Variable, ...],
-        _in_varied(
-            "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b. Quantities are a joint or a glob [deg; m if "
-            "prismatic], base-roll, base-pitch, base-yaw and strike-angle [deg], speed [m/s], contact (names), offset-x, -y, -z "
-            "[m], mass:LINK [kg; or factors, 0.8x:1.2x:9], com-x:LINK, -y, -z (a shift) [m], inertia:LINK (factors), "
-            "armature:JOINTS [kg m²].",
-            "NAME=VALUES",
-            variable,
-        ),
-    ] = (),
-    vary_each: Annotated[
-        tuple[Variable, ...],
-        _in_varied("The same for a glob of joints, each of which varies by itself.", "GLOB=VALUES", variable),
-    ] = (),
-    sample: Annotated[
-        int | None,
-        _in_varied("Random landings instead of the full grid. If no joint is varied, all are, within their limits.", "N"),
-    ] = None,
-    lhs: Annotated[bool, _in_varied("Draw the sample as a Latin hypercube.")] = False,
-    seed: Annotated[int, _in_varied("Seed of the random numbers; 0 by default.", "N")] = 0,
-    at: Annotated[
-        tuple[str, ...], _in_computed("Point at which the shock is computed, offset in the frame [m].", "FRAME[:X,Y,Z]")
-    ] = (),
-    body: Annotated[
-        tuple[str, ...],
-        _in_computed(
-            "Body of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "NAME"
-        ),
-    ] = (),
-    greatest: Annotated[bool, _in_computed("Also the greatest shock over the geometry of each --body.")] = False,
-    prove: Annotated[int, _in_computed("Random landings that are compared with a proof; 100 by default.", "N")] = 100,
-    out: Annotated[Path, _in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder)],
-    format_: Annotated[Literal["parquet", "csv"], _in_run("Format of the rows; parquet by default.")] = "parquet",
-    jobs: Annotated[int, _in_run("Number of processes; 1 by default.", "N", least=1)] = 1,
-    cluster: Annotated[
-        str | None, _in_run("Compute on a running Dask cluster; DIR has to be shared with its workers.", "ADDRESS")
-    ] = None,
-    resume: Annotated[bool, _in_run("Continue a sweep that was interrupted.")] = False,
+    vary: tuple[Variable, ...] = _in_varied(
+        "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b. Quantities are a joint or a glob [deg; m if "
+        "prismatic], base-roll, base-pitch, base-yaw and strike-angle [deg], speed [m/s], contact (names), offset-x, -y, -z "
+        "[m], mass:LINK [kg; or factors, 0.8x:1.2x:9], com-x:LINK, -y, -z (a shift) [m], inertia:LINK (factors), "
+        "armature:JOINTS [kg m²].",
+        "NAME=VALUES",
+        variable,
+    ),
+    vary_each: tuple[Variable, ...] = _in_varied(
+        "The same for a glob of joints, each of which varies by itself.", "GLOB=VALUES", variable
+    ),
+    sample: int | None = _in_varied(
+        "Random landings instead of the full grid. If no joint is varied, all are, within their limits.", "N"
+    ),
+    lhs: bool = _in_varied("Draw the sample as a Latin hypercube."),
+    seed: int = _in_varied("Seed of the random numbers; 0 by default.", "N", default=0),
+    at: tuple[str, ...] = _in_computed("Point at which the shock is computed, offset in the frame [m].", "FRAME[:X,Y,Z]"),
+    body: tuple[str, ...] = _in_computed(
+        "Body of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "NAME"
+    ),
+    greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
+    prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
+    out: Path = _in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
+    format_: Literal["parquet", "csv"] = _in_run("Format of the rows; parquet by default.", default="parquet"),
+    jobs: int = _in_run("Number of processes; 1 by default.", "N", least=1, default=1),
+    cluster: str | None = _in_run("Compute on a running Dask cluster; DIR has to be shared with its workers.", "ADDRESS"),
+    resume: bool = _in_run("Continue a sweep that was interrupted."),
 ) -> int:
     """Compute landings over many postures, strikes and models."""
     from shockpc.cli.progress import progress
