@@ -4,8 +4,8 @@
     def limits(*, robot: str = ROBOT, joint: str = in_question("The joint.", "JOINT"), options: SceneOptions) -> None: …
 
 A parameter that is called like an option of the record, with an underscore after it, takes its place; the record's is then empty.
-An option whose type is a tuple of any length may be repeated. What is not given is the default, else None, False or empty; where the
-type allows none of these, or the default is `...`, it has to be given.
+An option whose type is a tuple of any length may be repeated. What is not given is the default, else None, False or empty; where
+the type allows none of these, or the default is `...`, it has to be given.
 """
 
 import copy
