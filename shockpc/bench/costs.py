@@ -20,7 +20,7 @@ from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.errors import SolveError
-from shockpc.executor import InProcess, executor
+from shockpc.executor import processes
 from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
 from shockpc.profile import shock_maps, shock_profile
@@ -126,7 +126,7 @@ def _sweep_row(name: str, budget: float) -> tuple[Cell, ...]:
     row, maps, calls, solution = (
         median(timed(run, budget)[1]) / count
         for run, count in (
-            (lambda: _written(made, InProcess()), ROWS),
+            (lambda: _written(made, None), ROWS),
             (lambda: shock_maps(found, Q[:4096]), len(Q[:4096])),
             (lambda: dynamics(made.robot, block, armature), len(block)),
             (lambda: solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms), len(block)),
@@ -149,7 +149,7 @@ def _sample(name: str, rows: int) -> Sweep:
 
 def _in_processes(made: Sweep, jobs: int) -> float:
     """Time for a sweep in so many processes, after they have started [s]; one has a process too, so that both do the same."""
-    with executor(jobs, processes=True) as workers:
+    with processes(jobs) as workers:
         # Long enough to keep a worker busy until the other one has started as well.
         for future in [workers.submit(time.sleep, 0.5) for _ in range(jobs)]:
             future.result()
@@ -158,7 +158,7 @@ def _in_processes(made: Sweep, jobs: int) -> float:
         return time.perf_counter() - start
 
 
-def _written(made: Sweep, workers: Executor) -> int:
+def _written(made: Sweep, workers: Executor | None) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
         open_sweep(made, Path(folder), "parquet", False)

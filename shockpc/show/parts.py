@@ -97,7 +97,7 @@ def open_sweep(made: Sweep, folder: Path, format_: Format, resume: bool) -> None
     write_text(path, json.dumps(description, indent=1, ensure_ascii=False) + "\n")
 
 
-def write_parts(made: Sweep, folder: Path, format_: Format, executor: Executor) -> Iterator[int]:
+def write_parts(made: Sweep, folder: Path, format_: Format, executor: Executor | None) -> Iterator[int]:
     """Compute the parts that are missing in the folder of a sweep; yield the number of rows that were there, then of each part.
 
     Args:
