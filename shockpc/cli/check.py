@@ -3,7 +3,6 @@
 import sys
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import typer
 
@@ -12,7 +11,7 @@ from shockpc.cli.options import in_output
 from shockpc.cli.parse import out_folder, path, writable
 from shockpc.cli.process import complain
 
-__all__ = ["EPILOG", "Report", "check", "report"]
+__all__ = ["EPILOG", "check", "report"]
 
 FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
@@ -59,20 +58,13 @@ Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,
 """What stands under the help of the command."""
 
 
-class Report(NamedTuple):
-    """FORMAT or FORMAT=FILE; standard output without a file."""
-
-    format: str
-    file: Path | None
-
-
-def report(text: str) -> Report:
-    """A report that is asked for."""
+def report(text: str) -> tuple[str, Path | None]:
+    """FORMAT or FORMAT=FILE; None is standard output."""
     format_, equals, file = text.partition("=")
     if format_ not in FORMATS:
         known = f"valid are {', '.join(FORMATS)}, each also with a file, such as junit=report.xml"
         raise typer.BadParameter(f'"{text}" is not a format; {known}')
-    return Report(format_, writable(path(file), "--format") if equals else None)
+    return format_, writable(path(file), "--format") if equals else None
 
 
 @takes_options
@@ -83,7 +75,7 @@ def check(
     ),
     baseline: Path | None = _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path),
     update_baseline: bool = _in_baseline("Write the numbers into the --baseline file instead of comparing with it."),
-    format_: tuple[Report, ...] = in_output(
+    format_: tuple[tuple[str, Path | None], ...] = in_output(
         "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
         "on standard output, or in a file.",
         "FORMAT[=FILE]",
@@ -100,8 +92,8 @@ def check(
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.gate import check_budgets
 
-    asked = format_ or (Report("text", None),)
-    printed = [one.format for one in asked if one.file is None]
+    asked = format_ or (("text", None),)
+    printed = [name for name, file in asked if file is None]
     if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
         listed = " and ".join(printed)
         raise OutputError(f"standard output holds one document, not {listed}; write files, such as --format {printed[0]}=FILE")
@@ -112,13 +104,13 @@ def check(
     given = read_budgets(budgets or budgets_file(Path.cwd()))
     earlier = None if baseline is None or update_baseline else read_baseline(baseline)
     found = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
-    for one in asked:
-        if one.format == "github":
+    for name, file in asked:
+        if name == "github":
             append_summary(found)
-        if one.file is None:
-            sys.stdout.write(check_text(found, one.format))
+        if file is None:
+            sys.stdout.write(check_text(found, name))
         else:
-            write_text(one.file, check_text(found, one.format))
+            write_text(file, check_text(found, name))
     if out is not None:
         write_folder(out, check_files(found))
     if baseline is not None and update_baseline:

@@ -7,8 +7,7 @@ from pathlib import Path
 from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import complain
 from shockpc.cli.progress import ShownTrace
-from shockpc.errors import OutputError, SceneError, UnknownName
-from shockpc.printed import listed
+from shockpc.errors import OutputError, UnknownName
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
@@ -35,11 +34,10 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
 
 
 def body_pattern(robot: Robot, pattern: str) -> str:
-    """The pattern of --bodies. A link that is fixed to another body stands for that body.
+    """The pattern of --bodies. Where it matches no body, a link that is fixed to another body stands for that body.
 
     Raises:
-        UnknownName: it matches neither a body nor a link.
-        SceneError: it matches links of several bodies, and no body.
+        UnknownName: it matches neither a body nor links of one body.
     """
     from shockpc.show.tables.sheets import fits
 
@@ -47,12 +45,8 @@ def body_pattern(robot: Robot, pattern: str) -> str:
     if any(fits(name, pattern) for name in names):
         return pattern
     carriers = [body.name for body in robot.bodies if any(fits(link, pattern) for link in body.links)]
-    if not carriers:
-        raise UnknownName("body", pattern, names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    if len(carriers) > 1:
-        raise SceneError(
-            f'--bodies: no body matches "{pattern}", and links that match are part of {listed(carriers)}; name one of these'
-        )
+    if len(carriers) != 1:
+        raise UnknownName("body", pattern, carriers or names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     return carriers[0]
 
 
