@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.bench.cases import Case
-from shockpc.bench.methods import PROVEN, Method
-from shockpc.bench.system import System, UnsuitedError, system_of
+from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
 from shockpc.errors import ShockError
 from shockpc.exact.proof import Proof
 from shockpc.profile import shock_profile
@@ -55,6 +54,11 @@ class Result(NamedTuple):
     error: float | None = None
     seconds: tuple[float, ...] = ()
     message: str = ""
+
+    @property
+    def quartiles(self) -> list[float | None]:
+        """First quartile, median and third quartile of the run times [s]."""
+        return np.quantile(self.seconds, (0.25, 0.5, 0.75)).tolist() if self.seconds else [None] * 3
 
 
 def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]]:

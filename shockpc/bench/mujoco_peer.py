@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.methods import Method, Prepared
-from shockpc.bench.system import System, UnsuitedError
+from shockpc.bench.methods import Method, Prepared, System, UnsuitedError
 from shockpc.core.spatial import Array
 
 try:
