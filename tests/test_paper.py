@@ -208,7 +208,7 @@ def test_least_shock_in_space_is_on_the_screw_axis():
 
 
 def test_distances_of_centres_of_percussion_are_those_of_the_claims():
-    """Case E's lower leg has it 1.494 times as far from the knee as from the heel; a torso has it beside it by 0.41 of its length."""
+    """Case E's lower leg has it 1.494 times as far from the knee as from the heel; a torso, beside it by 0.41 of its length."""
     profile = land("fig2_e")
     low, high = middle_lines(profile)["lower_leg"]
     centre = profile.copc[profile.bodies.index("lower_leg")]

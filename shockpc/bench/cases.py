@@ -10,15 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from shockpc import Closure, Contact, Joints, Place, Posture, Robot, Scene, Strike, load_robot
 from shockpc.core.spatial import Array
-from shockpc.model.closure import Closure, Place
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
 from shockpc.robot.catalogue import SETS
 from shockpc.robot.landmarks import each_foot
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene, Strike
 
 __all__ = ["FAMILIES", "OBLIQUE", "Case", "Family", "Link", "bent", "box", "chain", "known_robot", "landing", "robot_of"]
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from shockpc import Landing, Robot, Scene, ShockMaps, ShockProfile, SolveError, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import Prepared, System, UnsuitedError, double_jumps, system_of
@@ -22,14 +23,8 @@ from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
-from shockpc.errors import SolveError
 from shockpc.executor import InProcess, executor
-from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
-from shockpc.profile import shock_maps, shock_profile
-from shockpc.result import ShockMaps, ShockProfile
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene
 from shockpc.show.parts import open_sweep, write_parts
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.studies.sweep.study import Sweep, sweep_of

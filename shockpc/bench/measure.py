@@ -6,12 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from shockpc import ShockError, ShockProfile, shock_profile
 from shockpc.bench.cases import Case
 from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
-from shockpc.errors import ShockError
 from shockpc.exact.proof import Proof
-from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
 from shockpc.results.accuracy import double_error
 
 __all__ = ["ACCURATE", "OUTCOMES", "Result", "measure", "timed"]

@@ -6,13 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from shockpc import Landing, Robot, Scene, SceneError, resolve, shock_profile
 from shockpc.core.spatial import Array
-from shockpc.errors import SceneError
-from shockpc.landing import Landing, resolve
 from shockpc.model.rows import block_axes, block_point
-from shockpc.profile import impact_jumps, shock_profile
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene
+from shockpc.profile import impact_jumps
 
 __all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "System", "UnsuitedError", "double_jumps", "system_of"]
 

@@ -13,13 +13,12 @@ from itertools import groupby
 from pathlib import Path
 from statistics import median
 
+from shockpc import Robot, Scene
 from shockpc.bench.cases import FAMILIES, Case, Family
 from shockpc.bench.costs import COSTS
 from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene
 from shockpc.show.figure.error_time import error_time_svg
 from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Cell, Sheet

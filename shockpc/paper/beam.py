@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from shockpc import ShockProfile, Strike
 from shockpc.core.beam import centre_of_percussion, radius_of_percussion
 from shockpc.paper.claim import ROUNDING, Panel, PaperFigure
 from shockpc.paper.landings import along, land
-from shockpc.result import ShockProfile
-from shockpc.scene import Strike
 
 __all__ = ["BEAM", "beam"]
 

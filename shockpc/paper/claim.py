@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from shockpc import ShockProfile
 from shockpc.paper.landings import land
-from shockpc.result import ShockProfile
 
 __all__ = ["ROUNDING", "Claim", "Options", "Panel", "PaperFigure"]
 

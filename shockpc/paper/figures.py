@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from shockpc.errors import UnknownName
+from shockpc import UnknownName
 from shockpc.paper.beam import BEAM
 from shockpc.paper.claim import PaperFigure
 from shockpc.paper.leg import LEG

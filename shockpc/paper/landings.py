@@ -7,12 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from shockpc import Robot, Scene, ShockProfile, load_robot, read_scene, shock_profile
 from shockpc.core.spatial import Array
-from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
 from shockpc.robot.catalogue import own_robots_folder
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene, read_scene
 
 __all__ = ["along", "land", "largest", "middle_lines", "robot_of", "scene"]
 

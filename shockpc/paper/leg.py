@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from shockpc import ShockProfile, Strike
 from shockpc.core.beam import centre_of_percussion
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
 from shockpc.paper.landings import along, land, largest, middle_lines
 from shockpc.paper.quadruped import ANGLES, quadruped
-from shockpc.result import ShockProfile
-from shockpc.scene import Strike
 
 __all__ = ["LEG", "cases", "reductions"]
 

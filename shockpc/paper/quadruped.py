@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.model.joint_model import Joints
+from shockpc import Joints, ShockProfile
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
 from shockpc.paper.landings import along, land
-from shockpc.result import ShockProfile
 
 __all__ = ["ANGLES", "QUADRUPED", "quadruped"]
 

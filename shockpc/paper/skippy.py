@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from shockpc import ShockProfile, Strike
 from shockpc.core.spatial import Array
 from shockpc.paper.claim import Options, Panel, PaperFigure
 from shockpc.paper.landings import land, largest, middle_lines
-from shockpc.result import ShockProfile
-from shockpc.scene import GRAVITY, Strike
+from shockpc.scene import GRAVITY
 
 __all__ = ["ASSUMED", "SKIPPY", "above_contact", "skippy"]
 
