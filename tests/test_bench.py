@@ -8,7 +8,7 @@ import pytest
 from commands import good, run
 
 from shockpc.bench.cases import FAMILIES, chain, known_robot, landing
-from shockpc.bench.costs import COSTS, PEERS, many_system, package_costs, postures
+from shockpc.bench.costs import COSTS, PEERS, many_system, postures
 from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
@@ -181,7 +181,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
 def test_a_command_that_fails_is_reported(monkeypatch):
     monkeypatch.setattr("shockpc.bench.costs.COMMANDS", {"failing": ("-m", "shockpc", "analyze", "nothing")})
     with pytest.raises(SolveError, match=r"^a process of the benchmark failed .*analyze nothing.*: shockpc: "):
-        package_costs(0.0)
+        COSTS["costs"](0.0)
 
 
 def test_bench_of_one_s_own_robot(capfd, tmp_path):

@@ -29,7 +29,7 @@ from shockpc.show.parts import open_sweep, write_parts
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.studies.sweep.study import Sweep, sweep_of
 
-__all__ = ["COSTS", "PEERS", "many_system", "package_costs", "postures"]
+__all__ = ["COSTS", "PEERS", "many_system", "postures"]
 
 COMMANDS = {
     "import pinocchio": ("-c", "import pinocchio"),
@@ -47,7 +47,7 @@ ROWS = 16384
 """Of each sweep; sixteen times as many where processes are compared."""
 
 
-def package_costs(budget: float) -> Sheet:
+def _package(budget: float) -> Sheet:
     """Warm analyses, and commands against `import pinocchio` in alternating processes. Args: budget for each clock [s].
 
     Raises:
@@ -145,7 +145,7 @@ PEERS: dict[str, Callable[[System, Array], Prepared]] = {
 """Run times are compared with that of the first."""
 
 
-def throughput(budget: float) -> Sheet:
+def _throughput(budget: float) -> Sheet:
     """Compare the results of all peers in many postures, and their run times. Args: budget for each clock [s]."""
     rows: list[tuple[Cell, ...]] = []
     for name in ("anymal_b", "talos", "chain of 100 links"):
@@ -169,7 +169,7 @@ def throughput(budget: float) -> Sheet:
     return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
 
 
-def sweep_costs(budget: float) -> Sheet:
+def _sweeps(budget: float) -> Sheet:
     """Rows of sweeps against the maps alone, what dominates them, and two processes against one. Args: budget for a clock [s]."""
     rows: list[tuple[Cell, ...]] = []
     for name in ("hyq", "anymal_b", "talos"):
@@ -223,5 +223,5 @@ def _written(made: Sweep, workers: Executor, ahead: int) -> int:
         return sum(write_parts(made, Path(folder), "parquet", workers, ahead))
 
 
-COSTS = {"costs": package_costs, "many postures": throughput, "sweeps": sweep_costs}
+COSTS = {"costs": _package, "many postures": _throughput, "sweeps": _sweeps}
 """Tables of what the package costs; the argument is the time for each clock [s]."""
