@@ -47,6 +47,11 @@ ROWS = 16384
 """Of each sweep; sixteen times as many where processes are compared."""
 
 
+def _cost(run: Callable[[], Any], budget: float, count: int = 1) -> float:
+    """Median time of work that is done so often in one run [s]."""
+    return median(timed(run, budget)[1]) / count
+
+
 def _package(budget: float) -> Sheet:
     """Warm analyses, and commands against `import pinocchio` in alternating processes. Args: budget for each clock [s].
 
@@ -57,7 +62,7 @@ def _package(budget: float) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
 
     def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
-        rows.append((what, f"{1e3 * median(timed(run, budget)[1]):.3g}", target, None))
+        rows.append((what, f"{1e3 * _cost(run, budget):.3g}", target, None))
 
     for name, (robot, scene), target in (("ANYmal B, one foot", anymal, "3 ms"), ("Talos, both feet", talos, "12 ms")):
         add(f"shock_profile, {name}", partial(shock_profile, scene, robot), target)
@@ -159,8 +164,7 @@ def _throughput(budget: float) -> Sheet:
             except UnsuitedError as reason:
                 rows.append((name, peer, None, None, None, str(reason)))
                 continue
-            raw, times = timed(prepared.run, budget)
-            found, seconds = prepared.read(raw), median(times) / MANY
+            found, seconds = prepared.read(prepared.run()), _cost(prepared.run, budget, MANY)
             same = maps if found.shape[-1] == 3 else (maps @ system.landing.before.velocity)[..., None]
             off = np.max(np.abs(found - same).max(axis=(1, 2, 3)) / np.abs(same).max(axis=(1, 2, 3)))
             first = seconds if prepare is _bare_loop else first
@@ -177,16 +181,11 @@ def _sweeps(budget: float) -> Sheet:
         found, Q = resolve(made.scene, made.robot), made.configurations(0)[:4096]
         block, armature = Q[:256], found.joint_model.armature
         equation = found.equation(dynamics(made.robot, block, armature), False)
-        row, maps, calls, solution = (
-            median(timed(run, budget)[1]) / count
-            for run, count in (
-                (partial(_written, made, InProcess(), 0), ROWS),
-                (partial(shock_maps, found, Q), len(Q)),
-                (partial(dynamics, made.robot, block, armature), len(block)),
-                (partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms), len(block)),
-            )
-        )
-        shares = (f"{100.0 * part / row:.0f}" for part in (calls, solution))
+        row = _cost(partial(_written, made, InProcess(), 0), budget, ROWS)
+        maps = _cost(partial(shock_maps, found, Q), budget, len(Q))
+        calls = _cost(partial(dynamics, made.robot, block, armature), budget, len(block))
+        eq_4 = _cost(partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms), budget, len(block))
+        shares = (f"{100.0 * part / row:.0f}" for part in (calls, eq_4))
         size = str(len(made.robot.bodies) * made.robot.model.nv)
         rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares))
     one, two = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))

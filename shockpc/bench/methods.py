@@ -1,6 +1,7 @@
 """The methods that are compared: ways to find the velocity jump of every body of a landing."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -132,19 +133,15 @@ def double_jumps(landing: Landing) -> Array:
     return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
 
 
-def _joint_space(solve: Callable[[Array, Array, Array], Array]) -> Method:
-    """A method that solves for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to the bodies."""
+def _joint_space(solve: Callable[[Array, Array, Array], Array], system: System) -> Prepared:
+    """Solve for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to the bodies."""
+    data, b, G = system.model.createData(), system.b, system.G
 
-    def prepare(system: System) -> Prepared:
-        data, b, G = system.model.createData(), system.b, system.G
+    def run() -> Any:
+        H, J_c = system.assemble(data)
+        return system.motions(data, solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b))
 
-        def run() -> Any:
-            H, J_c = system.assemble(data)
-            return system.motions(data, solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b))
-
-        return Prepared(run, system.jumps)
-
-    return prepare
+    return Prepared(run, system.jumps)
 
 
 def _dense_kkt(H: Array, J_c: Array, b: Array) -> Array:
@@ -204,37 +201,34 @@ def _pin_jacobian(system: System) -> Prepared:
     return Prepared(run, system.jumps)
 
 
-def _pin_constraints(mu: float) -> Method:
+def _pin_constraints(mu: float, system: System) -> Prepared:
     """pin.impulseDynamics with rigid constraint models. The damping µ stays in the answer: the function solves once."""
+    e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
+    if system.landing.loops or not system.sticking:
+        raise UnsuitedError("rigid constraint models are used here for sticking points alone")
+    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    for joint, point in system.contact_points():
+        place = pin.SE3(np.eye(3), point)
+        models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, place, WORLD_AXES))
+        datas.append(models[-1].createData())
+    data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, mu, 1)
+    pin.initConstraintDynamics(model, data, models, datas)
 
-    def prepare(system: System) -> Prepared:
-        e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
-        if system.landing.loops or not system.sticking:
-            raise UnsuitedError("rigid constraint models are used here for sticking points alone")
-        models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        for joint, point in system.contact_points():
-            models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, pin.SE3(np.eye(3), point), WORLD_AXES))
-            datas.append(models[-1].createData())
-        data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, mu, 1)
-        pin.initConstraintDynamics(model, data, models, datas)
-        return Prepared(
-            lambda: system.motions(data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v),
-            system.jumps,
-            approximates=mu > 0.0,
-        )
+    def run() -> Any:
+        return system.motions(data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v)
 
-    return prepare
+    return Prepared(run, system.jumps, approximates=mu > 0.0)
 
 
 DIRECT: dict[str, Method] = {
     PROVEN: _proven,
     "shockpc, double precision": lambda system: Prepared(lambda: double_jumps(system.landing), np.asarray),
-    "dense KKT (Eq. 4)": _joint_space(_dense_kkt),
-    "Schur complement, Cholesky": _joint_space(_schur_cholesky),
-    "partition (Eq. 6)": _joint_space(_partition),
-    "null space (Eq. 7)": _joint_space(_reduced),
+    "dense KKT (Eq. 4)": partial(_joint_space, _dense_kkt),
+    "Schur complement, Cholesky": partial(_joint_space, _schur_cholesky),
+    "partition (Eq. 6)": partial(_joint_space, _partition),
+    "null space (Eq. 7)": partial(_joint_space, _reduced),
     "Pinocchio, Jacobian": _pin_jacobian,
-    "Pinocchio, constraints": _pin_constraints(0.0),
-    "Pinocchio, constraints, µ = 1e-6": _pin_constraints(1e-6),
+    "Pinocchio, constraints": partial(_pin_constraints, 0.0),
+    "Pinocchio, constraints, µ = 1e-6": partial(_pin_constraints, 1e-6),
 }
 """Methods that solve for the jump; those that simulate the landing are in `mujoco_peer`."""
