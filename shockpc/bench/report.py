@@ -123,7 +123,7 @@ def _surroundings() -> list[str]:
     versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
     info = Path("/proc/cpuinfo")  # on Linux Python does not know the name of the processor
     names = re.findall(r"^model name\s*: (.*)", info.read_text(encoding="utf-8") if info.exists() else "", re.MULTILINE)
-    processor, threads = (names or [platform.processor()])[0], os.environ.get("OPENBLAS_NUM_THREADS", "")
+    processor, threads = (names or [platform.processor() or platform.machine()])[0], os.environ.get("OPENBLAS_NUM_THREADS", "")
     return [
         f"versions: {', '.join(versions)}, Python {platform.python_version()}",
         f"machine: {processor}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}",
