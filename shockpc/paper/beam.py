@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from shockpc import ShockProfile, Strike
-from shockpc.core.beam import centre_of_percussion, radius_of_percussion
 from shockpc.paper.claim import ROUNDING, Panel, PaperFigure
 from shockpc.paper.landings import along, land
 
@@ -28,8 +27,8 @@ SLIDER = "free beam; the contact stops its point across the beam and slides alon
 ELSEWHERE = "impact at the tip; the text gives no place, and a third of the length has the same RoPc"
 zero = functools.partial(BEAM.claim, below=ROUNDING, interpretation=SLIDER)
 
-R_G = 1.0 / math.sqrt(12.0)
-"""Radius of gyration of the beam, which is 1 m long [m]."""
+C, R_G2 = 0.5, 1.0 / 12.0
+"""Distance of the centre of mass from O [m], and square of the radius of gyration [m²], of the beam, which is 1 m long."""
 
 STICKING = ("x", "y", "z")
 
@@ -81,13 +80,13 @@ def _d() -> float:
 @zero("deviation of p, the distance of the CoPc from O for an impact at O, over the length [1]")
 def _eq_1() -> float:
     """Eq. 1: c (p − c) = r_g²: p = 2/3 l for a slender uniform beam."""
-    return abs(_percussion() - centre_of_percussion(0.5, R_G))
+    return abs(_percussion() - (C + R_G2 / C))
 
 
 @BEAM.claim("product of their signed distances from it, over r_g² [1]", below=0.0, interpretation="impact at O")
 def _opposite_sides() -> float:
     """Section 2.1: pivot and CoPc lie on opposite sides of the centre of mass."""
-    return -0.5 * (_percussion() - 0.5) / R_G**2
+    return -C * (_percussion() - C) / R_G2
 
 
 @zero("largest change of CoPc and RoPc [m]", interpretation="beams B to D at 1000 m/s instead of 1 m/s")
@@ -124,9 +123,11 @@ def _off_eq_2() -> float:
 )
 def _off_eq_3(directions: tuple[str, ...] = ("z",), angle: float = 0.0) -> float:
     """Eq. 3: r_p = |d + r_g² / d|, d the distance of the centre of mass from the line of the impact."""
-    found = {at: beam(at, directions=directions, strike_angle_deg=angle) for at in (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)}
-    cosine = math.cos(math.radians(angle))
-    return max(abs(float(p.ropc[0]) - radius_of_percussion(abs(at - 0.5) * cosine, R_G)) for at, p in found.items())
+    off = []
+    for at in (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0):
+        d = (at - C) * math.cos(math.radians(angle))
+        off.append(float(beam(at, directions=directions, strike_angle_deg=angle).ropc[0]) - abs(d + R_G2 / d))
+    return max(map(abs, off))
 
 
 @zero("largest deviation, over the length [1]")

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from shockpc import ShockProfile, Strike
-from shockpc.core.beam import centre_of_percussion
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
 from shockpc.paper.landings import along, land, largest, middle_lines
 from shockpc.paper.quadruped import ANGLES, quadruped
@@ -82,7 +81,7 @@ def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float
     """Distance of a CoPc from 2/3 of a body's middle line, along the line or in the plane, over its length [1]."""
     low, high = middle_lines(profile)[body]
     axis = high - low
-    off = profile.copc[profile.bodies.index(body)] - low - centre_of_percussion(0.5, 1.0 / math.sqrt(12.0)) * axis
+    off = profile.copc[profile.bodies.index(body)] - low - 2.0 / 3.0 * axis
     return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
 
 
