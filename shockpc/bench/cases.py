@@ -88,12 +88,10 @@ class Family(NamedTuple):
 
     def cases(self) -> Iterator[Case]:
         """Its cases, variant by variant."""
-        return (self.case(variant, value) for variant in self.variants for value in self.values)
-
-    def case(self, variant: str, value: float | str) -> Case:
-        """One of its cases."""
-        text = value if isinstance(value, str) else f"{value:g}"
-        return Case(self.name, variant, text, functools.partial(self.build, self.variants[variant], value))
+        for variant, first in self.variants.items():
+            for value in self.values:
+                text = value if isinstance(value, str) else f"{value:g}"
+                yield Case(self.name, variant, text, functools.partial(self.build, first, value))
 
 
 FAMILIES: dict[str, Family] = {}
