@@ -94,7 +94,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     # The command line answers --help in a moment because nothing heavy is imported before it is used.
-    for home, names in _HOMES.items():
-        if name in names:
-            return getattr(importlib.import_module(f"shockpc.{home}"), name)
-    raise AttributeError(f"module 'shockpc' has no attribute {name!r}")
+    home = next((home for home, names in _HOMES.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module 'shockpc' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"shockpc.{home}"), name)

@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -20,10 +21,10 @@ import numpy as np
 
 from shockpc.paths import read_file
 
-__all__ = ["checked", "inline", "reading", "toml_lines", "unknown_key"]
+__all__ = ["LARGEST", "checked", "inline", "reading", "toml_lines", "unknown_key"]
 
 LARGEST = 1e12
-"""Size of the largest number that is accepted, in whatever unit; squares of larger ones could overflow."""
+"""Largest number of a record, in whatever unit: beyond it squares run out of range."""
 
 
 @contextmanager
@@ -106,8 +107,8 @@ def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
 def _leaf(value: Any, kind: Any) -> Any:
     """A text, a number, a word or a vector; None if it does not fit."""
     if kind is float:
-        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-        return float(value) if number and abs(value) <= LARGEST else None
+        fits = isinstance(value, Real) and not isinstance(value, bool)
+        return float(value) if fits and abs(value) <= LARGEST else None
     if kind is str:
         return os.fspath(value) if isinstance(value, str | Path) else None
     if get_origin(kind) is Literal:
