@@ -1,24 +1,14 @@
 """`shockpc batch`: many robots, each landing on each of its feet."""
 
 import functools
-from typing import TYPE_CHECKING
 
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import robot_name
 
-if TYPE_CHECKING:
-    from shockpc.result import ShockProfile
-    from shockpc.robot.robot import Robot
-    from shockpc.scene import Scene
-    from shockpc.show.figure.contact_sheet import Thumbnail
-
 __all__ = ["batch"]
 
 _in_robots = group("Robots")
-
-INCOMPLETE = 3
-"""Exit code if some landings could not be computed."""
 
 
 @takes_options
@@ -38,7 +28,8 @@ def batch(
     """
     from shockpc.cli.output import give
     from shockpc.cli.progress import progress
-    from shockpc.errors import StudyError
+    from shockpc.cli.scenes import scenes_from
+    from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
     from shockpc.robot.catalogue import robots_of_set
     from shockpc.show.reports.batch import batch_report
@@ -49,22 +40,13 @@ def batch(
         raise StudyError("no robot is named; give names or files, or a set: shockpc batch --set quadrupeds")
     if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
+    look = None
+    if figures:
+        from shockpc.show.figure.contact_sheet import thumbnail
+
+        look = thumbnail
     with executor(min(jobs, len(names))) as pool:
-        read = functools.partial(_landings, options)
-        found = study.batch(names, read, pool, _thumbnail if figures else None, progress("robots computed", len(names)))
+        read = functools.partial(scenes_from, options=options, on_each_foot=True)
+        found = study.batch(names, read, pool, look, progress("robots computed", len(names)))
     give(batch_report(found), output)
-    return INCOMPLETE if found.failures else 0
-
-
-def _landings(options: SceneOptions, name: str) -> "tuple[Robot, list[Scene]]":
-    """A robot and its landings, as the options say."""
-    from shockpc.cli.scenes import scenes_from
-
-    return scenes_from(name, options, on_each_foot=True)
-
-
-def _thumbnail(profile: "ShockProfile") -> "Thumbnail":
-    """The small picture of a landing."""
-    from shockpc.show.figure.contact_sheet import thumbnail
-
-    return thumbnail(profile)
+    return SolveError.exit_code if found.failures else 0

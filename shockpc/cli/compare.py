@@ -1,13 +1,8 @@
 """`shockpc compare`: designs side by side."""
 
-from typing import TYPE_CHECKING
-
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import robot_name
-
-if TYPE_CHECKING:
-    from shockpc.studies.compare import Design
 
 __all__ = ["compare"]
 
@@ -31,26 +26,21 @@ def compare(
     The options of the landing hold for every design. One --contact is for all; with as many as there are designs, each has its own.
     """
     from shockpc.cli.output import give
+    from shockpc.cli.scenes import one_scene
     from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
     from shockpc.show.reports.compare import compare_report
+    from shockpc.studies.compare import Design, design_with
     from shockpc.studies.compare import compare as study
-    from shockpc.studies.compare import design_with
 
     if change and len(designs) > 1:
         raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")
     changes = [read_changes(text) for text in change]
     one_each = len(options.contact) == len(designs) > 1 and not options.together
     own = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
-    every = [_design(name, its) for name, its in zip(designs, own, strict=True)]
+    every = []
+    for name, its in zip(designs, own, strict=True):
+        robot, scene = one_scene(name, its)
+        every.append(Design(name, scene, robot))
     every += [design_with(every[0], one) for one in changes]
     give(compare_report(study(every)), output)
-
-
-def _design(name: str, options: SceneOptions) -> "Design":
-    """The design of a name, in its landing."""
-    from shockpc.cli.scenes import one_scene
-    from shockpc.studies.compare import Design
-
-    robot, scene = one_scene(name, options)
-    return Design(name, scene, robot)

@@ -15,9 +15,6 @@ __all__ = ["place"]
 
 _in_landings, _in_region, _in_sensors = group("Landings"), group("Where a sensor may be"), group("Sensors")
 
-INCOMPLETE = 3
-"""Exit code if some landings could not be computed."""
-
 
 @takes_options
 def place(
@@ -59,15 +56,25 @@ def place(
     the body is exact, with its gap stated; the shock at the places is proven. With --pulse and --range-g, also how much of a
     sensor's range is left along each axis, and how to turn it.
     """
-    from shockpc.cli.output import give
+    from shockpc.cli.output import file_names, give
     from shockpc.cli.progress import progress
+    from shockpc.cli.scenes import is_scene_file, scenes_from
+    from shockpc.errors import SolveError
     from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
+    from shockpc.studies.sweep.case import scene_grid
 
-    robot, landings = _landings(scenes, options, vary)
+    landings: dict[str, Scene] = {}
+    robots: list[Robot] = []
+    for name in dict.fromkeys(scenes):
+        robot, its = scenes_from(name, options, on_each_foot=True)
+        robots.append(robot)
+        prefix = f"{Path(name).stem} " if is_scene_file(name) and len(scenes) > 1 else ""
+        for scene, contact in zip(its, file_names(its), strict=True):
+            landings |= scene_grid(prefix + contact, scene, robot, vary)
     found = study(
         landings,
-        robot,
+        robots[0],
         body=body,
         within=within,
         surface=surface,
@@ -79,24 +86,7 @@ def place(
         progress=progress("landings computed", len(landings)),
     )
     give(place_report(found), output)
-    return INCOMPLETE if found.failures else 0
-
-
-def _landings(names: tuple[str, ...], options: SceneOptions, vary: tuple[Variable, ...]) -> "tuple[Robot, dict[str, Scene]]":
-    """The robot, and all landings by name."""
-    from shockpc.cli.output import file_names
-    from shockpc.cli.scenes import is_scene_file, scenes_from
-    from shockpc.studies.sweep.case import scene_grid
-
-    landings: dict[str, Scene] = {}
-    robots: list[Robot] = []
-    for name in dict.fromkeys(names):
-        robot, scenes = scenes_from(name, options, on_each_foot=True)
-        robots.append(robot)
-        prefix = f"{Path(name).stem} " if is_scene_file(name) and len(names) > 1 else ""
-        for scene, contact in zip(scenes, file_names(scenes), strict=True):
-            landings |= scene_grid(prefix + contact, scene, robot, vary)
-    return robots[0], landings
+    return SolveError.exit_code if found.failures else 0
 
 
 def _weights(landings: list[str], given: tuple[Setting, ...]) -> dict[str, float] | None:
