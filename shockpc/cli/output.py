@@ -3,6 +3,7 @@
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import complain
@@ -12,7 +13,9 @@ from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 from shockpc.show.files import write_folder
-from shockpc.show.reports.report import Report
+
+if TYPE_CHECKING:
+    from shockpc.show.reports.report import Report
 
 __all__ = ["body_pattern", "file_names", "give", "scene_files", "shown"]
 
@@ -64,7 +67,7 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
     return landings_text(profiles, format_, bodies)
 
 
-def give(report: Report, output: OutputOptions) -> None:
+def give(report: "Report", output: OutputOptions) -> None:
     """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error."""
     if output.out is not None:
         with ShownTrace().stage("figures and files"):
