@@ -17,7 +17,7 @@ def usable_path(text: str) -> Path:
         text: as written; relative paths stay relative.
 
     Raises:
-        ValueError: it is empty, or is not UTF-8 (a JSON document could not hold it); the text says which.
+        ValueError: it is empty, is relative to a folder that no longer exists, or is not UTF-8 (a JSON document could not hold it).
     """
     if not text:
         raise ValueError("the path is empty; give a name")

@@ -87,9 +87,10 @@ def setting(text: str) -> Setting:
 def definition(text: str) -> tuple[str, str]:
     """NAME=TEXT, or NAME:=TEXT as xacro writes it."""
     name, value = variable(text)
-    if value is None:
+    name = name.removesuffix(":").strip()
+    if not name or value is None:
         raise typer.BadParameter(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
-    return name.removesuffix(":").strip(), value
+    return name, value
 
 
 def folder(text: str) -> tuple[str, str]:
