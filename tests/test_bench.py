@@ -26,7 +26,7 @@ from shockpc.robot.catalogue import catalogue
 from shockpc.robot.robot import load_robot
 from shockpc.scene import Scene, Strike
 from shockpc.show.files import MANIFEST
-from shockpc.show.tables.sheets import Sheet
+from shockpc.show.tables import Sheet
 
 
 def case_of(name, variant, value):

@@ -15,7 +15,7 @@ from commands import ROBOTS
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.document import to_json
 from shockpc.show.files import MANIFEST, check_folder, make_folder, write_folder, write_text
-from shockpc.show.reports.landing import landing_report, write_landings
+from shockpc.show.reports.landing import landing_files, landing_report
 
 
 def failure(code: int) -> OSError:
@@ -190,10 +190,10 @@ FILES = {"profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md"
 def test_folder_of_a_landing(tmp_path, profile):
     """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do not move."""
     folder = tmp_path / "new" / "out"
-    write_landings([profile], ["lf_foot"], folder)
+    write_folder(folder, landing_files([profile], ["lf_foot"]))
     assert listing(folder) == FILES
     assert (folder / "profile.json").read_text(encoding="utf-8") == to_json([profile])
-    assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).markdown("shock.svg")
+    assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).markdown(figure=True)
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
     document = json.loads(to_json([profile]))
     bodies = rows(folder / "bodies.csv")
@@ -208,18 +208,18 @@ def test_folder_of_a_landing(tmp_path, profile):
 
 def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, only its own files."""
-    write_landings([profile, profile], ["a", "b"], tmp_path)
+    write_folder(tmp_path, landing_files([profile, profile], ["a", "b"]))
     assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in FILES} | {"summary.csv", "summary.md"}
-    write_landings([profile], ["a"], tmp_path)
+    write_folder(tmp_path, landing_files([profile], ["a"]))
     assert listing(tmp_path) == FILES
 
 
 def test_pattern_narrows_the_report_and_its_bodies(tmp_path, profile):
     """Tables of bodies, for people and for spreadsheets alike; the other files are whole."""
-    write_landings([profile], ["lf_foot"], tmp_path, "lf_*")
-    assert (tmp_path / "report.md").read_text(encoding="utf-8") == landing_report(profile, "lf_*").markdown("shock.svg")
+    write_folder(tmp_path, landing_files([profile], ["lf_foot"], "lf_*"))
+    assert (tmp_path / "report.md").read_text(encoding="utf-8") == landing_report(profile, "lf_*").markdown(figure=True)
     assert (tmp_path / "profile.json").read_text(encoding="utf-8") == to_json([profile])
     narrow = rows(tmp_path / "bodies.csv")
     assert [row[0] for row in narrow] == ["body", "lf_leg"]
-    write_landings([profile], ["lf_foot"], tmp_path)
+    write_folder(tmp_path, landing_files([profile], ["lf_foot"]))
     assert narrow == [row for row in rows(tmp_path / "bodies.csv") if row[0] in ("body", "lf_leg")]

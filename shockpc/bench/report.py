@@ -17,8 +17,7 @@ from shockpc.bench.cases import FAMILIES, Family
 from shockpc.bench.measure import ACCURATE, OUTCOMES, Result
 from shockpc.bench.methods import DIRECT
 from shockpc.show.figure.error_time import error_time_svg
-from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown
+from shockpc.show.tables import Cell, Sheet, as_csv, as_markdown
 
 __all__ = ["CHART", "chart", "landing_sheet", "methods_sheet", "report_files"]
 

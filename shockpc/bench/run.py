@@ -14,8 +14,7 @@ from shockpc.bench.throughput import throughput
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 from shockpc.show.files import write_folder
-from shockpc.show.tables.sheets import Sheet
-from shockpc.show.tables.text import as_csv, as_markdown
+from shockpc.show.tables import Sheet, as_csv, as_markdown
 
 __all__ = ["PARTS", "bench_landing", "run_suite"]
 

@@ -15,7 +15,7 @@ from shockpc.bench.system import System, UnsuitedError, system_of
 from shockpc.core.spatial import Array
 from shockpc.profile import shock_maps
 from shockpc.result import ShockMaps
-from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.show.tables import Cell, Sheet
 
 __all__ = ["PEERS", "many_system", "postures", "throughput"]
 

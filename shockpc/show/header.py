@@ -12,16 +12,12 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.urdf_model import WORLD
 
 __all__ = [
-    "angle_text",
-    "base_text",
-    "bodies_text",
-    "contact_name",
-    "count",
-    "header_lines",
-    "joint_model_text",
-    "posture_text",
-    "strike_text",
-]
+    "UNITS", "angle_text", "base_text", "bodies_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
+    "shown_as", "strike_text", "warning_lines",
+]  # fmt: skip
+
+UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
+"""Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
 JOINT_MODELS = {
     "free": "free (zero reflected inertia; a stiff gearbox changes the results considerably)",
@@ -105,7 +101,7 @@ def angle_text(profile: ShockProfile) -> str:
 
 def bodies_text(robot: Robot) -> str:
     """How many bodies move."""
-    return count(len(robot.bodies), "moving body", "moving bodies")
+    return count(len(robot.bodies), "moving body")
 
 
 def contact_name(profile: ShockProfile) -> str:
@@ -113,9 +109,20 @@ def contact_name(profile: ShockProfile) -> str:
     return "+".join(contact.frame for contact in profile.contacts)
 
 
-def count(number: int, one: str, several: str = "") -> str:
-    """A number with its noun, such as "1 joint" or "2 joints"."""
-    return f"{number} {one if number == 1 else several or one + 's'}"
+def count(number: int, noun: str) -> str:
+    """A number with its noun, such as "1 body" or "2 bodies"."""
+    return f"{number} {noun if number == 1 else f'{noun[:-1]}ies' if noun.endswith('y') else f'{noun}s'}"
+
+
+def shown_as(value: float, unit: str, digits: int = 3) -> str:
+    """A value with its unit; radians in degrees, metres in millimetres."""
+    factor, name = UNITS.get(unit, (1.0, unit))
+    return f"{round(factor * value, 12) + 0.0:.{digits}g} {name}"
+
+
+def warning_lines(profile: ShockProfile) -> list[str]:
+    """The warnings of a landing."""
+    return [f"warning: {warning}" for warning in profile.health.warnings]
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:

@@ -21,8 +21,7 @@ from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.scene import scene_table
 from shockpc.show.files import make_folder, write_text
-from shockpc.show.tables.sheets import Sheet
-from shockpc.show.tables.text import as_csv
+from shockpc.show.tables import Sheet, as_csv
 from shockpc.studies.sweep.study import Chunk, Sweep, with_sweep
 
 __all__ = ["DESCRIPTION", "Format", "describe", "open_sweep", "read_column", "write_parts"]
