@@ -81,18 +81,11 @@ def test_folder_is_tried_and_left_as_it_was(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("place", "text"),
-    [
-        ("file", '"HERE/file" is a file; name a folder with --out'),
-        ("file/a/b", '"HERE/file/a/b" would be inside "HERE/file", which is a file; name a folder with --out'),
-    ],
-)
-def test_folder_that_is_a_file(tmp_path, place, text):
+@pytest.mark.parametrize("place", ["file", "file/a/b"])
+def test_folder_that_is_a_file(tmp_path, place):
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError) as refusal:
+    with pytest.raises(OutputError, match=f'^nothing can be written in folder "{tmp_path}/{place}": Not a directory; name another'):
         check_folder(tmp_path / place, "--out")
-    assert str(refusal.value) == text.replace("HERE", str(tmp_path))
 
 
 @pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOSPC])
@@ -117,15 +110,6 @@ def test_folder_is_made_with_those_above_it(tmp_path):
     with pytest.raises(OutputError) as refusal:
         make_folder(tmp_path / "file")
     assert str(refusal.value) == f'folder "{tmp_path}/file" cannot be made: File exists'
-
-
-@pytest.mark.parametrize(
-    "act", [lambda path: check_folder(path, "--out"), make_folder, lambda path: write_text(path / "a.txt", "a")]
-)
-def test_a_path_with_a_nul_character_is_refused(act):
-    """No file system accepts it; the message shows where it is."""
-    with pytest.raises(OutputError, match=r'^"a\\x00b.* cannot be the path of a file: it holds a NUL character$'):
-        act(Path("a\0b"))
 
 
 # A folder of results
@@ -157,16 +141,6 @@ def test_a_list_of_files_cannot_reach_out_of_its_folder(tmp_path, name):
     (tmp_path / "out" / MANIFEST).write_text(f"{name}\n{outside}\n")
     write_folder(tmp_path / "out", {"a.csv": "1"})
     assert outside.read_text() == "mine"
-
-
-def test_a_folder_in_the_place_of_a_file_stops_before_anything_is_written(tmp_path):
-    (tmp_path / "b.csv").mkdir()
-    with pytest.raises(OutputError) as refusal:
-        write_folder(tmp_path, {"a.csv": "1", "b.csv": "2"})
-    assert str(refusal.value) == (
-        f'"{tmp_path}/b.csv" is a folder, but a file has to be written there; move it, or name another with --out'
-    )
-    assert listing(tmp_path) == set()
 
 
 # The folder of a landing

@@ -27,7 +27,7 @@ from shockpc.profile import shock_maps, shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.show.parts import open_sweep, write_parts
+from shockpc.show.parts import Parts
 from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.sweep.study import Sweep, sweep_of
 
@@ -161,5 +161,6 @@ def _in_processes(made: Sweep, jobs: int) -> float:
 def _written(made: Sweep, workers: Executor, ahead: int) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
-        open_sweep(made, Path(folder), "parquet", False)
-        return sum(write_parts(made, Path(folder), "parquet", workers, ahead))
+        parts = Parts(made, Path(folder), "parquet")
+        parts.prepare(resume=False)
+        return sum(parts.write(workers, ahead))

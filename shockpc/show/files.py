@@ -3,11 +3,10 @@
 import contextlib
 import os
 from collections.abc import Mapping
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from shockpc.errors import OutputError
 from shockpc.paths import read_file
-from shockpc.printed import printable
 
 __all__ = ["MANIFEST", "check_folder", "make_folder", "write_folder", "write_text"]
 
@@ -23,15 +22,8 @@ def check_folder(folder: Path, option: str) -> None:
     """
     import tempfile
 
-    _refuse_nul(folder)
-    place = folder
     try:
-        while not place.exists():
-            place = place.parent
-        if not place.is_dir():
-            what = "is a file" if place == folder else f'would be inside "{place}", which is a file'
-            raise OutputError(f'"{folder}" {what}; name a folder with {option}')
-        with tempfile.TemporaryFile(dir=place):
+        with tempfile.TemporaryFile(dir=next(place for place in (folder, *folder.parents) if place.exists())):
             pass
     except OSError as refusal:
         raise OutputError(
@@ -46,7 +38,6 @@ def make_folder(folder: Path) -> None:
     Raises:
         OutputError: it cannot be made.
     """
-    _refuse_nul(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as refusal:
@@ -61,21 +52,21 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     Raises:
         OutputError: the folder cannot be written; if a folder has the name of a file, nothing is.
     """
-    make_folder(folder)
-    for name in files:
-        if (folder / name).is_dir():
-            raise OutputError(
-                f'"{folder / name}" is a folder, but a file has to be written there; move it, or name another with --out'
-            )
-    earlier = _earlier(folder)
+    if present := [folder / name for name in files if (folder / name).is_dir()]:
+        raise OutputError(f'"{present[0]}" is a folder, but a file has to be written there; move it, or name another with --out')
+    try:
+        earlier = set(read_file(folder / MANIFEST, "file", OutputError).decode().splitlines())
+    except (OutputError, UnicodeDecodeError):
+        earlier = set()
     for name, content in files.items():
         make_folder((folder / name).parent)
         write_text(folder / name, content)
     for path in (folder / name for name in earlier - files.keys()):
-        # A folder with other files in it is not removed.
-        for remove in (path.unlink, path.parent.rmdir):
-            with contextlib.suppress(OSError):
-                remove()
+        # Whatever the list says, nothing outside the folder is removed, and no folder with other files in it.
+        if path.parent.resolve().is_relative_to(folder.resolve()):
+            for remove in (path.unlink, path.parent.rmdir):
+                with contextlib.suppress(OSError):
+                    remove()
     write_text(folder / MANIFEST, "".join(f"{name}\n" for name in files))
 
 
@@ -85,41 +76,12 @@ def write_text(path: Path, content: str | bytes) -> None:
     Raises:
         OutputError: it cannot be written.
     """
-    import tempfile
-
-    _refuse_nul(path)
+    part = path.with_name(f".{path.stem}.{os.urandom(4).hex()}{path.suffix}")
     try:
-        data = content.encode("utf-8") if isinstance(content, str) else content
-    except UnicodeEncodeError:
-        raise OutputError(f'"{path}" cannot be written: the name of a file or folder in it is not UTF-8; rename that') from None
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
-        os.close(handle)
-        part = Path(name)
         try:
-            part.write_bytes(data)
-            # mkstemp gives 0600; a result is as readable as any file that its user makes.
-            umask = os.umask(0)
-            os.umask(umask)
-            part.chmod(0o666 & ~umask)
+            part.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace"))
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)
     except OSError as refusal:
         raise OutputError(f'"{path}" cannot be written: {refusal.strerror}') from None
-
-
-def _earlier(folder: Path) -> set[str]:
-    """The files that an earlier run wrote into a folder; none outside it, whatever the list says."""
-    try:
-        names = read_file(folder / MANIFEST, "file", OutputError).decode().splitlines()
-    except (OutputError, UnicodeDecodeError):
-        return set()
-    inside = {name for name in names if name and not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts}
-    return {name for name in inside if (folder / name).parent.resolve().is_relative_to(folder.resolve())}
-
-
-def _refuse_nul(path: Path) -> None:
-    """Refuse a path that no file system accepts."""
-    if "\0" in str(path):
-        raise OutputError(f'"{printable(str(path))}" cannot be the path of a file: it holds a NUL character')
