@@ -44,5 +44,6 @@ def assert_shock(
     if missing is not None:
         raise StudyError(missing)
     if check.exit_code:
-        first = next(outcome for outcome in check.outcomes if outcome.fails)
-        raise AssertionError(f"{place_text(first)}: {first.reason}\n{as_text(check_sheet(check, only_failures=True))}")
+        failed = [outcome for outcome in check.outcomes if outcome.fails]
+        table = as_text(check_sheet(check, most=len(failed)))
+        raise AssertionError(f"{place_text(failed[0])}: {failed[0].reason}\n{table}")

@@ -12,7 +12,7 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.urdf_model import WORLD
 
 __all__ = [
-    "UNITS", "angle_text", "base_text", "bodies_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
+    "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
     "shown_as", "strike_text", "warning_lines",
 ]  # fmt: skip
 
@@ -40,13 +40,16 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
+    drives = [f"reflected inertia {text}" for text in _settings(robot, scene.joints.armature, ("kg m²", "kg"))]
+    drives += [f"rotor of {name}: {one.inertia:g} kg m², gear ratio {one.gear_ratio:g}" for name, one in scene.joints.rotor.items()]
+    drives += [f"locked: {', '.join(scene.joints.locked)}"] if scene.joints.locked else []
     lines = {
-        "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {bodies_text(robot)}{xacro})",
+        "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}{xacro})",
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
         "strike": f"{strike_text(profile)}: velocity ({_vector(profile.strike)}) m/s{normalised}",
-        "joint model": "; ".join([joint_model_text(profile), *_drive_settings(profile)]),
+        "joint model": "; ".join([joint_model_text(profile), *drives]),
         "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({_vector(profile.plane.normal)})",
     }
     return [(name, printable(text)) for name, text in lines.items()]
@@ -82,13 +85,12 @@ def strike_text(profile: ShockProfile) -> str:
     parts = [f"{float(np.linalg.norm(profile.strike)):.4g} m/s, {angle_text(profile)} deg from the vertical"]
     if strike.drop_height is not None:
         parts.append(f"after a fall of {strike.drop_height:g} m")
-    moving = []
-    if any(strike.angular_velocity or ()):
-        moving.append(f"robot rotates at ({_vector(strike.angular_velocity or ())}) rad/s")
-    moving += _settings(profile.robot, {k: v for k, v in strike.joint_velocities.items() if v}, ("rad/s", "m/s"))
-    if moving and len(profile.contacts) > 1:
-        parts.append("the fastest contact")
-    return ", ".join([*parts, few(moving, 4, what=" joint rates")] if moving else parts)
+    rates = {name: rate for name, rate in strike.joint_velocities.items() if rate}
+    moving = [f"robot rotates at ({_vector(strike.angular_velocity or ())}) rad/s"] if any(strike.angular_velocity or ()) else []
+    moving += _settings(profile.robot, rates, ("rad/s", "m/s"))
+    if moving:
+        parts += ["the fastest contact"] * (len(profile.contacts) > 1) + [few(moving, 4, what=" joint rates")]
+    return ", ".join(parts)
 
 
 def angle_text(profile: ShockProfile) -> str:
@@ -97,11 +99,6 @@ def angle_text(profile: ShockProfile) -> str:
     angle = math.degrees(math.atan2(math.hypot(x, y), -z))
     backward = profile.strike @ profile.plane.forward < -1e-9 * np.linalg.norm(profile.strike)
     return f"{round(-angle if backward else angle, 9) + 0.0:.4g}"
-
-
-def bodies_text(robot: Robot) -> str:
-    """How many bodies move."""
-    return count(len(robot.bodies), "moving body")
 
 
 def contact_name(profile: ShockProfile) -> str:
@@ -136,14 +133,6 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     if np.linalg.norm(found.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
         parts.append(f"approaches at ({_vector(found.approach)}) m/s")
     return ", ".join(parts)
-
-
-def _drive_settings(profile: ShockProfile) -> list[str]:
-    """What the scene sets of the drives, with units."""
-    joints = profile.scene.joints
-    found = [f"reflected inertia {text}" for text in _settings(profile.robot, joints.armature, ("kg m²", "kg"))]
-    found += [f"rotor of {name}: {one.inertia:g} kg m², gear ratio {one.gear_ratio:g}" for name, one in joints.rotor.items()]
-    return found + ([f"locked: {', '.join(joints.locked)}"] if joints.locked else [])
 
 
 def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str]) -> list[str]:

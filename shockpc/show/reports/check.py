@@ -52,18 +52,15 @@ def check_files(check: Check) -> dict[str, str | bytes]:
     return {name: check_text(check, format_) for name, format_ in files.items()}
 
 
-def check_sheet(check: Check, fold: bool = True, most: int | None = None, only_failures: bool = False) -> Sheet:
+def check_sheet(check: Check, fold: bool = True, most: int | None = None) -> Sheet:
     """One row for each budget at each place of each landing; what fails comes first, then what is exceeded with a warning.
 
     Args:
         check: the outcomes.
         fold: for a terminal: the reasons why budgets are not met are notes under the table, rather than its last column.
         most: largest number of rows; a note counts the others.
-        only_failures: leave out budgets that are met.
     """
-    ordered = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, outcome.status == "passed"))
-    every = [outcome for outcome in ordered if outcome.status != "passed" or not only_failures]
-    shown = every[:most]
+    shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, outcome.status == "passed"))[:most]
     columns: dict[str, list[Cell]] = {
         "result": [_status(one) for one in shown],
         "landing": [_landing_text(one) for one in shown],
@@ -78,7 +75,7 @@ def check_sheet(check: Check, fold: bool = True, most: int | None = None, only_f
     # A column without any entry tells nothing.
     kept = {head: cells for head, cells in columns.items() if head == "value" or any(cell is not None for cell in cells)}
     notes = [f"{_status(one)}: {place_text(one)}: {one.reason}" for one in shown if one.reason and fold]
-    if left := len(every) - len(shown):
+    if left := len(check.outcomes) - len(shown):
         notes.append(f"{count(left, 'row')} not shown")
     return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
 

@@ -1,6 +1,5 @@
 """A comparison: what each letter stands for, one table for each quantity with the largest change first, and what has no partner."""
 
-import itertools
 import math
 import textwrap
 from typing import Any
@@ -108,16 +107,12 @@ def _sheet(quantity: Quantity, names: list[str], most: int | None) -> Sheet:
         header += [f"{name} − {names[0]} [{quantity.unit}]", f"of {names[0]} [%]"]
     rows: list[Row] = []
     for row in quantity.rows:
-        changes = ((change, _percent(change, row.values[0])) for change in row.changes)
-        rows.append((row.place, *row.values, *itertools.chain.from_iterable(changes)))
+        cells: Row = (row.place, *row.values)
+        for change in row.changes:
+            share = 100.0 * change / abs(row.values[0]) if change is not None and row.values[0] else None
+            cells += (change, share if share is not None and math.isfinite(share) else None)
+        rows.append(cells)
     rows, notes = largest(rows, most, quantity.of)
     if quantity.unit == "m":
         notes = ("ranked by the change of 1 / RoPc, the shock per metre", *notes)
     return Sheet(quantity.name, header, rows, notes)
-
-
-def _percent(change: float | None, first: float | None) -> float | None:
-    """A change in percent of the first value; None where that is no number or zero."""
-    if change is None or not first or not math.isfinite(change) or not math.isfinite(first):
-        return None
-    return 100.0 * change / abs(first)

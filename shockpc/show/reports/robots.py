@@ -8,7 +8,7 @@ from shockpc.model.posture import reference_name
 from shockpc.printed import few, printable
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.robot import Robot
-from shockpc.show.header import base_text, bodies_text, count
+from shockpc.show.header import base_text, count
 from shockpc.show.tables import Row, Sheet
 
 __all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
@@ -41,7 +41,7 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
     followers = ", ".join(
         " ".join([f"{m.joint} =", *(f"{by:g} {name} +" for name, by in m.leaders.items()), f"{m.offset:g}"]) for m in robot.mimics
     )
-    size = f"{robot.mass:.4g} kg, {bodies_text(robot)}, {count(robot.model.nv, 'velocity')}"
+    size = f"{robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}, {count(robot.model.nv, 'velocity')}"
     lines = {
         "robot": f"{robot.name}, {size}",
         "file": str(robot.source.path),
@@ -84,10 +84,6 @@ def joints_sheet(robot: Robot) -> Sheet:
 
 def _that_fit(names: Sequence[str], width: int) -> str:
     """As many of the names as fit into a number of characters, and how many more there are."""
-    for most in range(len(names), 0, -1):
-        if len(text := few(names, most)) <= width:
-            return text
-    if not names:
-        return ""
-    rest = few(names, 1).removeprefix(names[0])
-    return printable(names[0], width - len(rest)) + rest
+    return next(
+        (text for most in range(len(names), 0, -1) if len(text := few(names, most)) <= width), printable(few(names, 1), width)
+    )
