@@ -84,11 +84,10 @@ def landing_files(profiles: Sequence[ShockProfile], names: Sequence[str], patter
 def accuracy_line(profile: ShockProfile) -> str:
     """The proven error bound, and what double precision and the last digit of the data contribute."""
     health = profile.health
-    line = f"accuracy: proven to {health.error_bound:.0e} of each body's motion ({health.bits} bits); double precision alone "
-    line += f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
-    if health.data_sensitivity is None:
-        return line
-    return f"{line}; last-digit changes of the data move it by {health.data_sensitivity:.0e}"
+    proven = f"proven to {health.error_bound:.0e} of each body's motion ({health.bits} bits)"
+    double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
+    data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
+    return f"accuracy: {proven}; double precision alone {double}; {data}"
 
 
 def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool = True) -> Sheet:
@@ -103,12 +102,11 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
     shown = [i for i in matching if profile.moved[i] or not fold]
     rows: list[Row] = []
     for i in shown:
-        copc: Row = tuple(profile.copc[i])
-        if profile.translates[i]:
-            word = "translates" if math.isnan(profile.pitch[i]) else "out of plane"
-            copc = (word if fold else None, None, None)
+        x, y, z = profile.copc[i]
+        if fold and profile.translates[i]:
+            x = "translates" if math.isnan(profile.pitch[i]) else "out of plane"
         shocks = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
-        row = (profile.bodies[i], math.hypot(*profile.delta_omega[i]), *copc, profile.ropc[i], *shocks)
+        row = (profile.bodies[i], math.hypot(*profile.delta_omega[i]), x, y, z, profile.ropc[i], *shocks)
         rows.append(row if fold else (*row, "yes" if profile.translates[i] else "no"))
     notes = []
     if any(100.0 * profile.off_plane[i] > OUT_OF_PLANE for i in shown):
@@ -189,12 +187,12 @@ def _tables(profile: ShockProfile, pattern: str | None, most: int | None) -> lis
 def _points_sheet(profile: ShockProfile) -> Sheet:
     """One row for each sensor and each requested point; peak accelerations where the scene gives a pulse."""
     pulse, range_g = profile.scene.pulse, profile.scene.range_g
-    peak = [] if pulse is None else ["peak [g]"] if range_g is None else ["peak [g]", f"of {range_g:g} g [%]"]
-    header = ["point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]", *peak]
-    rows: list[Row] = []
-    for point in profile.points:
-        share = None if range_g is None else 100.0 * (point.peak_g or 0.0) / range_g
-        rows.append((point.frame, point.body, *point.delta_v, point.shock, point.peak_g, share)[: len(header)])
+    header = ["point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]"]
+    header += [] if pulse is None else ["peak [g]"] if range_g is None else ["peak [g]", f"of {range_g:g} g [%]"]
+    rows = [
+        (one.frame, one.body, *one.delta_v, one.shock, one.peak_g, 100.0 * (one.peak_g or 0.0) / (range_g or 1.0))[: len(header)]
+        for one in profile.points
+    ]
     title = "sensors and points (Δv in the frame's own axes" + (f"; peak acceleration for a pulse {pulse})" if pulse else ")")
     return Sheet(title, header, rows)
 
@@ -244,8 +242,7 @@ def _balance_lines(profile: ShockProfile) -> list[str]:
         mitigation = NO_MITIGATION if contact.mitigation is None else f"impact mitigation factor {contact.mitigation:.3f}"
         masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
         lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
-    if profile.assembly is not None:
-        found = profile.assembly
+    if found := profile.assembly:
         turn = f" and {shown_as(found.turn, 'rad')}" if found.turn > 0.0 else ""
         how = ", ".join(f"{name} by {shown_as(by, unit)}" for name, by, unit in found.moved) or "no joint had to move"
         lines.append(f"loops closed from a gap of {shown_as(found.gap, 'm')}{turn}: {how}")
