@@ -3,7 +3,6 @@
 import math
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -225,11 +224,8 @@ def _github_commands(check: Check) -> str:
 
 def _line(check: Check, outcome: Outcome) -> dict[str, str]:
     """The file and line of a budget, as far as they are known, the file relative to the repository or to the current folder."""
-    found = {} if check.path is None else {"file": str(check.path)}
-    for root in filter(None, (os.environ.get("GITHUB_WORKSPACE"), os.getcwd())):
-        if check.path is not None and check.path.resolve().is_relative_to(Path(root).resolve()):
-            found["file"] = check.path.resolve().relative_to(Path(root).resolve()).as_posix()
-            break
+    root = os.path.realpath(os.environ.get("GITHUB_WORKSPACE") or ".")
+    found = {} if check.path is None else {"file": os.path.relpath(os.path.realpath(check.path), root)}
     return found if outcome.line is None else {**found, "line": str(outcome.line)}
 
 

@@ -52,7 +52,7 @@ class Report:
         warnings: lines under those: what warns, and what could not be computed.
         details: lines that only the Markdown document has.
         sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
-        document: the JSON document below its head; `null` where a thing does not exist, positions in metres.
+        document: the JSON document, with or without its head; `null` where a thing does not exist, positions in metres.
         picture: the figure, if there is one.
     """
 
