@@ -13,7 +13,7 @@ from shockpc.robot.urdf_model import WORLD
 
 __all__ = [
     "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
-    "shown_as", "strike_text", "warning_lines",
+    "shown_as", "strike_text", "vector_text", "warning_lines",
 ]  # fmt: skip
 
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
@@ -48,9 +48,9 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
-        "strike": f"{strike_text(profile)}: velocity ({_vector(profile.strike)}) m/s{normalised}",
+        "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
         "joint model": "; ".join([joint_model_text(profile), *drives]),
-        "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({_vector(profile.plane.normal)})",
+        "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({vector_text(profile.plane.normal)})",
     }
     return [(name, printable(text)) for name, text in lines.items()]
 
@@ -86,7 +86,9 @@ def strike_text(profile: ShockProfile) -> str:
     if strike.drop_height is not None:
         parts.append(f"after a fall of {strike.drop_height:g} m")
     rates = {name: rate for name, rate in strike.joint_velocities.items() if rate}
-    moving = [f"robot rotates at ({_vector(strike.angular_velocity or ())}) rad/s"] if any(strike.angular_velocity or ()) else []
+    moving = (
+        [f"robot rotates at ({vector_text(strike.angular_velocity or ())}) rad/s"] if any(strike.angular_velocity or ()) else []
+    )
     moving += _settings(profile.robot, rates, ("rad/s", "m/s"))
     if moving:
         parts += ["the fastest contact"] * (len(profile.contacts) > 1) + [few(moving, 4, what=" joint rates")]
@@ -117,6 +119,11 @@ def shown_as(value: float, unit: str, digits: int = 3) -> str:
     return f"{round(factor * value, 12) + 0.0:.{digits}g} {name}"
 
 
+def vector_text(values: Iterable[float]) -> str:
+    """A vector to four digits."""
+    return ", ".join(f"{round(float(value), 12) + 0.0:.4g}" for value in values)
+
+
 def warning_lines(profile: ShockProfile) -> list[str]:
     """The warnings of a landing."""
     return [f"warning: {warning}" for warning in profile.health.warnings]
@@ -131,7 +138,7 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     parts.append("sticks" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
     parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     if np.linalg.norm(found.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
-        parts.append(f"approaches at ({_vector(found.approach)}) m/s")
+        parts.append(f"approaches at ({vector_text(found.approach)}) m/s")
     return ", ".join(parts)
 
 
@@ -143,8 +150,3 @@ def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str])
         slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})
         found.append(f"{printable(pattern)} = {value:g} {' or '.join(units[one] for one in slides)}")
     return found
-
-
-def _vector(values: Iterable[float]) -> str:
-    """A vector to four digits."""
-    return ", ".join(f"{round(float(value), 12) + 0.0:.4g}" for value in values)

@@ -8,7 +8,7 @@ from shockpc.landing import ground_normal
 from shockpc.printed import few
 from shockpc.result import ShockProfile
 from shockpc.show.document import document
-from shockpc.show.header import contact_name, count, header_lines, shown_as, warning_lines
+from shockpc.show.header import contact_name, count, header_lines, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text, fits, largest
 
@@ -138,8 +138,7 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
             rows.append((name, *contact.impulse, "tensile" if contact.friction_needed is None else contact.friction_needed))
     if len(rows) > 1:
         rows.append(("total", *profile.total_impulse, None))
-        moment = ", ".join(f"{m:.4g}" for m in profile.total_moment.round(12) + 0.0)
-        notes.append(f"total moment ({moment}) N m s about the centre of mass of the robot")
+        notes.append(f"total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of the robot")
     header = ("contact", "impulse x [N s]", "impulse y [N s]", "impulse z [N s]", "friction to stick [-]")
     return Sheet("contacts (impulse of the ground on the robot, world axes)", header, rows, notes)
 

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from shockpc.show.document import record
-from shockpc.show.header import header_lines, shown_as, warning_lines
+from shockpc.show.header import header_lines, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet, largest
 from shockpc.studies.sensitivity import Effect, ShockSensitivity
@@ -25,7 +25,7 @@ def sensitivity_report(found: ShockSensitivity, most: int) -> Report:
     """The effects. Args: most, rows of the table on a terminal."""
     now = f"{found.point} on {found.body}: shock {found.shock:.4g}"
     if math.isfinite(found.ropc):
-        now += ", CoPc of the body at ({:.4g}, {:.4g}, {:.4g}) m".format(*found.copc + 0.0) + f", RoPc {found.ropc:.4g} m"
+        now += f", CoPc of the body at ({vector_text(found.copc)}) m, RoPc {found.ropc:.4g} m"
     return Report(
         name="sensitivity",
         title=f"What changes the shock at {found.point}",
