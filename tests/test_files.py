@@ -14,7 +14,7 @@ from commands import ROBOTS
 
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.document import to_json
-from shockpc.show.files import MANIFEST, check_folder, make_folder, write_folder, write_text
+from shockpc.show.files import MANIFEST, check_folder, write_folder, write_text
 from shockpc.show.reports.landing import landing_files, landing_report
 
 
@@ -69,12 +69,6 @@ def test_rename_that_fails_leaves_nothing(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["profile.json"]
 
 
-def test_file_in_no_folder(tmp_path):
-    with pytest.raises(OutputError) as refusal:
-        write_text(tmp_path / "away" / "a.txt", "a")
-    assert str(refusal.value) == f'"{tmp_path}/away/a.txt" cannot be written: No such file or directory'
-
-
 def test_folder_is_tried_and_left_as_it_was(tmp_path):
     check_folder(tmp_path, "--out")
     check_folder(tmp_path / "a" / "b", "--out")
@@ -102,14 +96,12 @@ def test_folder_that_cannot_be_written(tmp_path, monkeypatch, code):
     )
 
 
-def test_folder_is_made_with_those_above_it(tmp_path):
-    make_folder(tmp_path / "a" / "b")
-    make_folder(tmp_path / "a" / "b")
-    assert (tmp_path / "a" / "b").is_dir()
-    (tmp_path / "file").write_text("")
+def test_folders_are_made_with_a_file(tmp_path):
+    write_text(tmp_path / "a" / "b" / "c.txt", "c")
+    assert (tmp_path / "a" / "b" / "c.txt").read_text() == "c"
     with pytest.raises(OutputError) as refusal:
-        make_folder(tmp_path / "file")
-    assert str(refusal.value) == f'folder "{tmp_path}/file" cannot be made: File exists'
+        write_text(tmp_path / "a" / "b" / "c.txt" / "d.txt", "d")
+    assert str(refusal.value) == f'"{tmp_path}/a/b/c.txt/d.txt" cannot be written: File exists'
 
 
 # A folder of results

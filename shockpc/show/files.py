@@ -8,7 +8,7 @@ from pathlib import Path
 from shockpc.errors import OutputError
 from shockpc.paths import read_file
 
-__all__ = ["MANIFEST", "check_folder", "make_folder", "write_folder", "write_text"]
+__all__ = ["MANIFEST", "check_folder", "write_folder", "write_text"]
 
 MANIFEST = ".shockpc-files"
 """In a folder of results: the paths of the files that the last run wrote there, one a line."""
@@ -32,22 +32,10 @@ def check_folder(folder: Path, option: str) -> None:
         ) from None
 
 
-def make_folder(folder: Path) -> None:
-    """Make an output folder.
-
-    Raises:
-        OutputError: it cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as refusal:
-        raise OutputError(f'folder "{folder}" cannot be made: {refusal.strerror}') from None
-
-
 def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Write the files of a run into a folder, and remove those that an earlier run wrote there and this one does not.
 
-    The folder is made if it does not exist; the contents are given by path relative to it, with slashes.
+    The contents are given by path relative to the folder, with slashes.
 
     Raises:
         OutputError: the folder cannot be written; if a folder has the name of a file, nothing is.
@@ -59,7 +47,6 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     except (OutputError, UnicodeDecodeError):
         earlier = set()
     for name, content in files.items():
-        make_folder((folder / name).parent)
         write_text(folder / name, content)
     for path in (folder / name for name in earlier - files.keys()):
         # Whatever the list says, nothing outside the folder is removed, and no folder with other files in it.
@@ -71,13 +58,14 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 
 def write_text(path: Path, content: str | bytes) -> None:
-    """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure nothing is left.
+    """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure no file is left.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: it cannot be written, or a folder above it cannot be made.
     """
     part = path.with_name(f".{path.stem}.{os.urandom(4).hex()}{path.suffix}")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         try:
             part.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace"))
             part.replace(path)

@@ -22,7 +22,7 @@ from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.scene import scene_table
 from shockpc.show.document import record
-from shockpc.show.files import make_folder, write_text
+from shockpc.show.files import write_text
 from shockpc.show.tables import Sheet, as_csv
 from shockpc.studies.sweep.study import Chunk, Sweep, with_sweep
 
@@ -73,7 +73,6 @@ class Parts:
                     f'"{self.folder}" holds another sweep, which differs in: {", ".join(different)}; it cannot be continued with '
                     "this one; name another folder with --out"
                 )
-        make_folder(self._rows)
         write_text(path, json.dumps(description, indent=1, ensure_ascii=False) + "\n")
 
     def write(self, executor: Executor, ahead: int) -> Iterator[int]:
