@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 from shockpc.core.directions import ExtremeDirections
-from shockpc.landing import ground_normal
 from shockpc.printed import few
 from shockpc.result import ShockProfile
 from shockpc.show.document import document
@@ -150,10 +149,9 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
         profile: the result.
         most: rows to show, those of the greatest shock; the heaviest body, sensors and points always.
     """
-    up = ground_normal(profile.plane, profile.scene.strike.vector(profile.plane))
 
     def row(place: str, found: ExtremeDirections) -> Row:
-        way = "parallel" if abs(found.least_severe @ up) < PARALLEL else "towards"
+        way = "parallel" if abs(found.least_severe @ profile.landing.up) < PARALLEL else "towards"
         return place, found.most_severe_shock, *found.most_severe, found.least_severe_shock, *found.least_severe, way
 
     bodies = profile.robot.bodies
