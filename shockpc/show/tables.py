@@ -5,13 +5,13 @@ import fnmatch
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from shockpc.printed import message, printable
 from shockpc.show.header import count
 
-__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "fits", "largest"]
+__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "fits", "largest", "markdown_list"]
 
 Cell = str | float | None
 """Content of a table: a text, a number, or nothing, for which NaN stands as well."""
@@ -53,6 +53,11 @@ def as_markdown(sheet: Sheet) -> str:
     notes = [f"\n*{note[0].upper()}{note[1:]}.*" for note in map(escaped, sheet.notes)]
     title = escaped(sheet.title)
     return "\n".join([f"### {title[0].upper()}{title[1:]}", "", *lines, *notes]) + "\n"
+
+
+def markdown_list(lines: Iterable[str]) -> str:
+    """Texts as a list of a report."""
+    return "".join(f"- {escaped(line)}\n" for line in lines)
 
 
 def as_csv(sheet: Sheet) -> str:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from shockpc.printed import message
 from shockpc.show.document import headed, json_text
-from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text, escaped
+from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text, escaped, markdown_list
 
 __all__ = ["Picture", "Report"]
 
@@ -88,7 +88,7 @@ class Report:
             "".join(f"- **{name}**: {escaped(text)}\n" for name, text in self.header),
             f"![{escaped(shown.caption)}]({shown.name}.svg)\n" if shown else "",
             *map(as_markdown, self.tables(None)),
-            "".join(f"- {escaped(line)}\n" for line in (*self.closing, *self.warnings, *self.details)),
+            markdown_list([*self.closing, *self.warnings, *self.details]),
         ]
         return "\n".join(filter(None, blocks))
 
