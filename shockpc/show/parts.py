@@ -78,9 +78,7 @@ class Parts:
     def write(self, executor: Executor, ahead: int) -> Iterator[int]:
         """Compute the parts that are missing; yield the number of rows that were there, then of each part.
 
-        Args:
-            executor: computes and writes them.
-            ahead: number of parts to submit before the first one is done.
+        Args: executor, computes and writes them; ahead, number of parts to submit before the first one is done.
 
         Raises:
             OutputError: a part cannot be written; those that are complete remain.

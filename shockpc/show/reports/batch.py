@@ -32,13 +32,7 @@ def batch_report(batch: Batch) -> Report:
 
 
 def _sheet(batch: Batch, fold: bool = True) -> Sheet:
-    """One row for each landing.
-
-    Args:
-        batch: the landings.
-        fold: for people: of several IMUs the one with the greatest shock, and no column that repeats another; otherwise all
-            sensors, the trunk's name, and the landings that failed.
-    """
+    """One row for each landing. Args: fold, for people: without columns that repeat another, all sensors, and what failed."""
     modelled = not fold or any(row.joint_model != "free" for row in batch.rows)
     header = [
         "robot", "contact", "mass [kg]", "trunk", "RoPc [m]", "greatest [-]", "free [-]", *["as modelled [-]"] * modelled,

@@ -177,11 +177,7 @@ def _document(check: Check) -> dict[str, Any]:
 
 
 def _junit(check: Check) -> str:
-    """A JUnit report: a suite for each case, a test for each budget at each place of each landing.
-
-    A budget that is exceeded is a failure, one that could not be computed is an error, and one of severity warning is a test that
-    passed with the message as its output.
-    """
+    """A JUnit report: a suite for each case, a test for each outcome; one of severity warning passes."""
     root = ET.Element("testsuites", {"name": "shockpc check", **_counts(check.outcomes)})
     for case in dict.fromkeys(outcome.case for outcome in check.outcomes):
         own = [outcome for outcome in check.outcomes if outcome.case == case]

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.show.document import record
 from shockpc.show.header import UNITS, header_lines, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet
@@ -59,8 +60,7 @@ def _document(found: ShockLimits) -> dict[str, Any]:
 
     return {
         "scene": found.profile.scene,
-        "point": found.point,
-        "joints": found.joints,
+        **record(found, "point", "joints"),
         "unit": "deg" if found.unit == "rad" else "m",
         "max_shock": found.max_shock,
         "warnings": found.profile.health.warnings,
