@@ -42,7 +42,7 @@ def body_pattern(robot: Robot, pattern: str) -> str:
     Raises:
         UnknownName: it matches neither a body nor links of one body.
     """
-    from shockpc.show.tables.sheets import fits
+    from shockpc.show.tables import fits
 
     names = [body.name for body in robot.bodies]
     if any(fits(name, pattern) for name in names):

@@ -33,7 +33,7 @@ def _all() -> str:
     from shockpc.robot.catalogue import catalogue
     from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import catalogue_row, catalogue_sheet
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     rows = []
     entries = catalogue()
@@ -53,7 +53,7 @@ def _one(robot: "Robot") -> str:
     from shockpc.printed import printable
     from shockpc.robot.checkup import check_robot
     from shockpc.show.reports.robots import joints_sheet, links_sheet, robot_lines
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]
     findings = [printable(f"{finding.level}: {finding.where}: {finding.text}") for finding in check_robot(robot)]

@@ -2,15 +2,12 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from shockpc.cli.declare import group, takes_options
 from shockpc.cli.options import ROBOT, SceneOptions
 from shockpc.cli.parse import Variable, out_folder, variable
 from shockpc.cli.process import complain
-
-if TYPE_CHECKING:
-    from shockpc.studies.sweep.study import Sweep
 
 __all__ = ["sweep"]
 
@@ -57,8 +54,11 @@ def sweep(
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
     from shockpc.scene import point_at
-    from shockpc.show.parts import open_sweep, write_parts
+    from shockpc.show.files import write_folder
+    from shockpc.show.parts import Parts
+    from shockpc.show.reports.sweep import sweep_files, sweep_text
     from shockpc.studies.sweep.study import sweep_of
+    from shockpc.studies.sweep.summary import summarise
 
     contacts = [values for name, values in vary if name == "contact" and values is not None]
     if contacts and not options.contact:
@@ -81,34 +81,22 @@ def sweep(
         seed=seed,
         prove=prove,
     )
+    parts = Parts(made, out, format_)
     done, finished = 0, False
     try:
         with executor(jobs, cluster) as workers:
-            open_sweep(made, out, format_, resume)
-            written = write_parts(made, out, format_, workers)
+            parts.prepare(resume)
+            written = parts.write(workers)
             done = next(written)
             advance = progress("rows computed", made.rows, done)
             for rows in written:
                 done += rows
                 advance(parts=rows)
-        failed = _summarise(made, out, format_)
+        summary = summarise(made, parts.column)
+        write_folder(out, sweep_files(summary))
+        sys.stdout.write(sweep_text(summary))
         finished = True
     finally:
         if done and not finished:
             complain(f"{done} of {made.rows} rows are complete in {out}; the same command with --resume continues")
-    return SolveError.exit_code if failed else 0
-
-
-def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> int:
-    """Print the summary, and write it with the figure; the number of rows that could not be computed."""
-    import functools
-
-    from shockpc.show.files import write_folder
-    from shockpc.show.parts import read_column
-    from shockpc.show.reports.sweep import sweep_files, sweep_text
-    from shockpc.studies.sweep.summary import summarise
-
-    summary = summarise(made, functools.partial(read_column, made, out, format_))
-    write_folder(out, sweep_files(summary))
-    sys.stdout.write(sweep_text(summary))
-    return summary.failed
+    return SolveError.exit_code if summary.failed else 0
