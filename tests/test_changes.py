@@ -7,10 +7,9 @@ from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.model.joint_model import Joints
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry
-from shockpc.robot.changes import Change, changed, read_changes
+from shockpc.robot.changes import Change, changed, link_mass, read_changes
 from shockpc.robot.geometry import outline
 from shockpc.robot.robot import load_robot
-from shockpc.robot.variant import link_mass
 from shockpc.scene import Scene
 
 

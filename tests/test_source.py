@@ -69,8 +69,9 @@ FILES: dict[str | bytes, str] = {
     "<note/>": (
         "dog.urdf begins with <note>: no kind of robot known here. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
     ),
-    '<robot name="r"><group_state name="standing" group="all"/></robot>': (
-        "dog.urdf is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with --srdf dog.urdf"
+    SRDF: (
+        "dog.urdf has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
+        "them; if it is an SRDF, give the URDF, and this file with --srdf"
     ),
 }
 
@@ -126,8 +127,8 @@ def test_declared_encodings(tmp_path: Path):
     text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
     for name in ("dog.urdf", "dog.xacro"):
         assert loaded(tmp_path, text.encode("iso-8859-1"), name).model.existFrame("Fuß")
-    assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC")) == (
-        "dog.urdf is in the encoding EBCDIC, which is not read; save the file as UTF-8 text"
+    assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC").encode("iso-8859-1")) == (
+        "dog.urdf: line 1: byte 0xdf is not UTF-8; save the file as UTF-8 text"
     )
 
 

@@ -17,7 +17,7 @@ from shockpc.core.extremes import greatest_shock, shock_extremes
 from shockpc.core.spatial import plane_from
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.results.geometry import body_pieces
-from shockpc.robot.variant import changed_link, link_mass
+from shockpc.robot.changes import changed_link, link_mass
 from shockpc.studies.sweep.columns import proven_columns
 from shockpc.studies.sweep.study import Sweep, sweep, sweep_of
 

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
+import pinocchio as pin
 
-from shockpc.errors import StudyError, UnknownName
+from shockpc.core.spatial import Array
+from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.robot import Robot
-from shockpc.robot.variant import changed_link, link_mass
 
-__all__ = ["Change", "Property", "changed", "read_changes"]
+__all__ = ["Change", "Property", "changed", "changed_link", "link_mass", "read_changes"]
 
 Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
 """What can be changed."""
@@ -138,3 +139,55 @@ def _with_links(robot: Robot, change: Change) -> Robot:
         else:
             robot = changed_link(robot, name, shift=change.value * np.eye(3)["xyz".index(change.what[-1])])
     return robot
+
+
+def link_mass(robot: Robot, link: str) -> float:
+    """Mass of a link [kg], without that of the links that are fixed to it.
+
+    Raises:
+        UnknownName: the robot has no such link.
+        RobotError: the link does not move.
+    """
+    return float(robot.model.frames[_link(robot, link)].inertia.mass)
+
+
+def changed_link(robot: Robot, link: str, mass: float = 1.0, shift: Array | None = None, inertia: float = 1.0) -> Robot:
+    """The robot with one link changed; everything else is shared with the robot.
+
+    Args:
+        robot: the robot.
+        link: to be changed.
+        mass: factor of its mass, and of its moments of inertia with it, as if its material were denser [1].
+        shift: (3,) by which its centre of mass moves, in the link's frame [m].
+        inertia: factor of the moments of inertia about its centre of mass, at the same mass [1].
+
+    Raises:
+        UnknownName: the robot has no such link.
+        RobotError: the link does not move, or has no mass of its own.
+    """
+    model = pin.Model(robot.model)
+    frame = model.frames[_link(robot, link)]
+    own = frame.inertia.copy()
+    if not own.mass > 0.0:
+        raise RobotError(
+            f'link "{link}" of robot "{robot.name}" has no mass, so its inertia cannot be varied; name a link with mass'
+        )
+    own.mass, own.inertia = own.mass * mass, own.inertia * (mass * inertia)
+    own.lever = own.lever + (0.0 if shift is None else shift)
+    frame.inertia = own
+    whole = pin.Inertia.Zero()
+    for part in model.frames:
+        if part.parentJoint == frame.parentJoint and (part.type == pin.FrameType.BODY or part.inertia.mass):
+            whole += part.placement.act(part.inertia)
+    model.inertias[frame.parentJoint] = whole
+    return replace(robot, model=model)
+
+
+def _link(robot: Robot, name: str) -> int:
+    """The frame of a link that moves, in the Pinocchio model, which keeps the inertia of the link alone with it."""
+    frame = robot.frame(name)
+    if frame.kind != "link":
+        raise RobotError(f'"{name}" of robot "{robot.name}" is a {frame.kind}, which has no mass; name a link')
+    if frame.body < 0:
+        raise RobotError(f'link "{name}" of robot "{robot.name}" is fixed to the world, so its mass does not matter')
+    return int(robot.model.getFrameId(name, pin.FrameType.BODY))

@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import parse_xml
-from shockpc.robot.inertias import inertia_fault
+from shockpc.robot.limits import inertia_fault
 from shockpc.robot.robot import Robot
 from shockpc.robot.source import RobotSource
 from shockpc.robot.urdf import vector
@@ -114,7 +114,8 @@ def _joints(robot: Robot, root: Element) -> Iterator[Finding]:
             yield Finding("note", _named("joint", [joint.name]), said)
     for element in root.findall("joint"):
         for axis in element.findall("axis"):
-            length = float(np.linalg.norm(vector(axis.get("xyz"), 3) or ()))
+            direction = vector(axis.get("xyz", "1 0 0"), 3)
+            length = 1.0 if direction is None else float(np.linalg.norm(direction))
             if element.get("type") != "fixed" and abs(length - 1) > 1e-3:
                 said = f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
                 yield Finding("note", _named("joint", [element.get("name", "")]), said)

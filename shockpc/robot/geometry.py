@@ -18,8 +18,9 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
+from shockpc.paths import read_file
 from shockpc.printed import listed
-from shockpc.robot.files import parse_xml, read_bytes
+from shockpc.robot.files import parse_xml
 from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot
 from shockpc.robot.source import RobotSource
@@ -189,7 +190,7 @@ def _loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
     def load(uri: str) -> tuple[Mesh, Array]:
         path = source.folders.asset(uri)
         try:
-            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
+            mesh = read_mesh(read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix("."))
         except ValueError as refusal:
             raise ValueError(f'"{uri}": {refusal}') from None
         return mesh, hull_corners(mesh.vertices)

@@ -20,7 +20,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.robot.files import parse_xml, read_bytes
+from shockpc.paths import read_file
+from shockpc.robot.files import parse_xml
 from shockpc.robot.mjcf_text import without_files
 from shockpc.robot.source import RobotSource
 
@@ -178,7 +179,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any,
             try:
                 path = source.folders.asset(mesh.file)
                 mesh.file = f"mesh_{number}{path.suffix}"
-                assets[mesh.file] = read_bytes(path)
+                assets[mesh.file] = read_file(path, "mesh", RobotError)
             except RobotError as refusal:
                 raise RobotError(
                     f'{source.path.name}: body "{needed[mesh.name]}" takes its mass from mesh "{mesh.name}", which cannot be '

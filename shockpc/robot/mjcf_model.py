@@ -10,10 +10,11 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.printed import listed
-from shockpc.robot.couplings import Built, Loop, Mimic, leaders_first
 from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.mjcf import compiled
+from shockpc.robot.robot import Loop, Mimic, Robot
 from shockpc.robot.source import RobotSource
+from shockpc.robot.tree import add_joint, axis_joint
 
 __all__ = ["build_mjcf"]
 
@@ -27,7 +28,7 @@ _COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,),
 _FREEDOM = {_FREE: 6, _BALL: 3, _SLIDE: 1, _HINGE: 1}
 
 
-def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Built:
+def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
     """Build the Pinocchio model of an MJCF.
 
     A body with several joints has one composite joint. A free base stands where its configuration says; `body_pos` is only
@@ -64,7 +65,9 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Built:
         extra = float(model.armature[0])
         model.armature[:6] = 0.0
         if extra:
-            model.appendBodyToJoint(1, pin.Inertia(extra, np.zeros(3), extra * np.eye(3)), pin.SE3.Identity())
+            base = model.frames[model.getFrameId(model.names[1], pin.FrameType.JOINT)]
+            base.inertia = pin.Inertia(extra, np.zeros(3), extra * np.eye(3))
+            model.inertias[1] += base.inertia
             notes += (
                 f'{file}: joint "{model.names[1]}" is free and has armature {extra:g}, which adds {extra:g} kg and '
                 f'{extra:g} kg m² to the base, as in MuJoCo; if that is not meant, set armature="0" there or use a <freejoint/>',
@@ -73,7 +76,8 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Built:
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
     postures, more = _postures(m, found.keys, order, file)
-    return Built(
+    return Robot(
+        source,
         model=model,
         start=read_only(start),
         postures=postures,
@@ -95,7 +99,7 @@ def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
     """The model of some bodies, carriers first, with their sites and named collision geoms (many are feet)."""
     model = pin.Model()
     model.name = name
-    tree, frame = _Tree(model, {0: 0}, {0: pin.SE3.Identity()}), {0: 0}
+    tree = _Tree(model, {0: 0}, {0: pin.SE3.Identity()})
     for body in bodies:
         if body:
             parent, first = int(m.body_parentid[body]), int(m.body_jntadr[body])
@@ -103,19 +107,17 @@ def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
             if m.body_jntnum[body]:
                 joint, place = _add_joint(m, file, model, joint, place, range(first, first + int(m.body_jntnum[body])))
             tree.joint[body], tree.place[body] = joint, place
-            frame[body] = model.addFrame(pin.Frame(m.body(body).name, joint, frame[parent], place, pin.FrameType.BODY))
-            if joint:
-                R = _place(np.zeros(3), m.body_iquat[body]).rotation
-                moments = R @ np.diag(m.body_inertia[body]) @ R.T
-                inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
-                model.appendBodyToJoint(joint, inertia, place)
+            R = _place(np.zeros(3), m.body_iquat[body]).rotation
+            moments = R @ np.diag(m.body_inertia[body]) @ R.T
+            inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
+            model.addFrame(pin.Frame(m.body(body).name, joint, 0, place, pin.FrameType.BODY, inertia))
         named = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
         solid = (m.geom_bodyid == body) & (m.geom_type != _MESH) & ((m.geom_contype | m.geom_conaffinity) != 0)
         named += [(m.geom(number), pin.FrameType.SENSOR) for number in np.flatnonzero(solid)]
         for item, kind in named:
             if item.name and not any(model.existFrame(item.name, one) for one in (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)):
                 place = tree.place[body] * _place(item.pos, item.quat)
-                model.addFrame(pin.Frame(item.name, tree.joint[body], frame[body], place, kind))
+                model.addFrame(pin.Frame(item.name, tree.joint[body], 0, place, kind), False)
     return tree
 
 
@@ -125,7 +127,7 @@ def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3
     if model.existJointName(name) or name.count("+") >= max(len(numbers), 2):
         raise RobotError(f'{file}: joint "{name}" has a name that is used here for something else; rename it')
     if m.jnt_type[numbers[0]] == _FREE:  # it stands where its configuration says; its place in the file is only a start
-        return _added(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
+        return add_joint(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
     parts, steps = [], []
     for number in numbers:
         anchor = pin.SE3(np.eye(3), np.array(m.jnt_pos[number]))
@@ -138,26 +140,16 @@ def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3
         joint = pin.JointModelComposite()
         for part, step in zip(parts, [pin.SE3.Identity(), *steps[1:]], strict=True):
             joint.addJoint(part, step)
-    return _added(model, carrier, joint, steps[0], name), place
-
-
-def _added(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
-    """The index of a joint that is added with its frame."""
-    index: int = model.addJoint(carrier, joint, place, name)
-    model.addJointFrame(index)
-    return index
+    return add_joint(model, carrier, joint, steps[0], name), place
 
 
 def _part(kind: int, axis: Array, drawn: float) -> tuple[Any, pin.SE3]:
     """A joint of MuJoCo for Pinocchio, and its frame where its coordinate is 0 in the one where it is `drawn`."""
     if kind == _BALL:
         return pin.JointModelSpherical(), pin.SE3.Identity()
-    letter = next((letter for letter, unit in zip("XYZ", np.eye(3), strict=True) if (axis == unit).all()), "")
     if kind == _SLIDE:
-        part = getattr(pin, f"JointModelP{letter}")() if letter else pin.JointModelPrismaticUnaligned(axis)
-        return part, pin.SE3(np.eye(3), -drawn * axis)
-    part = getattr(pin, f"JointModelR{letter}")() if letter else pin.JointModelRevoluteUnaligned(axis)
-    return part, pin.SE3(pin.AngleAxis(-drawn, axis).matrix(), np.zeros(3))
+        return axis_joint("prismatic", axis), pin.SE3(np.eye(3), -drawn * axis)
+    return axis_joint("revolute", axis), pin.SE3(pin.AngleAxis(-drawn, axis).matrix(), np.zeros(3))
 
 
 def _place(position: Array, quaternion: Array) -> pin.SE3:
@@ -324,7 +316,7 @@ def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
         own = max(free, key=lambda name: (name in first, abs(sums[name])))
         leaders = {name: -by / sums[own] for name, by in sums.items() if by and name != own}
         found.append(Mimic(own, leaders, constant / sums[own]))
-    return leaders_first(found, {m.joint(joint).name: 1 for joint in range(m.njnt)}, file)
+    return tuple(found)
 
 
 def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:

@@ -52,7 +52,7 @@ def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
         if not path.is_file():
             raise RobotError(f'{folders.file.name} includes "{named}", which does not exist')
         opened.append(path)
-        part = read_xml(path).root
+        part = read_xml(path)
         _include(part, folders, opened)
         place = list(parent).index(child)
         parent[place : place + 1] = list(part)
@@ -104,7 +104,7 @@ def without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) 
         named = model.get("file", "")
         path = folders.resolve(folders.file.parent / named, named)
         inner = OpenFolders(path, folders.packages, folders.allowed)
-        part = read_xml(path).root
+        part = read_xml(path)
         insert_includes(part, inner)
         for mesh in part.findall("asset/mesh[@file]"):
             mesh.set("file", str(path.parent / mesh.get("file", "")))

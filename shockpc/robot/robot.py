@@ -3,22 +3,24 @@
 import fnmatch
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import UnknownName
-from shockpc.robot.couplings import Loop, Mimic
-from shockpc.robot.inertias import inertia_warning
-from shockpc.robot.limits import refuse_drives
+from shockpc.errors import RobotError, UnknownName
+from shockpc.printed import listed
+from shockpc.robot.limits import LEVELS, inertia_warning, refuse_number
 from shockpc.robot.source import RobotSource, read_source
-from shockpc.robot.urdf_model import WORLD, build_urdf
 
-__all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
+__all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "load_robot"]
+
+WORLD = "world"
+"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
 KINDS = {
     "FreeFlyer": "free",
@@ -120,6 +122,45 @@ class Frame(NamedTuple):
     kind: Literal["link", "joint", "site", "geom"]
 
 
+class Mimic(NamedTuple):
+    """A joint that follows others: q_joint = Σ multiplier · q_leader + offset.
+
+    Attributes:
+        joint: the follower's name.
+        leaders: multiplier [1] by the name of each joint that it follows; none if it stands still.
+        offset: [rad, m]
+    """
+
+    joint: str
+    leaders: Mapping[str, float]
+    offset: float
+
+    @property
+    def led(self) -> str:
+        """What it follows, for messages."""
+        return f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}" if self.leaders else "a constant"
+
+
+class Loop(NamedTuple):
+    """Two bodies that are held together.
+
+    Attributes:
+        name: of the two ends.
+        bodies: index of each end's body; −1 for the world.
+        points: (3,) each end in its body's frame [m].
+        rotations: (3, 3) each end's frame in its body's frame.
+        axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
+        turns: whether the orientations are held too.
+    """
+
+    name: str
+    bodies: tuple[int, int]
+    points: tuple[Array, Array]
+    rotations: tuple[Array, Array]
+    axes: Array
+    turns: bool
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot as loaded.
@@ -153,7 +194,7 @@ class Robot:
     @property
     def label(self) -> str:
         """How a command names this robot: its catalogue name, else the path of its file."""
-        return self.source.label
+        return self.source.name or str(self.source.path)
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -342,16 +383,47 @@ def load_robot(
     if source.kind == "mjcf":
         from shockpc.robot.mjcf_model import build_mjcf
 
-        built = build_mjcf(source, frames)
+        found = build_mjcf(source, frames)
     else:
-        built = build_urdf(source)
-    refuse_drives(source.path.name, built.model.nv, float(built.model.armature.max(initial=0.0)))
+        from shockpc.robot.urdf import build_urdf
+
+        found = build_urdf(source)
+    file, model = source.path.name, found.model
+    if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
+        raise RobotError(
+            f"{file} moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter"
+        )
+    refuse_number(file, "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
-    for place in built.model.jointPlacements:
+    for place in model.jointPlacements:
         R = place.rotation
         # By einsum, whose rounding is the same on every processor.
         place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
-    return Robot(source, **built._asdict())
+    return replace(found, mimics=_leaders_first(found))
+
+
+def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
+    """The mimic joints, each after those that it follows, without leaders that are fixed."""
+    freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
+    for mimic in robot.mimics:
+        for name in (mimic.joint, *mimic.leaders):
+            if freedom.get(name, 1) != 1:
+                raise RobotError(
+                    f'{robot.source.path.name}: joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} '
+                    "degrees of freedom, and only a joint with one can follow or lead; give it one axis, or take the coupling out"
+                )
+    followers = {
+        mimic.joint: mimic._replace(leaders={name: by for name, by in mimic.leaders.items() if name in freedom})
+        for mimic in robot.mimics
+    }
+    try:
+        order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
+    except CycleError as circle:
+        names = listed(name for name in followers if name in circle.args[1])
+        raise RobotError(
+            f"{robot.source.path.name}: mimic joints {names} follow one another in a circle; one of them has to lead"
+        ) from None
+    return tuple(followers[name] for name in order if name in followers)
 
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:

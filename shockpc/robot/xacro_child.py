@@ -83,7 +83,7 @@ def _explained(error: BaseException, xacro: Any) -> str:
     where = os.path.basename(next(file for file in reversed(xacro.filestack) if file))
     kind = type(cause).__name__
     if kind == "ArgException":
-        return f'{where}: xacro argument "{cause}" has no value; give it one: --xacro {cause}=VALUE'
+        return f'{where}: xacro argument "{cause}" has no value; give: --xacro {cause}:=VALUE'
     if isinstance(cause, FileNotFoundError):
         return f'{where} includes "{cause.filename}", which does not exist'
     if isinstance(cause, RecursionError):

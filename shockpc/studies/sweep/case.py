@@ -9,8 +9,8 @@ import numpy as np
 from shockpc.errors import StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints, joint_model
+from shockpc.robot.changes import changed_link, link_mass
 from shockpc.robot.robot import Robot
-from shockpc.robot.variant import changed_link, link_mass
 from shockpc.scene import Scene
 from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
 

@@ -1,0 +1,24 @@
+"""The joints of a robot as Pinocchio has them, whatever the format of the file."""
+
+from typing import Any
+
+import pinocchio as pin
+
+from shockpc.core.spatial import Array
+
+__all__ = ["add_joint", "axis_joint"]
+
+
+def axis_joint(kind: str, axis: Array) -> Any:
+    """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""
+    # By the parser, because a continuous joint about any axis has no constructor in Python.
+    of = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
+    links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
+    return pin.buildModelFromXML(f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{of}</joint></robot>').joints[1]
+
+
+def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
+    """Add a joint and its frame to a model; returns its index."""
+    index: int = model.addJoint(carrier, joint, place, name)
+    model.addJointFrame(index)
+    return index
