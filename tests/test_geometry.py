@@ -299,7 +299,7 @@ def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
     found = outline(robot(tmp_path, f'<mesh filename="{name}"/>', '<sphere radius="0.1"/>'), "collision")
     assert [shape.radius for shape in found.shapes[0]] == [0.1]
     (warning,) = found.warnings
-    assert warning.startswith('a collision shape could not be read (link "base": ')
+    assert warning.startswith('1 of 2 collision shapes could not be read (link "base": ')
     assert name in warning or name == "huge.obj"
     assert warning.endswith("); each of their bodies has other shapes")
     assert "\n" not in warning
@@ -372,7 +372,7 @@ def test_mjcf_meshes_are_read_where_they_are_needed(tmp_path):
         )
     assert solid.warnings == ()
     (warning,) = seen.warnings
-    assert warning.startswith('a visual shape could not be read (link "b": ')
+    assert warning.startswith('1 of 3 visual shapes could not be read (link "b": ')
     assert '"gone.stl" is missing' in warning
 
 

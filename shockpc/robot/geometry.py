@@ -8,8 +8,8 @@ takes longer than an analysis of a robot without meshes.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Literal, NamedTuple, TypeAlias
+from collections.abc import Callable, Iterable, Iterator
+from typing import Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -19,15 +19,28 @@ from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.paths import read_file
-from shockpc.printed import listed
+from shockpc.printed import few, listed
 from shockpc.robot.files import parse_xml
-from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
+from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot
 from shockpc.robot.source import RobotSource
+from shockpc.robot.tree import rotation
 
-__all__ = ["Kind", "Outline", "Shape", "ball_points", "body_outline", "inertia_box", "outline"]
+__all__ = [
+    "HalfSpaces",
+    "Kind",
+    "Outline",
+    "Shape",
+    "body_outline",
+    "facets",
+    "half_spaces",
+    "inertia_box",
+    "outline",
+]
 
 Kind: TypeAlias = Literal["collision", "visual"]
+Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
+"""Reads a mesh by its name in the file, and the corners of its hull."""
 
 RIM = 64
 """Corners of the polygon that stands for a circle: it lies inside, by at most 1 − cos(π/64) = 0.12 % of the radius."""
@@ -83,6 +96,14 @@ class Shape(NamedTuple):
         return Shape(self.link, points, self.radius, mesh, discs, self.name)
 
 
+class UnreadShape(NamedTuple):
+    """A shape that cannot be read: its link, its mesh, which may be "", and why."""
+
+    link: str
+    mesh: str
+    reason: str
+
+
 class Outline(NamedTuple):
     """The shapes of a robot.
 
@@ -109,14 +130,25 @@ def outline(robot: Robot, kind: Kind) -> Outline:
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[UnreadShape] = []
+    bare: dict[int, str] = {}
     for piece in _shapes(robot.source, kind):
         frame = robot.frames.get(piece.link)
+        body = frame.body if frame is not None else -1
         if isinstance(piece, UnreadShape):
             unread.append(piece)
-        elif frame is not None and frame.body >= 0:
-            shapes[frame.body].append(piece.placed(frame.rotation, frame.offset))
+            bare[body] = f'"{robot.bodies[body].name}"'
+        elif frame is not None and body >= 0:
+            shapes[body].append(piece.placed(frame.rotation, frame.offset))
     pieces = Pieces.of([[(shape.points, shape.radius) for shape in own] for own in shapes])
-    return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), _warnings(robot, kind, unread, shapes))
+    warnings: tuple[str, ...] = ()
+    if unread:
+        count = f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
+        lost = [name for body, name in sorted(bare.items()) if body >= 0 and not shapes[body]]
+        consequence = f"no {kind} geometry is left for {few(lost, 4)}" if lost else "each of their bodies has other shapes"
+        others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
+        also = f"; also {listed(others, 4)}" if others else ""
+        warnings = (f'{count} could not be read (link "{unread[0].link}": {unread[0].reason}{also}); {consequence}',)
+    return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), warnings)
 
 
 def body_outline(robot: Robot) -> Outline:
@@ -142,29 +174,34 @@ def inertia_box(body: Body) -> Shape | None:
 
 @functools.lru_cache(maxsize=4)
 def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
-    """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
-    return tuple(_urdf_shapes(source, kind) if source.kind == "urdf" else _mjcf_shapes(source, kind))
+    """The shapes of a file, each in the frame of its link. Variants of a robot share them.
 
-
-def _urdf_shapes(source: RobotSource, kind: Kind) -> list[Shape | UnreadShape]:
-    """Read the shapes of a URDF, each in the frame of its link.
-
-    Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
+    Meshes of a URDF of which the file says that y is up are turned to z up if they are twice as close to the joints then.
     """
-    load, root = _loader(source), parse_xml(source.xml, source.path.name)
-    found = [*_link_shapes(root, kind, load, np.eye(3))]
+
+    @functools.cache  # four legs often share a mesh
+    def load(uri: str) -> tuple[Mesh, Array]:
+        path = source.folders.asset(uri)
+        try:
+            mesh = read_mesh(read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix("."))
+        except ValueError as refusal:
+            raise ValueError(f'"{uri}": {refusal}') from None
+        return mesh, hull_corners(mesh.vertices)
+
+    if source.kind == "mjcf":
+        return tuple(_mjcf_shapes(source, kind, load))
+    root = parse_xml(source.xml, source.path.name)
+    found = tuple(_urdf_shapes(root, kind, load, np.eye(3)))
     if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
-        turned = [*_link_shapes(root, kind, load, _Y_TO_Z)]
+        turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
         if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
             return turned
     return found
 
 
-def _link_shapes(
-    root: Element, kind: Kind, load: Callable[[str], tuple[Mesh, Array]], turn: Array
-) -> Iterator[Shape | UnreadShape]:
-    """Place the shapes of every link of a URDF. Args: load: reads a mesh and its corners; turn: (3, 3), of meshes with y up."""
-    for link in root.iter("link"):
+def _urdf_shapes(root: Element, kind: Kind, load: Loader, turn: Array) -> Iterator[Shape | UnreadShape]:
+    """Place the shapes of every link of a URDF. Args: turn: (3, 3), of meshes with y up."""
+    for link in root.findall("link"):
         name = link.get("name", "")
         for element in link.findall(kind):
             shape = element.find("geometry/*")
@@ -180,22 +217,7 @@ def _link_shapes(
                     found = _primitive(name, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
                 yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
-                yield UnreadShape(name, shape.get("filename", ""), str(refusal), (kind,))
-
-
-def _loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
-    """A function that reads a mesh and the corners of its hull, once each, for four legs often share one."""
-
-    @functools.cache
-    def load(uri: str) -> tuple[Mesh, Array]:
-        path = source.folders.asset(uri)
-        try:
-            mesh = read_mesh(read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix("."))
-        except ValueError as refusal:
-            raise ValueError(f'"{uri}": {refusal}') from None
-        return mesh, hull_corners(mesh.vertices)
-
-    return load
+                yield UnreadShape(name, shape.get("filename", ""), str(refusal))
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
@@ -222,12 +244,12 @@ def _numbers(element: Element | None, key: str, default: str = "") -> Array:
     return np.array((default if element is None else element.get(key, default)).split(), dtype=float)
 
 
-def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
+def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
     from shockpc.robot.mjcf import compiled, geom_kinds
 
     found = compiled(source)
-    m, load = found.model, _loader(source)
+    m = found.model
     for number in range(m.ngeom):
         geom, file, primitive = m.geom(number), found.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
         if kind not in geom_kinds(geom) or not (primitive or m.geom_type[number] == _MJCF_MESH):
@@ -235,28 +257,18 @@ def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShap
         link = m.body(geom.bodyid[0]).name
         try:
             if file:
-                shape = _mesh(link, load(file.file), file.scale[:, None] * _rotation(file.rotation).T, file.origin)
+                shape = _mesh(link, load(file.file), file.scale[:, None] * rotation(file.rotation).T, file.origin)
+            elif primitive:
+                shape = _primitive(link, primitive, np.array(geom.size))
             else:
-                shape = (
-                    _primitive(link, primitive, np.array(geom.size)) if primitive else _compiled_mesh(link, m, int(geom.dataid[0]))
-                )
-            yield _checked(shape._replace(name=geom.name).placed(_rotation(geom.quat), np.array(geom.pos)))
+                mesh = m.mesh(int(geom.dataid[0]))
+                first, face = int(mesh.vertadr[0]), int(mesh.faceadr[0])
+                vertices = np.array(m.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
+                triangles = np.array(m.mesh_face[face : face + int(mesh.facenum[0])], dtype=np.int64)
+                shape = Shape(link, hull_corners(vertices), mesh=Mesh(vertices, triangles))
+            yield _checked(shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos)))
         except (RobotError, ValueError) as refusal:
-            yield UnreadShape(link, file.name if file else "", str(refusal), (kind,))
-
-
-def _rotation(quaternion: Array) -> Array:
-    """The rotation (3, 3) of a quaternion whose scalar part comes first."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
-
-
-def _compiled_mesh(link: str, m: Any, number: int) -> Shape:
-    """Take a mesh from a compiled model."""
-    first, face = int(m.mesh_vertadr[number]), int(m.mesh_faceadr[number])
-    vertices = np.array(m.mesh_vert[first : first + int(m.mesh_vertnum[number])], dtype=float)
-    triangles = np.array(m.mesh_face[face : face + int(m.mesh_facenum[number])], dtype=np.int64)
-    return Shape(link, hull_corners(vertices), mesh=Mesh(vertices, triangles))
+            yield UnreadShape(link, file.name if file else "", str(refusal))
 
 
 def _checked(shape: Shape) -> Shape:
@@ -289,7 +301,7 @@ def _primitive(link: str, kind: str, size: Array) -> Shape:
             rims = np.concatenate([_circle() * radius + end for end in ends])
             return Shape(link, rims, discs=tuple((end, np.array([0.0, 0.0, 1.0]), radius) for end in ends))
         case "ellipsoid":
-            return Shape(link, ball_points() * size[:3])
+            return Shape(link, _ball_points() * size[:3])
     return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
 
 
@@ -301,22 +313,53 @@ def _circle() -> Array:
 
 
 @functools.cache
-def ball_points() -> Array:
+def _ball_points() -> Array:
     """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
     latitude = math.pi * (np.arange(1, 32) / 32 - 0.5)
     rings = [_circle() * math.cos(a) + np.array([0.0, 0.0, math.sin(a)]) for a in latitude]
     return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
 
 
-def _warnings(robot: Robot, kind: Kind, unread: Sequence[UnreadShape], shapes: Sequence[Sequence[Shape]]) -> tuple[str, ...]:
-    """Summarise the shapes that could not be read in one line that ends with the consequence."""
-    if not unread:
-        return ()
-    frames = [robot.frames[lost.link] for lost in unread if lost.link in robot.frames]
-    bare = [robot.bodies[i].name for i in sorted({frame.body for frame in frames if frame.body >= 0}) if not shapes[i]]
-    consequence = f"no {kind} geometry is left for {listed(bare, 4)}" if bare else "each of their bodies has other shapes"
-    others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
-    also = f"; also {listed(others, 4)}" if others else ""
-    first = f'link "{unread[0].link}": {unread[0].reason}' if unread[0].link else unread[0].reason
-    count = f"a {kind} shape" if len(unread) == 1 else f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
-    return (f"{count} could not be read ({first}{also}); {consequence}",)
+class HalfSpaces(NamedTuple):
+    """The convex set of the points r with normals · r ≤ offsets.
+
+    Attributes:
+        normals: (m, 3) unit vectors, outward.
+        offsets: (m,) [m].
+    """
+
+    normals: Array
+    offsets: Array
+
+    def depth(self, r: Array) -> float:
+        """How far inside all faces a point (3,) lies; below zero outside [m]."""
+        return float((self.offsets - self.normals @ r).min())
+
+
+def facets(shape: Shape) -> list[Array]:
+    """The surface of a shape, each facet as its corners (k, 3) in the body's frame [m].
+
+    The surface of a mesh is its triangles. A rounded shape is a polyhedron with its corners on the sphere, inside it by at most
+    0.25 % of the radius. A flat shape is its own surface.
+    """
+    if shape.mesh is not None:
+        return list(shape.mesh.vertices[shape.mesh.triangles])
+    points = _corners(shape)
+    found = hull(points)
+    return [points] if found is None else list(points[found.simplices])
+
+
+def half_spaces(shape: Shape) -> HalfSpaces | None:
+    """The half-spaces of a convex shape; None for a mesh, which need not be convex, and for a flat shape, which has no inside."""
+    found = None if shape.mesh is not None else hull(_corners(shape))
+    if found is None:
+        return None
+    faces = np.unique(found.equations.round(12), axis=0)
+    return HalfSpaces(faces[:, :3], -faces[:, 3])
+
+
+def _corners(shape: Shape) -> Array:
+    """Points (k, 3) whose hull is the shape."""
+    if shape.radius == 0.0:
+        return shape.points
+    return np.asarray((shape.points[:, None] + shape.radius * _ball_points()).reshape(-1, 3))

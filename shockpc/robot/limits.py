@@ -1,14 +1,13 @@
 """What numbers a robot may have: how large it may be, and which inertias no body has."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
-from shockpc.printed import few
 
-__all__ = ["LEVELS", "LINKS", "inertia_fault", "inertia_warning", "refuse_number", "refuse_tree"]
+__all__ = ["LEVELS", "LINKS", "POINT", "inertia_fault", "refuse_number", "refuse_tree"]
 
 LINKS = 2000
 LEVELS = 600
@@ -16,7 +15,7 @@ _LIGHTEST = 1e-15  # kg; below 2e-16 Pinocchio moves the centre of mass towards 
 _LARGEST = 1e24  # kg, m, kg m²; a robot in grams and micrometres stays below
 _FLAT = 0.99  # two principal moments against the third: what is left for numbers that were rounded to two digits
 _NOTHING = 1e-9  # relative to the largest principal moment
-_POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
+POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
 
 
 def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
@@ -62,7 +61,7 @@ def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:
 def inertia_fault(mass: float, inertia: Array) -> str | None:
     """Say why no body of a mass above zero [kg] has this inertia (3, 3) about its centre of mass [kg m²]; None if one can."""
     least, middle, most = (float(moment) for moment in np.linalg.eigvalsh(inertia))
-    if max(abs(least), abs(most)) < _POINT * mass:
+    if max(abs(least), abs(most)) < POINT * mass:
         return "the inertia is zero, that of a point"
     if (inertia == inertia[0, 0]).all():
         return f"all six entries of the inertia are {inertia[0, 0]:g} kg m², which no body has; they look like a placeholder"
@@ -72,26 +71,3 @@ def inertia_fault(mass: float, inertia: Array) -> str | None:
     if least + middle < _FLAT * most:
         return f"{shown}, and no body has one above the sum of the other two"
     return None
-
-
-def inertia_warning(file: str, robot: str, bodies: Iterable[tuple[str, float, Array]]) -> tuple[str, ...]:
-    """One line for all bodies whose inertia no body has; none if all are sound.
-
-    Args:
-        file: the file's name.
-        robot: what a command calls the robot.
-        bodies: name, mass [kg] and inertia (3, 3) about the centre of mass [kg m²], each with all that is fixed to it.
-    """
-    odd = []
-    for name, mass, inertia in bodies:
-        if mass > 0 and inertia_fault(mass, inertia):
-            moments = np.linalg.eigvalsh(inertia)
-            shown = ", ".join(f"{moment if abs(moment) > _POINT * mass else 0.0:.3g}" for moment in moments)
-            odd.append(f'"{name}" ({shown} kg m²)')
-    if not odd:
-        return ()
-    return (
-        f"{file}: no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of the other two, and "
-        "not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
-        f"shockpc robots {robot}",
-    )

@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.files import parse_xml
 
-__all__ = ["FORMATS", "Mesh", "UnreadShape", "hull_corners", "read_mesh"]
+__all__ = ["Mesh", "hull", "hull_corners", "read_mesh"]
 
 FORMATS = ("stl", "obj", "dae", "ply", "msh")
 """Suffixes of the files that are read."""
@@ -43,15 +43,6 @@ class Mesh(NamedTuple):
     vertices: Array
     triangles: NDArray[np.int64]
     y_up: bool = False
-
-
-class UnreadShape(NamedTuple):
-    """A shape that cannot be read: its link, its mesh, which may be "", why, and whether it is "collision" or "visual" geometry."""
-
-    link: str
-    mesh: str
-    reason: str
-    kinds: tuple[str, ...]
 
 
 def read_mesh(data: bytes, suffix: str) -> Mesh:
@@ -121,19 +112,23 @@ def _checked(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
     return _merged(vertices, triangles)
 
 
+def hull(points: Array) -> Any | None:
+    """The convex hull of points (n, 3), of SciPy; None if it has no volume."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return ConvexHull(points)
+    except (QhullError, ValueError):
+        return None
+
+
 def hull_corners(vertices: Array) -> Array:
     """Return those of the vertices (n, 3) that are corners of their hull; all if they lie in a plane, for then it has no volume.
 
     The hull takes a few milliseconds and leaves a small part of the vertices, over which every analysis evaluates the extremes.
     """
-    from scipy.spatial import ConvexHull, QhullError
-
-    if len(vertices) < 5:
-        return vertices
-    try:
-        return np.asarray(vertices[ConvexHull(vertices).vertices])
-    except QhullError:
-        return vertices
+    found = hull(vertices) if len(vertices) > 4 else None
+    return vertices if found is None else np.asarray(vertices[found.vertices])
 
 
 def _msh_shape(data: bytes) -> tuple[Array, NDArray[np.int64]]:

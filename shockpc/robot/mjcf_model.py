@@ -14,7 +14,7 @@ from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.mjcf import compiled
 from shockpc.robot.robot import Loop, Mimic, Robot
 from shockpc.robot.source import RobotSource
-from shockpc.robot.tree import add_joint, axis_joint
+from shockpc.robot.tree import add_joint, axis_joint, rotation
 
 __all__ = ["build_mjcf"]
 
@@ -107,7 +107,7 @@ def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
             if m.body_jntnum[body]:
                 joint, place = _add_joint(m, file, model, joint, place, range(first, first + int(m.body_jntnum[body])))
             tree.joint[body], tree.place[body] = joint, place
-            R = _place(np.zeros(3), m.body_iquat[body]).rotation
+            R = rotation(m.body_iquat[body])
             moments = R @ np.diag(m.body_inertia[body]) @ R.T
             inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
             model.addFrame(pin.Frame(m.body(body).name, joint, 0, place, pin.FrameType.BODY, inertia))
@@ -154,8 +154,7 @@ def _part(kind: int, axis: Array, drawn: float) -> tuple[Any, pin.SE3]:
 
 def _place(position: Array, quaternion: Array) -> pin.SE3:
     """A frame from its origin and its quaternion, whose scalar part comes first."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return pin.SE3(pin.Quaternion(w, x, y, z).normalized().matrix(), np.array(position))
+    return pin.SE3(rotation(quaternion), np.array(position))
 
 
 def _refuse_extremes(m: Any, file: str) -> None:

@@ -13,8 +13,8 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError, UnknownName
-from shockpc.printed import listed
-from shockpc.robot.limits import LEVELS, inertia_warning, refuse_number
+from shockpc.printed import few, listed
+from shockpc.robot.limits import LEVELS, POINT, inertia_fault, refuse_number
 from shockpc.robot.source import RobotSource, read_source
 
 __all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "load_robot"]
@@ -34,11 +34,8 @@ KINDS = {
 }
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
-FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]] = {
-    pin.FrameType.BODY: "link",
-    pin.FrameType.OP_FRAME: "site",
-    pin.FrameType.SENSOR: "geom",
-}
+FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
+FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
 """Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
 
 
@@ -203,9 +200,19 @@ class Robot:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Of the file's reader, and of inertias that no body has."""
-        weighed = ((body.name, body.mass, body.inertia) for body in self.bodies)
-        return (*self.source.warnings, *self.notes, *inertia_warning(self.source.path.name, self.label, weighed))
+        """Of the file's reader, and one for all bodies whose inertia, with that of all that is fixed to them, no body has."""
+        odd = []
+        for body in self.bodies:
+            if body.mass > 0 and inertia_fault(body.mass, body.inertia):
+                moments = np.linalg.eigvalsh(body.inertia)
+                shown = ", ".join(f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}" for moment in moments)
+                odd.append(f'"{body.name}" ({shown} kg m²)')
+        said = (
+            f"{self.source.path.name}: no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of "
+            "the other two, and not all can be zero; shock is computed from them all the same. Correct the file; the links at "
+            f"fault: shockpc robots {self.label}"
+        )
+        return (*self.source.warnings, *self.notes, *([said] if odd else []))
 
     @cached_property
     def free_base(self) -> bool:
@@ -226,20 +233,11 @@ class Robot:
                 links[frame.parentJoint].append(frame)
         bodies = []
         for joint, carried in list(enumerate(links))[1:]:
-            placement = carried[0].placement if carried else pin.SE3.Identity()
-            inertia = placement.actInv(self.model.inertias[joint])
-            bodies.append(
-                Body(
-                    name=carried[0].name if carried else self.model.names[joint],
-                    joint=joint,
-                    links=tuple(frame.name for frame in carried),
-                    rotation=read_only(placement.rotation),
-                    offset=read_only(placement.translation),
-                    mass=float(inertia.mass),
-                    com=read_only(inertia.lever),
-                    inertia=read_only(inertia.inertia),
-                )
-            )
+            names, place = tuple(frame.name for frame in carried), carried[0].placement
+            inertia = place.actInv(self.model.inertias[joint])
+            frame = read_only(place.rotation), read_only(place.translation)
+            mass, com, tensor = float(inertia.mass), read_only(inertia.lever), read_only(inertia.inertia)
+            bodies.append(Body(names[0], joint, names, *frame, mass, com, tensor))
         return tuple(bodies)
 
     @cached_property
@@ -279,11 +277,7 @@ class Robot:
     @cached_property
     def driven(self) -> np.ndarray:
         """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
-        driven = np.ones(self.model.nv, dtype=bool)
-        for joint in self.joints:
-            driven[joint.v] = joint.kind != "free"
-        driven.flags.writeable = False
-        return driven
+        return np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
 
     @cached_property
     def mass(self) -> float:
@@ -314,8 +308,7 @@ class Robot:
     @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
-        rotation = read_only([body.rotation for body in self.bodies])
-        offset = read_only([body.offset for body in self.bodies])
+        rotation, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
         return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
 
     @cached_property
@@ -326,13 +319,11 @@ class Robot:
     @cached_property
     def moves(self) -> np.ndarray:
         """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of the joints before it."""
-        moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
+        moves = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
         for i, joint in enumerate(self.joints):
-            if joint.parent >= 0:
-                moves[i] = moves[joint.parent]
+            moves[i] = moves[joint.parent]
             moves[i, joint.v] = True
-        moves.flags.writeable = False
-        return moves
+        return moves[:-1]
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.
@@ -428,8 +419,7 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     """One joint of a model, or a part of one."""
-    short = joint.shortname().removeprefix("JointModel")
-    kind = next((kind for start, kind in KINDS.items() if short.startswith(start)), short)
+    kind = next(kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}"))
     parts: tuple[Joint, ...] = ()
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":

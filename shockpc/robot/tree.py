@@ -1,12 +1,13 @@
-"""The joints of a robot as Pinocchio has them, whatever the format of the file."""
+"""Parts of a robot as Pinocchio has them, whatever the format of the file."""
 
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
 
-__all__ = ["add_joint", "axis_joint"]
+__all__ = ["add_joint", "axis_joint", "rotation"]
 
 
 def axis_joint(kind: str, axis: Array) -> Any:
@@ -22,3 +23,9 @@ def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: 
     index: int = model.addJoint(carrier, joint, place, name)
     model.addJointFrame(index)
     return index
+
+
+def rotation(quaternion: Array) -> Array:
+    """The rotation (3, 3) of a quaternion (4,) whose scalar part comes first, as MuJoCo has it."""
+    w, x, y, z = (float(value) for value in quaternion)
+    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
