@@ -459,7 +459,7 @@ REFUSED = {
     mjcf(floating(body("b", at='pos="0 -inf 0"'))): ('body "b": pos is "0 -inf 0"', "finite"),
     mjcf(floating(body("b", at='euler="NaN(1) 0 0"'))): ('body "b": euler is "NaN(1) 0 0"', "finite"),
     mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): ("elements", "20000", "count"),
-    mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j": armature -0.1 is negative',),
+    mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j" has an armature that is not computed',),
     mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): (CANNOT, "repeated name 'b'"),
     mjcf(floating(body("b", joints='<joint class="leg"/>'))): (CANNOT, "unknown default class", "leg"),
     mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="m.stl"/></asset>'): (
@@ -489,7 +489,9 @@ REFUSED = {
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
         'the equality ties "k", but equalities before it make',
     ),
-    among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): ('tendon "t" has armature 0.5',),
+    among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): (
+        'tendon "t" has an armature that is not computed',
+    ),
     among(
         '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>'
         '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'
@@ -525,7 +527,7 @@ def test_includes_stay_inside(tmp_path: Path):
     (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
     (folder / "a.xml").write_text('<mujocoinclude><include file="a.xml"/></mujocoinclude>')
     told = {
-        '<include file="none.xml"/>': 'dog.xml includes "none.xml", which does not exist',
+        '<include file="none.xml"/>': 'dog.xml: "none.xml" is missing',
         '<include file="a.xml"/>': 'dog.xml includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
         '<include file="../secret.xml"/>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}", outside the folders',
         '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>': 'dog.xml: <flexcomp> names the file "../x.obj"',

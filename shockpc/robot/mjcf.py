@@ -1,7 +1,6 @@
 """MJCF compiled by MuJoCo, which means defaults, frames, replicas and compiler settings as it does.
 
-MuJoCo never sees a path: `mjcf_text` inserts the includes, and meshes that give mass are passed on as bytes, both read from the
-open folders only.
+MuJoCo never sees a path: includes are inserted, and meshes that give mass are passed on as bytes, both read from the open folders.
 
 The bodies of a compiled model and the links of the robot have the same names: `compiled` names those that have none, so that
 `model.body(i).name` is the name of a link in `Robot.frames`, whose frame is MuJoCo's body frame. A MuJoCo body without joints
@@ -10,22 +9,31 @@ belongs to the body that carries it. `model.geom_bodyid`, `geom_pos` and `geom_q
 
 import contextlib
 import functools
+import math
 import os
 import re
 import warnings
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element, tostring
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.paths import read_file
-from shockpc.robot.files import parse_xml
-from shockpc.robot.mjcf_text import without_files
+from shockpc.robot.files import OpenFolders, parse_xml, read_xml
 from shockpc.robot.source import RobotSource
 
-__all__ = ["Compiled", "MeshFile", "compiled", "geom_kinds"]
+__all__ = ["Compiled", "MeshFile", "compiled", "geom_kinds", "insert_includes"]
+
+# Sections and attributes that change no mass and no motion, some of which name files.
+_UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
+_UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
+_UNUSED_ATTRIBUTES = ("material", "texture")
+_LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
+_NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
 
 
 class MeshFile(NamedTuple):
@@ -69,6 +77,87 @@ def geom_kinds(geom: Any) -> tuple[str, ...]:
     return ("collision",) * collides + ("visual",) * bool(shown)
 
 
+def insert_includes(root: Element, folders: OpenFolders) -> str:
+    """Replace every <include> of a <mujoco> element by the contents of its file, and return the text of the whole model.
+
+    The path of every mesh is written relative to the main file. The element is changed in place.
+
+    Raises:
+        RobotError: an included file is missing, outside the open folders, or included twice.
+    """
+    _include(root, folders, [folders.file])
+    meshdir, strip = "", False
+    for compiler in root.findall("compiler"):
+        meshdir = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", meshdir))
+        strip = compiler.attrib.pop("strippath", str(strip).lower()) == "true"
+    for mesh in root.findall("asset/mesh[@file]"):
+        file = Path(mesh.get("file", ""))
+        mesh.attrib.setdefault("name", file.stem)
+        mesh.set("file", str(Path(meshdir) / (file.name if strip else file)))
+    return tostring(root, encoding="unicode")
+
+
+def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
+    """Insert included files below one element. MuJoCo finds all of them from the folder of the main file."""
+    for child in list(parent):
+        if child.tag != "include":
+            _include(child, folders, opened)
+            continue
+        named = child.get("file", "")
+        path = folders.asset(named)
+        if path in opened:
+            raise RobotError(f'{folders.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names')
+        opened.append(path)
+        part = read_xml(path)
+        _include(part, folders, opened)
+        place = list(parent).index(child)
+        parent[place : place + 1] = list(part)
+
+
+def _size(element: Element) -> int:
+    """The number of elements that MuJoCo makes of one."""
+    count = math.prod(int(word[:9]) for word in element.get("count", "").split() if word.isdecimal())
+    return max(count, 1) * (1 + sum(map(_size, element)))
+
+
+def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) -> str:
+    """Take out of a model what names files and changes neither mass nor motion: textures, materials, height fields, sensors.
+
+    Its root element is changed in place; `parts` receives the texts of the models that it attaches.
+    """
+    size = _size(root)
+    if size > _LARGEST:
+        raise RobotError(
+            f"{folders.file.name} has {size} elements after replication, and up to {_LARGEST} are read; lower the count of "
+            "<replicate>, <composite> or <flexcomp>"
+        )
+    root[:] = [section for section in root if section.tag not in _UNUSED_SECTIONS]
+    for element in root.iter():
+        element[:] = [child for child in element if child.tag not in _UNUSED_ELEMENTS]
+        for key in _UNUSED_ATTRIBUTES:
+            element.attrib.pop(key, None)
+        for key, value in element.attrib.items():
+            called = f' "{element.get("name")}"' if "name" in element.attrib else ""
+            whose = f'{folders.file.name}: {element.tag}{called}: {key} is "{value}"'
+            if element.tag != "key" and key not in ("name", "model") and any(map(_NOT_FINITE.fullmatch, value.split())):
+                raise RobotError(f"{whose}; it has to be finite numbers")
+            if key == "file" and element.tag not in ("mesh", "model"):
+                raise RobotError(f"{whose}, a file that is not read here; write out what it stands for")
+    for model in root.findall("asset/model[@file]"):
+        path = folders.asset(model.get("file", ""))
+        inner = OpenFolders(path, folders.packages, folders.allowed)
+        part = read_xml(path)
+        insert_includes(part, inner)
+        for mesh in part.findall("asset/mesh[@file]"):
+            mesh.set("file", str(path.parent / mesh.get("file", "")))
+        model.attrib.setdefault("name", part.get("model", path.stem))
+        key = f"part_{len(parts)}.xml"
+        parts[key] = b""
+        parts[key] = _without_files(part, inner, parts).encode()
+        model.set("file", key)
+    return tostring(root, encoding="unicode")
+
+
 @functools.lru_cache(maxsize=16)
 def compiled(source: RobotSource) -> Compiled:
     """Compile an MJCF; the result is kept, so that asking again costs nothing. Only the meshes that give a body its mass are read.
@@ -76,60 +165,48 @@ def compiled(source: RobotSource) -> Compiled:
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
     """
+    file, parts = source.path.name, dict[str, bytes]()
     try:
         import mujoco
     except ImportError:
-        raise RobotError(
-            f'{source.path.name} is an MJCF file, which is read by MuJoCo. Install it: pip install "shockpc[mjcf]"'
-        ) from None
+        raise RobotError(f'{file} is an MJCF file, which is read by MuJoCo. Install it: pip install "shockpc[mjcf]"') from None
+    text = _without_files(parse_xml(source.xml, file), source.folders, parts)
     notes: list[str] = []
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
     try:
-        with warnings.catch_warnings(record=True) as caught, _silent():
-            warnings.simplefilter("always")
-            found = _compile(mujoco, source)
-    finally:
-        mujoco.set_mju_user_warning(before)
-    texts = dict.fromkeys(" ".join(str(text).split()) for text in (*notes, *(warning.message for warning in caught)))
-    return found._replace(warnings=tuple(f"{source.path.name}: MuJoCo: {text}" for text in texts))
+        with _caught(mujoco, notes):
+            spec = mujoco.MjSpec.from_string(text, include=parts)
+            spec.compiler.fusestatic = False  # it would drop links
+            keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
+            for key in list(spec.keys):
+                spec.delete(key)
+            _name(mujoco, spec)
+            boxes = _load_meshes(mujoco, spec, source)
+            model = spec.compile()
+    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
+        said = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
+        # The line numbers are not those of the user's file.
+        said = re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", said)
+        raise RobotError(f"{file}: MuJoCo cannot compile it: {said}") from None
+    messages = dict.fromkeys(f"{file}: MuJoCo: {' '.join(note.split())}" for note in notes)
+    return Compiled(model, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
 
 
 @contextlib.contextmanager
-def _silent() -> Iterator[None]:
-    """Discard what native code, such as Qhull's, writes to standard error."""
-    kept, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+def _caught(mujoco: Any, notes: list[str]) -> Iterator[None]:
+    """Collect MuJoCo's warnings, and discard what native code, such as Qhull's, writes to standard error."""
+    before, kept, nothing = mujoco.get_mju_user_warning(), os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
+        mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
         os.dup2(nothing, 2)
-        yield
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield
+        notes += [str(warning.message) for warning in caught]
     finally:
         os.dup2(kept, 2)
         os.close(kept)
         os.close(nothing)
-
-
-def _compile(mujoco: Any, source: RobotSource) -> Compiled:
-    """Compile without the meshes that give no mass."""
-    parts: dict[str, bytes] = {}
-    text = without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
-    try:
-        spec = mujoco.MjSpec.from_string(text, include=parts)
-        spec.compiler.fusestatic = False  # it would drop links
-        keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
-        for key in list(spec.keys):
-            spec.delete(key)
-        _name(mujoco, spec)
-        boxes = _load_meshes(mujoco, spec, source)
-        model = spec.compile()
-        return Compiled(model, keys, {int(geom.id): mesh for geom, mesh in boxes}, ())
-    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
-        raise RobotError(f"{source.path.name}: MuJoCo cannot compile it: {_reason(refusal)}") from None
-
-
-def _reason(refusal: Exception) -> str:
-    """MuJoCo's message in one line, without the line numbers, which are not those of the user's file."""
-    text = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
-    return re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", text)
+        mujoco.set_mju_user_warning(before)
 
 
 def _name(mujoco: Any, spec: Any) -> None:

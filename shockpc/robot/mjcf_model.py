@@ -23,9 +23,8 @@ _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
 _WRAPPED_JOINT = 1  # mjtWrap
 _MESH = 7  # mjtGeom; its frame depends on the file of the mesh
 _SITE = 6  # mjtObj
-# Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part; and its velocities.
+# Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part.
 _COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,), _HINGE: (0,)}
-_FREEDOM = {_FREE: 6, _BALL: 3, _SLIDE: 1, _HINGE: 1}
 
 
 def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
@@ -47,19 +46,22 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
     """
     found = compiled(source)
     m, file = found.model, source.path.name
-    _refuse_extremes(m, file)
+    names = [m.body(body).name if body else "" for body in range(m.nbody)]
+    refuse_tree(file, {names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
+    for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
+        for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
+            refuse_number(f'{file}: body "{name}"', what, value, unit)
     left_out, notes = _left_out(m, file, frames)
     tree = _tree(m, file, source.robot_name, np.flatnonzero(~np.isin(m.body_rootid, left_out)).tolist())
     model = tree.model
     # Both count bodies, and the joints of a body, in the same order.
     joints = [joint for joint in range(m.njnt) if m.jnt_bodyid[joint] in tree.joint]
     order = np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
-    velocities = np.array([m.jnt_dofadr[joint] + k for joint in joints for k in range(_FREEDOM[int(m.jnt_type[joint])])])
     limited = np.flatnonzero(m.jnt_limited & (m.jnt_type >= _SLIDE))
     limits = np.tile([-np.inf, np.inf], (m.nq, 1))
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
     model.lowerPositionLimit, model.upperPositionLimit = limits[order].T
-    model.armature = _armature(m, file)[velocities]
+    model.armature = _armature(m, file)[np.isin(m.dof_jntid, joints)]
     floats = model.joints[1].shortname() == "JointModelFreeFlyer"
     if floats:
         extra = float(model.armature[0])
@@ -76,15 +78,8 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
     postures, more = _postures(m, found.keys, order, file)
-    return Robot(
-        source,
-        model=model,
-        start=read_only(start),
-        postures=postures,
-        mimics=_mimics(m, tree, file),
-        loops=loops,
-        notes=(*found.warnings, *notes, *more),
-    )
+    notes = (*found.warnings, *notes, *more)
+    return Robot(source, model, read_only(start), postures, _mimics(m, tree, file), loops, notes)
 
 
 class _Tree(NamedTuple):
@@ -157,15 +152,6 @@ def _place(position: Array, quaternion: Array) -> pin.SE3:
     return pin.SE3(rotation(quaternion), np.array(position))
 
 
-def _refuse_extremes(m: Any, file: str) -> None:
-    """Refuse trees and numbers that cannot be computed with, before Pinocchio asserts that inertias are symmetric."""
-    names = [m.body(body).name if body else "" for body in range(m.nbody)]
-    refuse_tree(file, {names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
-    for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
-        for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
-            refuse_number(f'{file}: body "{name}"', what, value, unit)
-
-
 def _armature(m: Any, file: str) -> Array:
     """Reflected inertia (nv,) of joints, and of actuators that act on a joint: gear² times the actuator's own."""
     armature = np.array(m.dof_armature)
@@ -177,14 +163,13 @@ def _armature(m: Any, file: str) -> Array:
                 "not computed; give the joints that armature, times gear² of the actuator"
             )
         armature[m.jnt_dofadr[joint]] += m.actuator_armature[number] * m.actuator_gear[number, 0] ** 2
-    for number in np.flatnonzero(getattr(m, "tendon_armature", ())):
+    refused = [("tendon", m.tendon(number).name) for number in np.flatnonzero(getattr(m, "tendon_armature", ()))]
+    refused += [("joint", m.joint(m.dof_jntid[dof]).name) for dof in np.flatnonzero(armature < 0)]
+    for kind, name in refused:
         raise RobotError(
-            f'{file}: tendon "{m.tendon(number).name}" has armature {m.tendon_armature[number]:g}, which couples its joints in a '
-            "way that is not computed; give the joints that armature, or set it to 0"
+            f'{file}: {kind} "{name}" has an armature that is not computed: only joints can have one, not below zero; give the '
+            "joints theirs, or set it to 0"
         )
-    for dof in np.flatnonzero(armature < 0):
-        name = m.joint(m.dof_jntid[dof]).name
-        raise RobotError(f'{file}: joint "{name}": armature {armature[dof]:g} is negative; no rotor has that')
     return armature
 
 
@@ -231,9 +216,8 @@ def _left_out(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tupl
     if not left:
         return [], ()
     others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
-    why = "which has the contact" if chosen in asked else "with the most joints"
-    said = f'robots that move on their own: "{m.body(chosen).name}", {why}, is computed, and {others} left out'
-    return left, (f"{file} holds {len(mass)} {said}",)
+    said = f'"{m.body(chosen).name}", {"which has the contact" if chosen in asked else "with the most joints"}, is computed'
+    return left, (f"{file} holds {len(mass)} robots that move on their own: {said}, and {others} left out",)
 
 
 def _loops(m: Any, tree: _Tree) -> Iterator[Loop]:
