@@ -530,7 +530,7 @@ def test_includes_stay_inside(tmp_path: Path):
         '<include file="none.xml"/>': 'dog.xml: "none.xml" is missing',
         '<include file="a.xml"/>': 'dog.xml includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
         '<include file="../secret.xml"/>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}", outside the folders',
-        '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>': 'dog.xml: <flexcomp> names the file "../x.obj"',
+        '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>': 'dog.xml: flexcomp: file is "../x.obj"',
         '<asset><model name="s" file="../secret.xml"/></asset>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}"',
     }
     for element, message in told.items():

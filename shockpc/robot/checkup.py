@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import pinocchio as pin
 
 from shockpc.errors import RobotError
 from shockpc.printed import listed
@@ -40,7 +41,7 @@ class Finding(NamedTuple):
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
     """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
     root = parse_xml(robot.source.xml, robot.source.path.name)
-    found = (*_masses(robot), *_links(root), *_joints(robot, root), *_meshes(robot.source, root))
+    found = (*_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root))
     return tuple(sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.level)))
 
 
@@ -56,37 +57,27 @@ def _masses(robot: Robot) -> Iterator[Finding]:
     if carriers:
         yield Finding("note", _named("body", carriers), "no mass here; the shock follows from what hangs on the joints beyond")
     for body, (name, mass) in enumerate(zip(names, masses, strict=True)):
-        others = np.delete(masses, body)
-        next_mass = float(others.max()) if len(others) else mass
+        next_mass = float(np.delete(masses, body).max(initial=0.0)) or mass
         if mass > _HEAVY * next_mass > 0:
-            text = f"{mass:g} kg is {mass / next_mass:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
-            yield Finding("warning", _named("body", [name]), text)
+            said = f"{mass:g} kg is {mass / next_mass:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
+            yield Finding("warning", _named("body", [name]), said)
         elif 0 < mass < _LIGHT * robot.mass:
-            text = (
-                f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg; if it is a placeholder, "
-                "its shock has no meaning"
-            )
-            yield Finding("warning", _named("body", [name]), text)
+            said = f"less than a millionth of the robot's {robot.mass:g} kg; if it is a placeholder, its shock has no meaning"
+            yield Finding("warning", _named("body", [name]), f"{mass:g} kg is {said}")
 
 
-def _links(root: Element) -> Iterator[Finding]:
-    """Links of a URDF with inertias that no body has, those with the same fault together; and links that weigh nothing."""
+def _links(robot: Robot, root: Element) -> Iterator[Finding]:
+    """Links with inertias that no body has, those with the same fault together; and links of a URDF that weigh nothing."""
     faults: dict[str, list[str]] = {}
-    for link in root.findall("link"):  # no other element is read as a link
-        mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
-        if mass is not None and inertia is not None and float(mass.get("value", "")) > 0:
-            rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
-            tensor = np.array([[float(inertia.get(entry, "")) for entry in row] for row in rows])
-            fault = inertia_fault(float(mass.get("value", "")), tensor)
+    for frame in robot.model.frames:
+        if frame.type == pin.FrameType.BODY and frame.inertia.mass > 0:
+            fault = inertia_fault(frame.inertia.mass, frame.inertia.inertia)
             if fault is not None:
-                faults.setdefault(fault, []).append(link.get("name", ""))
+                faults.setdefault(fault, []).append(frame.name)
     for fault, links in faults.items():
         yield Finding("warning", _named("link", links), f"{fault}; shock is computed from it all the same")
-    names = [
-        link.get("name", "")
-        for link in root.findall("link")
-        if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None)
-    ]
+    bare = [link for link in root.findall("link") if link.find("inertial") is None]
+    names = [link.get("name", "") for link in bare if link.find("visual") is not None or link.find("collision") is not None]
     if names:
         yield Finding("note", _named("link", names), "shapes but no <inertial>, which counts as no mass")
 

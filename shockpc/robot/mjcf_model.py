@@ -1,8 +1,9 @@
 """The Pinocchio model of a compiled MJCF, and what ties its bodies together beside the tree."""
 
 import fnmatch
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +13,7 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.mjcf import compiled
-from shockpc.robot.robot import Loop, Mimic, Robot
+from shockpc.robot.robot import Frame, Loop, Mimic, Robot
 from shockpc.robot.source import RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
 
@@ -25,6 +26,9 @@ _MESH = 7  # mjtGeom; its frame depends on the file of the mesh
 _SITE = 6  # mjtObj
 # Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part.
 _COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,), _HINGE: (0,)}
+
+Equality: TypeAlias = tuple[int, list[int], list[int]]
+"""Its number, its objects (−1 for none), and their bodies (0 for the world)."""
 
 
 def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
@@ -51,11 +55,11 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
     for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
         for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
             refuse_number(f'{file}: body "{name}"', what, value, unit)
-    left_out, notes = _left_out(m, file, frames)
-    tree = _tree(m, file, source.robot_name, np.flatnonzero(~np.isin(m.body_rootid, left_out)).tolist())
-    model = tree.model
+    kept, notes = _kept(m, file, frames)
+    model = _model(m, file, kept)
+    model.name = source.robot_name
     # Both count bodies, and the joints of a body, in the same order.
-    joints = [joint for joint in range(m.njnt) if m.jnt_bodyid[joint] in tree.joint]
+    joints = np.flatnonzero(np.isin(m.jnt_bodyid, kept)).tolist()
     order = np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
     limited = np.flatnonzero(m.jnt_limited & (m.jnt_type >= _SLIDE))
     limits = np.tile([-np.inf, np.inf], (m.nq, 1))
@@ -74,46 +78,39 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
                 f'{file}: joint "{model.names[1]}" is free and has armature {extra:g}, which adds {extra:g} kg and '
                 f'{extra:g} kg m² to the base, as in MuJoCo; if that is not meant, set armature="0" there or use a <freejoint/>',
             )
-    start, loops = pin.neutral(model), tuple(_loops(m, tree))
+    start = pin.neutral(model)
+    postures, more = _postures(m, found.keys, order, file)
+    robot = Robot(source, model, start, postures, (), (), (*found.warnings, *notes, *more))
+    equalities = [equality for equality in _equalities(m) if set(equality[2]) <= set(kept)]
+    loops = tuple(_loops(m, robot, equalities))
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
-    postures, more = _postures(m, found.keys, order, file)
-    notes = (*found.warnings, *notes, *more)
-    return Robot(source, model, read_only(start), postures, _mimics(m, tree, file), loops, notes)
+    return replace(robot, start=read_only(start), loops=loops, mimics=_mimics(m, equalities, file))
 
 
-class _Tree(NamedTuple):
-    """A Pinocchio model; the joint that carries each MuJoCo body in it, by number; and the body's frame in that joint's frame."""
-
-    model: pin.Model
-    joint: dict[int, int]
-    place: dict[int, pin.SE3]
-
-
-def _tree(m: Any, file: str, name: str, bodies: Iterable[int]) -> _Tree:
+def _model(m: Any, file: str, bodies: Sequence[int]) -> pin.Model:
     """The model of some bodies, carriers first, with their sites and named collision geoms (many are feet)."""
     model = pin.Model()
-    model.name = name
-    tree = _Tree(model, {0: 0}, {0: pin.SE3.Identity()})
+    at: dict[int, tuple[int, pin.SE3]] = {}
     for body in bodies:
+        joint, place = 0, pin.SE3.Identity()
         if body:
-            parent, first = int(m.body_parentid[body]), int(m.body_jntadr[body])
-            joint, place = tree.joint[parent], tree.place[parent] * _place(m.body_pos[body], m.body_quat[body])
+            (joint, carrier), first = at[int(m.body_parentid[body])], int(m.body_jntadr[body])
+            place = carrier * _place(m.body_pos[body], m.body_quat[body])
             if m.body_jntnum[body]:
                 joint, place = _add_joint(m, file, model, joint, place, range(first, first + int(m.body_jntnum[body])))
-            tree.joint[body], tree.place[body] = joint, place
             R = rotation(m.body_iquat[body])
             moments = R @ np.diag(m.body_inertia[body]) @ R.T
             inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
             model.addFrame(pin.Frame(m.body(body).name, joint, 0, place, pin.FrameType.BODY, inertia))
+        at[body] = joint, place
         named = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
         solid = (m.geom_bodyid == body) & (m.geom_type != _MESH) & ((m.geom_contype | m.geom_conaffinity) != 0)
         named += [(m.geom(number), pin.FrameType.SENSOR) for number in np.flatnonzero(solid)]
         for item, kind in named:
             if item.name and not any(model.existFrame(item.name, one) for one in (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)):
-                place = tree.place[body] * _place(item.pos, item.quat)
-                model.addFrame(pin.Frame(item.name, tree.joint[body], 0, place, kind), False)
-    return tree
+                model.addFrame(pin.Frame(item.name, joint, 0, place * _place(item.pos, item.quat), kind), False)
+    return model
 
 
 def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3, numbers: range) -> tuple[int, pin.SE3]:
@@ -173,8 +170,8 @@ def _armature(m: Any, file: str) -> Array:
     return armature
 
 
-def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
-    """Every active equality: its number, its objects (−1 for none), and their bodies (0 for the world)."""
+def _equalities(m: Any) -> Iterator[Equality]:
+    """Every active equality."""
     for number in np.flatnonzero(m.eq_active0):
         ends = [int(m.eq_obj1id[number]), int(m.eq_obj2id[number])]
         match int(m.eq_type[number]):
@@ -187,8 +184,8 @@ def _equalities(m: Any) -> Iterator[tuple[int, list[int], list[int]]]:
         yield int(number), ends, bodies
 
 
-def _left_out(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
-    """The top-level bodies that move and do not belong to the robot, and a warning if there are any."""
+def _kept(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
+    """The bodies that belong to the robot, with the world and what is fixed to it, and a warning of others that move."""
     roots = np.unique(m.body_rootid[m.body_jntnum > 0])
     mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
@@ -213,25 +210,24 @@ def _left_out(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tupl
             'moves. Set active="false" on these equalities to compute one alone'
         )
     left = [root for root in mass if root not in kept]
+    bodies = np.flatnonzero(~np.isin(m.body_rootid, left)).tolist()
     if not left:
-        return [], ()
+        return bodies, ()
     others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
     said = f'"{m.body(chosen).name}", {"which has the contact" if chosen in asked else "with the most joints"}, is computed'
-    return left, (f"{file} holds {len(mass)} robots that move on their own: {said}, and {others} left out",)
+    return bodies, (f"{file} holds {len(mass)} robots that move on their own: {said}, and {others} left out",)
 
 
-def _loops(m: Any, tree: _Tree) -> Iterator[Loop]:
-    """The loops that active connect and weld equalities close, where MuJoCo holds them.
+def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loop]:
+    """The loops that connect and weld equalities close, where MuJoCo holds them.
 
     MuJoCo keeps both ends in `eq_data`: of a connect the anchor in body 1 and in body 2; of a weld the anchor in body 2, then
     the frame in body 1 that is held to the frame of body 2.
     """
-    carriers = {joint: body for body, joint in reversed(tree.joint.items())}
-    for number, ends, bodies in _equalities(m):
-        if m.eq_type[number] > _WELD or not all(body in tree.joint for body in bodies):
-            continue
-        joints = [tree.joint[body] for body in bodies]
-        if joints[0] == joints[1]:  # fixed to one another already
+    ground = Frame("world", -1, np.eye(3), np.zeros(3), "link")
+    for number, ends, bodies in equalities:
+        carried = [robot.frames[m.body(body).name] if body else ground for body in bodies]
+        if m.eq_type[number] > _WELD or carried[0].body == carried[1].body:  # the same: fixed to one another already
             continue
         weld, data = m.eq_type[number] == _WELD, np.array(m.eq_data[number])
         if m.eq_objtype[number] == _SITE:
@@ -240,14 +236,10 @@ def _loops(m: Any, tree: _Tree) -> Iterator[Loop]:
             held = [_place(data[3:6], data[6:10]), pin.SE3(np.eye(3), data[:3])]
         else:
             held = [pin.SE3(np.eye(3), data[:3]), pin.SE3(np.eye(3), data[3:6])]
-        # A body's frame is that of the link that its joint carries; the world's is its own.
-        first, second = (
-            tree.place[carriers[joint]].inverse() * tree.place[body] * frame
-            for body, joint, frame in zip(bodies, joints, held, strict=True)
-        )
+        first, second = (pin.SE3(place.rotation, place.offset) * frame for place, frame in zip(carried, held, strict=True))
         yield Loop(
-            name="–".join(m.body(carriers[joint]).name for joint in joints),
-            bodies=(joints[0] - 1, joints[1] - 1),
+            name="–".join(robot.bodies[place.body].name if place.body >= 0 else ground.name for place in carried),
+            bodies=(carried[0].body, carried[1].body),
             points=(read_only(first.translation), read_only(second.translation)),
             rotations=(read_only(first.rotation), read_only(second.rotation)),
             axes=np.eye(3),
@@ -255,7 +247,7 @@ def _loops(m: Any, tree: _Tree) -> Iterator[Loop]:
         )
 
 
-def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
+def _mimics(m: Any, equalities: Sequence[Equality], file: str) -> tuple[Mimic, ...]:
     """The joints that active equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂.
 
     x is the value of a joint, or the length of a fixed tendon, which is a sum of multiples of such values. Solved for a joint
@@ -265,10 +257,10 @@ def _mimics(m: Any, tree: _Tree, file: str) -> tuple[Mimic, ...]:
         RobotError: an equality couples in another way, a joint follows twice, or one has several degrees of freedom.
     """
     found: list[Mimic] = []
-    for number, ends, bodies in _equalities(m):
+    for number, ends, _ in equalities:
         kind, called = int(m.eq_type[number]), m.equality(number).name
         called = f' "{called}"' if called else ""
-        if kind < _JOINT or not all(body in tree.joint for body in bodies):
+        if kind < _JOINT:
             continue
         if kind > _TENDON or any(_terms(m, kind, end) is None for end in ends):
             raise RobotError(
@@ -315,6 +307,8 @@ def _postures(
     m: Any, keys: tuple[tuple[str, tuple[float, ...]], ...], order: Array, file: str
 ) -> tuple[dict[str, Array], tuple[str, ...]]:
     """The keyframes as configurations (nq,), and a warning for each that does not fit the model."""
+    from mujoco import mj_normalizeQuat
+
     postures: dict[str, Array] = {}
     warnings: list[str] = []
     for name, values in keys:
@@ -322,9 +316,6 @@ def _postures(
         if len(qpos) != m.nq or not np.isfinite(qpos).all():
             warnings.append(f'{file}: keyframe "{name}" does not hold {m.nq} finite numbers; the posture is left out')
             continue
-        for joint in np.flatnonzero(m.jnt_type < _SLIDE):
-            start = int(m.jnt_qposadr[joint]) + (3 if m.jnt_type[joint] == _FREE else 0)
-            length = float(np.linalg.norm(qpos[start : start + 4]))
-            qpos[start : start + 4] = qpos[start : start + 4] / length if length else (1.0, 0.0, 0.0, 0.0)
+        mj_normalizeQuat(m, qpos)
         postures[name] = read_only(qpos[order])
     return postures, tuple(warnings)
