@@ -241,11 +241,9 @@ def _mimics(joints: dict[str, Element], file: str) -> tuple[tuple[Mimic, ...], l
                 said = "itself" if leader == name else f'"{leader}", which does not exist'
                 warnings.append(f"{whose} mimics {said}; it is computed as a joint that moves freely")
             elif joint.get("type") != "fixed":
-                multiplier, offset = (
-                    float(_numbers(whose, joint, "mimic", key, default, unit)[0])
-                    for key, default, unit in (("multiplier", "1", "rad/rad"), ("offset", "0", "rad"))
-                )
-                mimics.append(Mimic(name, {leader: multiplier}, offset))
+                (multiplier,) = _numbers(whose, joint, "mimic", "multiplier", "1", "rad/rad")
+                (offset,) = _numbers(whose, joint, "mimic", "offset", "0", "rad")
+                mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
     return tuple(mimics), warnings
 
 
@@ -262,41 +260,29 @@ def _read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
         raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
     postures: dict[str, Array] = {}
     for state in root.iter("group_state"):
-        name = state.get("name", "")
-        q = postures.setdefault(name, np.array(start))
+        q = postures.setdefault(state.get("name", ""), np.array(start))
         for entry in state.iter("joint"):
-            called = entry.get("name", "")
-            if called == "root_joint" or model.existJointName(called):
-                joint = model.joints[1 if called == "root_joint" else model.getJointId(called)]
-                q[joint.idx_q : joint.idx_q + joint.nq] = _values(entry, joint.nq, f'{path.name}: posture "{name}"')
-    armature = np.array(model.armature)
+            name, text = entry.get("name", ""), entry.get("value", "")
+            if name != "root_joint" and not model.existJointName(name):
+                continue
+            joint = model.joints[1 if name == "root_joint" else model.getJointId(name)]
+            values, angle = vector(text, joint.nq), vector(text, 1)
+            if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
+                values = np.array([math.cos(angle[0]), math.sin(angle[0])])
+            if values is None:
+                called = f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the value "{text}"'
+                raise RobotError(f"{called}, but it takes {joint.nq} numbers")
+            q[joint.idx_q : joint.idx_q + joint.nq] = values
     for entry in root.iterfind("rotor_params/joint"):
-        if model.existJointName(entry.get("name", "")):
-            joint = model.joints[model.getJointId(entry.get("name", ""))]
-            armature[joint.idx_v : joint.idx_v + joint.nv] = _reflected_inertia(entry, path.name)
-    model.armature = armature
+        name = entry.get("name", "")
+        if model.existJointName(name):
+            # The attribute that holds the inertia of the rotor is called mass.
+            inertia, ratio = (vector(entry.get(key), 1) for key in ("mass", "gear_ratio"))
+            if inertia is None or ratio is None or inertia[0] < 0.0:
+                raise RobotError(
+                    f'{path.name}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" and gear_ratio '
+                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero'
+                )
+            joint = model.joints[model.getJointId(name)]
+            model.armature[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * inertia
     return {name: read_only(q) for name, q in postures.items()}
-
-
-def _values(entry: Element, size: int, whose: str) -> Array:
-    """The coordinates of a joint in a posture; a continuous joint may be given by its angle."""
-    text = entry.get("value", "")
-    angle = vector(text, 1)
-    if size == 2 and angle is not None:
-        return np.array([math.cos(angle[0]), math.sin(angle[0])])
-    values = vector(text, size)
-    if values is None:
-        raise RobotError(f'{whose} gives joint "{entry.get("name")}" the value "{text}", but it takes {size} numbers')
-    return values
-
-
-def _reflected_inertia(entry: Element, file: str) -> float:
-    """gear_ratio² times the rotor's inertia [kg m²]; the attribute that holds that inertia is called mass."""
-    mass, gear = entry.get("mass", ""), entry.get("gear_ratio", "")
-    inertia, ratio = vector(mass, 1), vector(gear, 1)
-    if inertia is None or ratio is None or inertia[0] < 0.0:
-        raise RobotError(
-            f'{file}: the rotor of joint "{entry.get("name")}" has mass "{mass}" and gear_ratio "{gear}"; '
-            "it takes one number each, the inertia of the rotor [kg m²] not below zero"
-        )
-    return float(ratio[0] * ratio[0] * inertia[0])
