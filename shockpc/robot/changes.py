@@ -9,12 +9,11 @@ from typing import Literal, get_args
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.robot import Robot
 
-__all__ = ["Change", "Property", "changed", "changed_link", "link_mass", "read_changes"]
+__all__ = ["Change", "Property", "changed", "link_mass", "read_changes"]
 
 Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
 """What can be changed."""
@@ -46,19 +45,20 @@ class Change:
         Raises:
             StudyError: the value is not finite, not above zero, or not of the kind that the property takes.
         """
-        text, com = f"change {self}", self.what.startswith("com")
-        if not math.isfinite(self.value):
-            raise StudyError(f"{text}: the value has to be a finite number")
-        if com and self.factor:
-            raise StudyError(
-                f"{text}: a centre of mass is moved by metres, not by a factor; give for example {self.what}:trunk=0.02"
-            )
-        if self.what == "inertia" and not self.factor:
-            raise StudyError(
-                f"{text}: an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x"
-            )
-        if (self.value < 0.0 and not com) or (self.value == 0.0 and self.what == "inertia"):
-            raise StudyError(f"{text}: the value may not be below zero, and a factor of an inertia has to be above zero")
+        what, com = self.what, self.what.startswith("com")
+        faults = {
+            "the value has to be a finite number": not math.isfinite(self.value),
+            f"a centre of mass is moved by metres, not by a factor; give for example {what}:trunk=0.02": com and self.factor,
+            "an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x": (
+                what == "inertia" and not self.factor
+            ),
+            "the value may not be below zero, and a factor of an inertia has to be above zero": (
+                (self.value < 0.0 and not com) or (self.value == 0.0 and what == "inertia")
+            ),
+        }
+        for said, wrong in faults.items():
+            if wrong:
+                raise StudyError(f"change {self}: {said}")
 
     def __str__(self) -> str:
         return f"{self.what}:{self.pattern}={self.value:g}{'x' * self.factor}"
@@ -131,14 +131,33 @@ def _with_links(robot: Robot, change: Change) -> Robot:
     if not names:
         raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     for name in names:
-        if change.what == "mass":
-            factor = change.value if change.factor else change.value / (link_mass(robot, name) or math.nan)
-            robot = changed_link(robot, name, mass=factor)
-        elif change.what == "inertia":
-            robot = changed_link(robot, name, inertia=change.value)
-        else:
-            robot = changed_link(robot, name, shift=change.value * np.eye(3)["xyz".index(change.what[-1])])
+        robot = _with_link(robot, name, change)
     return robot
+
+
+def _with_link(robot: Robot, link: str, change: Change) -> Robot:
+    """The robot with one link changed; everything else is shared with the robot."""
+    model = pin.Model(robot.model)
+    frame = model.frames[_link(robot, link)]
+    own = frame.inertia.copy()
+    if not own.mass > 0.0:
+        raise RobotError(
+            f'link "{link}" of robot "{robot.name}" has no mass, so its inertia cannot be varied; name a link with mass'
+        )
+    if change.what == "mass":
+        factor = change.value if change.factor else change.value / own.mass
+        own.mass, own.inertia = own.mass * factor, own.inertia * factor
+    elif change.what == "inertia":
+        own.inertia = own.inertia * change.value
+    else:
+        own.lever = own.lever + change.value * np.eye(3)["xyz".index(change.what[-1])]
+    frame.inertia = own
+    whole = pin.Inertia.Zero()
+    for part in model.frames:
+        if part.parentJoint == frame.parentJoint and (part.type == pin.FrameType.BODY or part.inertia.mass):
+            whole += part.placement.act(part.inertia)
+    model.inertias[frame.parentJoint] = whole
+    return replace(robot, model=model)
 
 
 def link_mass(robot: Robot, link: str) -> float:
@@ -149,38 +168,6 @@ def link_mass(robot: Robot, link: str) -> float:
         RobotError: the link does not move.
     """
     return float(robot.model.frames[_link(robot, link)].inertia.mass)
-
-
-def changed_link(robot: Robot, link: str, mass: float = 1.0, shift: Array | None = None, inertia: float = 1.0) -> Robot:
-    """The robot with one link changed; everything else is shared with the robot.
-
-    Args:
-        robot: the robot.
-        link: to be changed.
-        mass: factor of its mass, and of its moments of inertia with it, as if its material were denser [1].
-        shift: (3,) by which its centre of mass moves, in the link's frame [m].
-        inertia: factor of the moments of inertia about its centre of mass, at the same mass [1].
-
-    Raises:
-        UnknownName: the robot has no such link.
-        RobotError: the link does not move, or has no mass of its own.
-    """
-    model = pin.Model(robot.model)
-    frame = model.frames[_link(robot, link)]
-    own = frame.inertia.copy()
-    if not own.mass > 0.0:
-        raise RobotError(
-            f'link "{link}" of robot "{robot.name}" has no mass, so its inertia cannot be varied; name a link with mass'
-        )
-    own.mass, own.inertia = own.mass * mass, own.inertia * (mass * inertia)
-    own.lever = own.lever + (0.0 if shift is None else shift)
-    frame.inertia = own
-    whole = pin.Inertia.Zero()
-    for part in model.frames:
-        if part.parentJoint == frame.parentJoint and (part.type == pin.FrameType.BODY or part.inertia.mass):
-            whole += part.placement.act(part.inertia)
-    model.inertias[frame.parentJoint] = whole
-    return replace(robot, model=model)
 
 
 def _link(robot: Robot, name: str) -> int:
