@@ -1,8 +1,8 @@
 """The geometry of a robot's bodies: convex pieces for the extremes of shock, triangles for silhouettes, boxes of equal inertia.
 
 Nothing is read before it is asked for, and no mesh unless that kind of geometry has one. A shape that cannot be read is left out
-and reported; the others remain. The shapes of a URDF are taken from its XML directly: yourdfpy reads them too, but importing it
-takes longer than an analysis of a robot without meshes.
+and reported; the others remain. The shapes of a URDF are taken from its XML: importing yourdfpy takes longer than an analysis
+without meshes.
 """
 
 import functools
@@ -26,17 +26,7 @@ from shockpc.robot.robot import Body, Frame, Robot
 from shockpc.robot.source import RobotSource
 from shockpc.robot.tree import rotation
 
-__all__ = [
-    "HalfSpaces",
-    "Kind",
-    "Outline",
-    "Shape",
-    "body_outline",
-    "facets",
-    "half_spaces",
-    "inertia_box",
-    "outline",
-]
+__all__ = ["HalfSpaces", "Kind", "Outline", "Shape", "body_outline", "facets", "half_spaces", "inertia_box", "outline"]
 
 Kind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
@@ -157,10 +147,7 @@ def body_outline(robot: Robot) -> Outline:
 
 
 def inertia_box(body: Body) -> Shape | None:
-    """Return the box of uniform density with the body's mass and inertia: a_x = sqrt(6 (I_y + I_z − I_x) / m) and so on.
-
-    Returns: its eight corners; None if the body has no mass, or an inertia that no body can have.
-    """
+    """The box of uniform density with the body's mass and inertia, a_x = sqrt(6 (I_y + I_z − I_x) / m); None if there is none."""
     if not body.mass > 0.0:
         return None
     moments, axes = np.linalg.eigh(body.inertia)
@@ -174,10 +161,7 @@ def inertia_box(body: Body) -> Shape | None:
 
 @functools.lru_cache(maxsize=4)
 def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
-    """The shapes of a file, each in the frame of its link. Variants of a robot share them.
-
-    Meshes of a URDF of which the file says that y is up are turned to z up if they are twice as close to the joints then.
-    """
+    """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
 
     @functools.cache  # four legs often share a mesh
     def load(uri: str) -> tuple[Mesh, Array]:
@@ -192,6 +176,7 @@ def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
         return tuple(_mjcf_shapes(source, kind, load))
     root = parse_xml(source.xml, source.path.name)
     found = tuple(_urdf_shapes(root, kind, load, np.eye(3)))
+    # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
     if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
         turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
         if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
@@ -272,23 +257,14 @@ def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shap
 
 
 def _checked(shape: Shape) -> Shape:
-    """Return a shape whose numbers can be used. Raises ValueError if a coordinate is not finite or exceeds `LARGEST`."""
+    """A shape whose numbers can be used."""
     if not max(np.abs(shape.points).max(), shape.radius) <= LARGEST:
         raise ValueError(f"it extends beyond {LARGEST:.0e} m, or has coordinates that are not finite")
     return shape
 
 
 def _primitive(link: str, kind: str, size: Array) -> Shape:
-    """Build a primitive around the origin, with its axis along z.
-
-    Args:
-        link: the link it belongs to.
-        kind: "box", "sphere", "cylinder", "capsule" or "ellipsoid".
-        size: as MuJoCo has it: half the sides; radius; radius and half the length; half the axes [m].
-
-    Raises:
-        ValueError: it is none of them, or a size is missing or negative.
-    """
+    """A shape around the origin, its axis along z; size as MuJoCo has it: half the sides or axes, or radius and half length [m]."""
     if len(size) < _SIZES.get(kind, math.inf) or min(size) < 0.0:
         raise ValueError(f"a <{kind}> with these dimensions is not a valid shape")
     radius, ends = float(size[0]), np.outer([-1.0, 1.0], [0.0, 0.0, size[1] if len(size) > 1 else 0.0])

@@ -19,13 +19,7 @@ POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments
 
 
 def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
-    """Refuse a number whose magnitude is above 1e24, or a mass other than 0 below 1e-15 kg.
-
-    Args:
-        whose: the file and the element, for the message.
-        what: the number's name.
-        value: the number.
-        unit: its unit; "kg" for a mass.
+    """Refuse a number whose magnitude is above 1e24, or a mass [kg] other than 0 below 1e-15 kg; `whose` and `what` name it.
 
     Raises:
         RobotError: with the element and the number.
@@ -38,19 +32,14 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
 
 
 def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:
-    """Refuse more than 2000 links, or more than 600 that hang on one another.
-
-    Args:
-        file: the file's name, for messages.
-        carriers: the link that carries each link, in an order in which carriers come first; "" for none.
+    """Refuse more than 2000 links, or more than 600 that hang on one another. Args: carriers: of each link, "" for none, in order.
 
     Raises:
         RobotError: with the number of links, or the first link of level 601.
     """
     if len(carriers) > LINKS:
-        raise RobotError(
-            f"{file} has {len(carriers)} links, and up to {LINKS} are read; leave out those that neither move nor weigh"
-        )
+        said = f"{file} has {len(carriers)} links, and up to {LINKS} are read"
+        raise RobotError(f"{said}; leave out those that neither move nor weigh")
     level = {"": 0}
     for link, carrier in carriers.items():
         level[link] = level[carrier] + 1

@@ -72,9 +72,9 @@ class Compiled(NamedTuple):
 
 def geom_kinds(geom: Any) -> tuple[str, ...]:
     """Say what a geom of a model is for. MuJoCo shows groups 0 to 2 unless it is asked for others."""
-    collides = bool(geom.contype or geom.conaffinity)
-    shown = not collides or geom.group <= 2
-    return ("collision",) * collides + ("visual",) * bool(shown)
+    if not (geom.contype or geom.conaffinity):
+        return ("visual",)
+    return ("collision", "visual") if geom.group <= 2 else ("collision",)
 
 
 def insert_includes(root: Element, folders: OpenFolders) -> str:
@@ -121,10 +121,7 @@ def _size(element: Element) -> int:
 
 
 def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) -> str:
-    """Take out of a model what names files and changes neither mass nor motion: textures, materials, height fields, sensors.
-
-    Its root element is changed in place; `parts` receives the texts of the models that it attaches.
-    """
+    """The text of a model without textures, height fields and all else that moves no mass; `parts` receives models attached."""
     size = _size(root)
     if size > _LARGEST:
         raise RobotError(
@@ -227,19 +224,12 @@ def _name(mujoco: Any, spec: Any) -> None:
 
 
 def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any, MeshFile]]:
-    """Pass the files of the meshes that give mass on as bytes; remove all height fields.
-
-    Returns:
-        The geoms of the other meshes with their files: each is a box without mass now, in the place that the file gives the geom.
-
-    Raises:
-        RobotError: a mesh that gives a body its mass cannot be read.
-    """
+    """Read the meshes that give mass; the geoms of others, returned with their files, become boxes without mass in their places."""
     named, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
     needed: dict[str, str] = {}
     for geom in list(spec.geoms):
         mesh = named.get(geom.meshname)
-        if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:
+        if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:  # the ground
             spec.delete(geom)
         elif mesh is not None and mesh.file:
             # A primitive with a mesh is fitted to it.

@@ -38,12 +38,8 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
     where it starts. Its armature, which MuJoCo adds to the inertia matrix like any other, is added to the base as mass and
     rotational inertia at the body's frame, which gives the same matrix; no joint model takes it away.
 
-    Of several robots in one file that is built which has the first of the frames asked for, or else the most joints, with those
-    that equalities tie to it.
-
-    Args:
-        source: the file.
-        frames: names or globs of bodies, sites and geoms.
+    Of several robots in one file that is built which has the first of the `frames` asked for, names or globs of bodies, sites and
+    geoms, or else the most joints, with those that equalities tie to it.
 
     Raises:
         RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
@@ -219,16 +215,13 @@ def _kept(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[st
 
 
 def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loop]:
-    """The loops that connect and weld equalities close, where MuJoCo holds them.
-
-    MuJoCo keeps both ends in `eq_data`: of a connect the anchor in body 1 and in body 2; of a weld the anchor in body 2, then
-    the frame in body 1 that is held to the frame of body 2.
-    """
+    """The loops that connect and weld equalities close, where MuJoCo holds them."""
     ground = Frame("world", -1, np.eye(3), np.zeros(3), "link")
     for number, ends, bodies in equalities:
         carried = [robot.frames[m.body(body).name] if body else ground for body in bodies]
         if m.eq_type[number] > _WELD or carried[0].body == carried[1].body:  # the same: fixed to one another already
             continue
+        # Data of a connect: the anchors in body 1 and 2; of a weld: the anchor in body 2, then the frame of body 2 in body 1.
         weld, data = m.eq_type[number] == _WELD, np.array(m.eq_data[number])
         if m.eq_objtype[number] == _SITE:
             held = [_place(m.site_pos[end], m.site_quat[end]) for end in ends]
@@ -248,14 +241,7 @@ def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loo
 
 
 def _mimics(m: Any, equalities: Sequence[Equality], file: str) -> tuple[Mimic, ...]:
-    """The joints that active equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂.
-
-    x is the value of a joint, or the length of a fixed tendon, which is a sum of multiples of such values. Solved for a joint
-    that does not follow yet, of the first object if there is one, with the largest multiple.
-
-    Raises:
-        RobotError: an equality couples in another way, a joint follows twice, or one has several degrees of freedom.
-    """
+    """The joints that equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂."""
     found: list[Mimic] = []
     for number, ends, _ in equalities:
         kind, called = int(m.eq_type[number]), m.equality(number).name
@@ -274,6 +260,8 @@ def _mimics(m: Any, equalities: Sequence[Equality], file: str) -> tuple[Mimic, .
                 f"{file}: the equality{called} couples joints by a curve, polycoef {' '.join(f'{a:g}' for a in polynomial)}; "
                 "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
             )
+        # x is the value of a joint, or the length of a fixed tendon, a sum of multiples of such values. The equality is solved for
+        # a joint that does not follow yet, of the first object if there is one, with the largest multiple.
         sums: dict[str, float] = {}
         constant = polynomial[0]
         for end, factor in zip(ends, (1.0, -polynomial[1]), strict=True):

@@ -22,16 +22,8 @@ __all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "load_ro
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
-KINDS = {
-    "FreeFlyer": "free",
-    "Spherical": "ball",
-    "Planar": "planar",
-    "Composite": "composite",
-    "P": "prismatic",
-    "RevoluteUnbounded": "continuous",
-    "RUB": "continuous",
-    "R": "revolute",
-}
+KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
+KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
 FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
@@ -395,25 +387,23 @@ def load_robot(
 
 def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
     """The mimic joints, each after those that it follows, without leaders that are fixed."""
-    freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
+    file, freedom = robot.source.path.name, {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
         for name in (mimic.joint, *mimic.leaders):
             if freedom.get(name, 1) != 1:
                 raise RobotError(
-                    f'{robot.source.path.name}: joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} '
-                    "degrees of freedom, and only a joint with one can follow or lead; give it one axis, or take the coupling out"
+                    f'{file}: joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees of freedom, '
+                    "and only a joint with one can follow or lead; give it one axis, or take the coupling out"
                 )
-    followers = {
-        mimic.joint: mimic._replace(leaders={name: by for name, by in mimic.leaders.items() if name in freedom})
-        for mimic in robot.mimics
-    }
+    followers = {}
+    for mimic in robot.mimics:
+        leaders = {name: by for name, by in mimic.leaders.items() if name in freedom}
+        followers[mimic.joint] = mimic._replace(leaders=leaders)
     try:
         order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
     except CycleError as circle:
         names = listed(name for name in followers if name in circle.args[1])
-        raise RobotError(
-            f"{robot.source.path.name}: mimic joints {names} follow one another in a circle; one of them has to lead"
-        ) from None
+        raise RobotError(f"{file}: mimic joints {names} follow one another in a circle; one of them has to lead") from None
     return tuple(followers[name] for name in order if name in followers)
 
 
@@ -435,15 +425,6 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
         if joint.nq == 1:
             limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
-    return Joint(
-        name=model.names[number],
-        kind=kind,
-        axis=axis,
-        parent=int(model.parents[number]) - 1,
-        rotation=read_only(place.rotation),
-        offset=read_only(place.translation),
-        q=slice(joint.idx_q, joint.idx_q + joint.nq),
-        v=slice(joint.idx_v, joint.idx_v + joint.nv),
-        limits=limits,
-        parts=parts,
-    )
+    frame = read_only(place.rotation), read_only(place.translation)
+    q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
+    return Joint(model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts)

@@ -106,10 +106,8 @@ def read_source(
 
 
 def _needs_xacro(root: Element) -> bool:
-    """Whether a file has to be expanded: one whose links carry no mass, or numbers that are expressions, without xacro.
-
-    Expanded files often keep a <xacro:…> element or two that mean nothing any more; their links are complete.
-    """
+    """Whether a file has to be expanded: one whose links carry no mass, or numbers that are expressions, without xacro."""
+    # Expanded files often keep a <xacro:…> element or two that mean nothing any more; their links are complete.
     if not any(key.startswith("xacro:") for part in root.iter() for key in (part.tag, *part.attrib)):
         return False
     plain = [element for link in root.findall("link") + root.findall("joint") for element in link.iter()]

@@ -248,16 +248,11 @@ def _mimics(joints: dict[str, Element], file: str) -> tuple[tuple[Mimic, ...], l
 
 
 def _read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
-    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped.
-
-    What a state does not set is as at the start. States of one name (an arm's and a leg's) make one posture.
-
-    Raises:
-        RobotError: the file is no SRDF, or a number is missing or cannot be what it is to be.
-    """
+    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped."""
     root = read_xml(path, "SRDF file")
     if root.tag != "robot" or root.find("link") is not None:
         raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
+    # What a state does not set is as at the start. States of one name (an arm's and a leg's) make one posture.
     postures: dict[str, Array] = {}
     for state in root.iter("group_state"):
         q = postures.setdefault(state.get("name", ""), np.array(start))
