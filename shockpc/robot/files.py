@@ -46,11 +46,7 @@ class OpenFolders(NamedTuple):
         return any(place.is_relative_to(folder) for folder in self.allowed)
 
     def resolve(self, path: Path, named: str) -> Path:
-        """Return a path with links resolved, which the robot file calls `named`.
-
-        Raises:
-            RobotError: it lies outside the folders.
-        """
+        """Return a path with links resolved, which the robot file calls `named`; RobotError if it lies outside the folders."""
         place = Path(os.path.realpath(path))
         if not self.contain(place):
             package = re.match("(?:package|model):/+([^/]+)(/.+)", named)
@@ -63,11 +59,7 @@ class OpenFolders(NamedTuple):
         return place
 
     def package(self, name: str, named: str) -> Path:
-        """Find the folder of a package: as given, then in ROS_PACKAGE_PATH, then among the folders above the file.
-
-        Raises:
-            RobotError: there is none; the text says what the robot file calls `named`.
-        """
+        """Find a package as given, then in ROS_PACKAGE_PATH, then above the file; RobotError about `named` if there is none."""
         if name in self.packages:
             return self.packages[name]
         # What cannot be the name of a package might lead anywhere as a path.
@@ -108,18 +100,16 @@ class OpenFolders(NamedTuple):
     def _package_name(self, folder: Path) -> str | None:
         """The name that a folder's package.xml gives to the package; None without one, or outside the open folders."""
         path = folder / "package.xml"
-        if not os.path.isfile(path) or not self.contain(path):
-            return None
-        found = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "package.xml", RobotError))
-        return found.group(1).decode(errors="replace") if found else None
+        readable = os.path.isfile(path) and self.contain(path)
+        found = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
+        return found[1].decode(errors="replace") if found else None
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
-    """Work out what a robot file may read.
+    """Work out what a robot file may read: its own folder, the packages, folders given by name, and ROS_PACKAGE_PATH.
 
     Its own folder is the nearest one above it with a `package.xml`; else the parent of the folder that holds it, as meshes often
-    lie beside that, unless the home folder lies in there. Then come the packages, folders given by name, and the entries of
-    ROS_PACKAGE_PATH.
+    lie beside that, unless the home folder lies in there.
 
     Raises:
         RobotError: a given package folder does not exist.

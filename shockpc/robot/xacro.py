@@ -36,23 +36,16 @@ _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|\$\(\s*ar
 def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
     """Expand the text of a xacro file, which may read from these folders, with values for its arguments.
 
-    Returns:
-        The URDF text, with mesh paths as found, and what xacro warned of.
+    Returns: the URDF text, with mesh paths as found, and what xacro warned of.
 
     Raises:
-        RobotError: an argument is unknown or lacks a value, a file it includes is missing, not well-formed or outside the open
-            folders, or xacro cannot expand it within the limits.
+        RobotError: an argument is unknown or lacks a value, a file is missing, not well-formed or outside the open folders, or
+            xacro cannot expand it within the limits.
     """
-    name = folders.file.name
-    texts = [text]
+    name, texts = folders.file.name, [text]
     found = [spec.origin for spec in map(importlib.util.find_spec, ("xacro", "yaml")) if spec and spec.origin]
-    request = {
-        "text": text,
-        "file": str(folders.file),
-        "arguments": dict(arguments),
-        "libraries": sorted({str(Path(origin).parent.parent) for origin in found}),
-        "limits": [SECONDS, MEMORY, LINKS],
-    }
+    request = {"text": text, "file": str(folders.file), "arguments": dict(arguments), "limits": [SECONDS, MEMORY, LINKS]}
+    request["libraries"] = sorted({str(Path(origin).parent.parent) for origin in found})
     answer = _result(request, folders, texts)
     if answer is None:
         raise RobotError(
@@ -84,18 +77,18 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str]) -> 
         assert child.stdout is not None
         clock = threading.Timer(SECONDS, child.kill)
         clock.start()
-        answer: dict[str, Any] = request
+        answer: Any = request
         try:
             while True:
                 child.stdin.write(json.dumps(answer) + "\n")
                 child.stdin.flush()
                 match json.loads(child.stdout.readline()):
                     case {"read": file}:
-                        answer = {"text": _read(file, folders, texts)}
+                        answer = _read(file, folders, texts)
                     case {"glob": pattern}:
-                        answer = {"files": sorted(glob.glob(pattern))}
+                        answer = sorted(glob.glob(pattern))
                     case {"find": package}:
-                        answer = {"folder": str(folders.package(package, f"$(find {package})"))}
+                        answer = str(folders.package(package, f"$(find {package})"))
                     case result:
                         return dict(result)
         finally:
