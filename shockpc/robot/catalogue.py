@@ -7,21 +7,11 @@ better one. Nothing is opened here: names and paths only.
 import os
 import sys
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from shockpc.errors import RobotError, UnknownName
 
-__all__ = [
-    "SETS",
-    "CatalogueEntry",
-    "catalogue",
-    "closing_scene",
-    "data_folder",
-    "find_robot",
-    "find_srdf",
-    "own_robots_folder",
-    "robots_of_set",
-]
+__all__ = ["SETS", "catalogue", "closing_scene", "data_folder", "find_robot", "find_srdf", "own_robots_folder", "robots_of_set"]
 
 SETS: dict[str, tuple[str, ...]] = {
     "quadrupeds": (
@@ -69,26 +59,16 @@ _SHARE = "share/example-robot-data"
 
 
 class CatalogueEntry(NamedTuple):
-    """One robot that can be called by name.
-
-    Attributes:
-        name: the name to type, in lower case.
-        source: who provides the file.
-        path: the robot file.
-        aliases: other names it answers to.
-    """
+    """One robot that can be called by name: the name to type, in lower case, the robot file, and other names it answers to."""
 
     name: str
-    source: Literal["shockpc", "example-robot-data"]
     path: Path
-    aliases: tuple[str, ...]
+    aliases: tuple[str, ...] = ()
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    own = [
-        CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ()) for path in sorted(own_robots_folder().glob("*.urdf.xacro"))
-    ]
+    own = [CatalogueEntry(_normalised(_stem(path)), path) for path in sorted(own_robots_folder().glob("*.urdf.xacro"))]
     taken = {entry.name for entry in own}
     data = []
     share = data_folder()
@@ -99,7 +79,7 @@ def catalogue() -> tuple[CatalogueEntry, ...]:
             if name in taken:  # two packages with a file of one name: the package tells them apart
                 name = _normalised(f"{package.removesuffix('_description')}_{_stem(path)}")
             taken |= {name, *aliases}
-            data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
+            data.append(CatalogueEntry(name, path, tuple(aliases)))
     return (*own, *sorted(data, key=lambda entry: entry.name))
 
 

@@ -6,6 +6,7 @@ number, and goes on; of an SRDF it drops a continuous joint that is given by its
 
 import math
 from pathlib import Path
+from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -24,6 +25,7 @@ __all__ = ["build_urdf", "vector"]
 
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_Order: TypeAlias = dict[str, tuple[str, str]]
 
 
 def vector(text: str | None, size: int) -> Array | None:
@@ -56,19 +58,19 @@ def build_urdf(source: RobotSource) -> Robot:
     inertias = {name: _inertia(link, f'{file}: link "{name}"') for name, link in links.items()}
     if not any(inertia.mass > 0 for inertia in inertias.values()):
         raise RobotError(f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
-    model = _model(source, inertias, order, joints, "")
+    model = _model(order, joints, inertias, file)
     mimics, notes = _mimics(joints, file)
     carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
     kind = joints[model.names[carried[0]]].get("type") if len(carried) == 1 else ""
     if kind in ("floating", "planar") and (next(iter(order)) == WORLD or not model.inertias[1].mass):
         base = model.names[carried[0]]
-        model = _model(source, inertias, order, joints, base)
+        model = _model(order, joints, inertias, file, base)
         if kind == "planar":
             notes.append(
                 f'{file}: joint "{base}" is planar and carries the whole robot, so it is computed as a floating base; '
                 "--base planar keeps it in the plane of the study"
             )
-    start = pin.neutral(model)
+    model.name, start = source.robot_name, pin.neutral(model)
     start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
     model.jointPlacements[1] = pin.SE3.Identity()
     postures = _read_srdf(source.srdf, model, start) if source.srdf is not None else {}
@@ -91,21 +93,19 @@ def _named(elements: list[Element], kind: str, file: str) -> dict[str, Element]:
     return named
 
 
-def _carriers_first(links: dict[str, Element], joints: dict[str, Element], file: str) -> dict[str, tuple[str, str]]:
+def _carriers_first(links: dict[str, Element], joints: dict[str, Element], file: str) -> _Order:
     """The joint above each link and the link that carries it, branch by branch from the root, which has neither."""
-    above: dict[str, tuple[str, str]] = {}
+    above: _Order = {}
     below: dict[str, list[str]] = {link: [] for link in links}
     for name, joint in sorted(joints.items(), reverse=True):
-        if joint.get("type") not in _JOINT_TYPES:
-            raise RobotError(
-                f'{file}: joint "{name}" is of type "{joint.get("type", "")}", which URDF does not have; it has '
-                f"{listed(_JOINT_TYPES)}"
-            )
+        kind, whose = joint.get("type", ""), f'{file}: joint "{name}"'
+        if kind not in _JOINT_TYPES:
+            raise RobotError(f'{whose} is of type "{kind}", which URDF does not have; it has {listed(_JOINT_TYPES)}')
         parent, child = (next((part.get("link", "") for part in joint.findall(end)), "") for end in ("parent", "child"))
         for end, link in (("parent", parent), ("child", child)):
             if link not in links:
                 said = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
-                raise RobotError(f'{file}: joint "{name}": {said}; every joint has to join two links of the file')
+                raise RobotError(f"{whose}: {said}; every joint has to join two links of the file")
         if child in above:
             raise RobotError(
                 f'{file}: link "{child}" is the child of two joints, "{name}" and "{above[child][0]}"; '
@@ -118,7 +118,7 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element], file:
         raise RobotError(
             f"{file}: {len(roots)} links have no parent: {listed(roots, 5)}; a robot has one root, so join the others to it"
         )
-    order: dict[str, tuple[str, str]] = {}
+    order: _Order = {}
     waiting = roots
     while waiting:
         link = waiting.pop()
@@ -132,32 +132,28 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element], file:
     return order
 
 
-def _model(
-    source: RobotSource, inertias: dict[str, pin.Inertia], order: dict[str, tuple[str, str]], joints: dict[str, Element], base: str
-) -> pin.Model:
+def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], file: str, base: str = "") -> pin.Model:
     """The model, whose floating base is the joint of this name, or else the root link's."""
-    model, limits = pin.Model(), {}
-    model.name = source.robot_name
+    model = pin.Model()
     at = {"": (0, pin.SE3.Identity())}
     for link, (name, parent) in order.items():
         carrier, place = at[parent]
         if not name:
             at[link] = carrier if base else add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint"), place
         else:
-            joint, whose = joints[name], f'{source.path.name}: joint "{name}"'
+            joint, whose = joints[name], f'{file}: joint "{name}"'
             place = place * _place(joint, whose)
             if joint.get("type") == "fixed":
                 model.addFrame(pin.Frame(name, carrier, 0, place, pin.FrameType.FIXED_JOINT), False)
                 at[link] = carrier, place
             else:
-                moving, limits[name] = _moving(joint, whose)
-                index = add_joint(model, carrier, pin.JointModelFreeFlyer() if name == base else moving, place, name)
+                moving = pin.JointModelFreeFlyer() if name == base else _moving(joint, whose)
+                index = add_joint(model, carrier, moving, place, name)
+                if joint.get("type") in ("revolute", "prismatic"):
+                    (model.lowerPositionLimit[model.idx_qs[index]],) = _numbers(whose, joint, "limit", "lower", "0")
+                    (model.upperPositionLimit[model.idx_qs[index]],) = _numbers(whose, joint, "limit", "upper", "0")
                 at[link] = index, pin.SE3.Identity()
         model.addFrame(pin.Frame(link, at[link][0], 0, at[link][1], pin.FrameType.BODY, inertias[link]))
-    for name, (lower, upper) in limits.items():
-        joint = model.joints[model.getJointId(name)]
-        model.lowerPositionLimit[joint.idx_q : joint.idx_q + joint.nq] = lower
-        model.upperPositionLimit[joint.idx_q : joint.idx_q + joint.nq] = upper
     return model
 
 
@@ -169,14 +165,13 @@ def _inertia(link: Element, whose: str) -> pin.Inertia:
     (mass,) = _numbers(whose, inertial, "mass", "value", unit="kg")
     if mass < 0:
         raise RobotError(f"{whose}: mass {mass:g} kg is negative; give the mass that the body has, or 0")
-    xx, xy, xz, yy, yz, zz = (
-        _numbers(whose, inertial, "inertia", key, unit="kg m²")[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    )
-    for key, moment in (("ixx", xx), ("iyy", yy), ("izz", zz)):
+    keys = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+    tensor = np.array([[_numbers(whose, inertial, "inertia", key, unit="kg m²")[0] for key in row] for row in keys])
+    for key, moment in zip(("ixx", "iyy", "izz"), np.diag(tensor), strict=True):
         if moment < -_ROUNDING:
             raise RobotError(f"{whose}: {key} = {moment:g} kg m² is negative; give the moment of inertia that the body has")
     place = _place(inertial, whose)
-    tensor = place.rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ place.rotation.T
+    tensor = place.rotation @ tensor @ place.rotation.T
     inertia = pin.Inertia.Zero()  # whose constructor refuses moments of −1e-20
     inertia.mass, inertia.lever, inertia.inertia = float(mass), place.translation, (tensor + tensor.T) / 2.0
     return inertia
@@ -189,11 +184,11 @@ def _place(owner: Element, whose: str) -> pin.SE3:
     return pin.SE3((yaw * pitch * roll).normalized().matrix(), xyz)
 
 
-def _moving(joint: Element, whose: str) -> tuple[pin.JointModel, tuple[float, float]]:
-    """A joint for Pinocchio, and the least and greatest value that it may have."""
-    kind, limits = joint.get("type", ""), (-np.inf, np.inf)
+def _moving(joint: Element, whose: str) -> pin.JointModel:
+    """A joint for Pinocchio."""
+    kind = joint.get("type", "")
     if kind == "floating":
-        return pin.JointModelFreeFlyer(), limits
+        return pin.JointModelFreeFlyer()
     axis = _numbers(whose, joint, "axis", "xyz", "1 0 0", size=3)
     shown = " ".join(f"{value:g}" for value in axis)
     if not 1e-100 < np.abs(axis).max() < 1e100:
@@ -204,14 +199,11 @@ def _moving(joint: Element, whose: str) -> tuple[pin.JointModel, tuple[float, fl
                 f"{whose}: planar with the normal {shown} (1 0 0 where none is written), "
                 'but Pinocchio moves it in x and y; turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
             )
-        return pin.JointModelPlanar(), limits
-    if kind != "continuous":
-        if joint.find("limit") is None:
-            instead = ", or make it continuous" if kind == "revolute" else ""
-            raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
-        lower, upper = (float(_numbers(whose, joint, "limit", key, "0")[0]) for key in ("lower", "upper"))
-        limits = lower, upper
-    return axis_joint(kind, axis), limits
+        return pin.JointModelPlanar()
+    if kind != "continuous" and joint.find("limit") is None:
+        instead = ", or make it continuous" if kind == "revolute" else ""
+        raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
+    return axis_joint(kind, axis)
 
 
 def _numbers(whose: str, owner: Element, tag: str, key: str, default: str = "", unit: str = "", size: int = 1) -> Array:
