@@ -231,13 +231,16 @@ def _numbers(element: Element | None, key: str, default: str = "") -> Array:
 
 def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | UnreadShape]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
-    from shockpc.robot.mjcf import compiled, geom_kinds
+    from shockpc.robot.mjcf import compiled
 
     found = compiled(source)
     m = found.model
     for number in range(m.ngeom):
         geom, file, primitive = m.geom(number), found.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
-        if kind not in geom_kinds(geom) or not (primitive or m.geom_type[number] == _MJCF_MESH):
+        collides = bool(geom.contype or geom.conaffinity)
+        # MuJoCo shows groups 0 to 2 unless it is asked for others.
+        wanted = collides if kind == "collision" else not collides or geom.group <= 2
+        if not wanted or not (primitive or m.geom_type[number] == _MJCF_MESH):
             continue
         link = m.body(geom.bodyid[0]).name
         try:

@@ -1,4 +1,4 @@
-"""MJCF compiled by MuJoCo, which means defaults, frames, replicas and compiler settings as it does.
+"""The robot of an MJCF: compiled by MuJoCo, which means defaults, frames, replicas and compiler settings as it does.
 
 MuJoCo never sees a path: includes are inserted, and meshes that give mass are passed on as bytes, both read from the open folders.
 
@@ -8,25 +8,32 @@ belongs to the body that carries it. `model.geom_bodyid`, `geom_pos` and `geom_q
 """
 
 import contextlib
+import fnmatch
 import functools
 import math
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element, tostring
 
 import numpy as np
+import pinocchio as pin
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.paths import read_file
+from shockpc.printed import listed
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
+from shockpc.robot.limits import refuse_number, refuse_tree
+from shockpc.robot.robot import Frame, Loop, Mimic, Robot
 from shockpc.robot.source import RobotSource
+from shockpc.robot.tree import add_joint, axis_joint, rotation
 
-__all__ = ["Compiled", "MeshFile", "compiled", "geom_kinds", "insert_includes"]
+__all__ = ["Compiled", "MeshFile", "build_mjcf", "compiled", "insert_includes"]
 
 # Sections and attributes that change no mass and no motion, some of which name files.
 _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
@@ -34,6 +41,16 @@ _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
 _UNUSED_ATTRIBUTES = ("material", "texture")
 _LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
 _NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
+_FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
+_CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
+_WRAPPED_JOINT = 1  # mjtWrap
+_MESH = 7  # mjtGeom; its frame depends on the file of the mesh
+_SITE = 6  # mjtObj
+# Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part.
+_COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,), _HINGE: (0,)}
+
+Equality: TypeAlias = tuple[int, list[int], list[int]]
+"""Its number, its objects (−1 for none), and their bodies (0 for the world)."""
 
 
 class MeshFile(NamedTuple):
@@ -68,13 +85,6 @@ class Compiled(NamedTuple):
     keys: tuple[tuple[str, tuple[float, ...]], ...]
     meshes: Mapping[int, MeshFile]
     warnings: tuple[str, ...]
-
-
-def geom_kinds(geom: Any) -> tuple[str, ...]:
-    """Say what a geom of a model is for. MuJoCo shows groups 0 to 2 unless it is asked for others."""
-    if not (geom.contype or geom.conaffinity):
-        return ("visual",)
-    return ("collision", "visual") if geom.group <= 2 else ("collision",)
 
 
 def insert_includes(root: Element, folders: OpenFolders) -> str:
@@ -266,3 +276,275 @@ def _weighs(mujoco: Any, spec: Any, geom: Any) -> bool:
     while body is not None and not moves:
         body, moves = body.parent, bool(body.joints)
     return bool(moves and (geom.density if np.isnan(geom.mass) else geom.mass))
+
+
+def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
+    """Build the Pinocchio model of an MJCF.
+
+    A body with several joints has one composite joint. A free base stands where its configuration says; `body_pos` is only
+    where it starts. Its armature, which MuJoCo adds to the inertia matrix like any other, is added to the base as mass and
+    rotational inertia at the body's frame, which gives the same matrix; no joint model takes it away.
+
+    Of several robots in one file that is built which has the first of the `frames` asked for, names or globs of bodies, sites and
+    geoms, or else the most joints, with those that equalities tie to it.
+
+    Raises:
+        RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
+    """
+    found = compiled(source)
+    m, file = found.model, source.path.name
+    names = [m.body(body).name if body else "" for body in range(m.nbody)]
+    refuse_tree(file, {names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
+    for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
+        for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
+            refuse_number(f'{file}: body "{name}"', what, value, unit)
+    kept, notes = _kept(m, file, frames)
+    model = _model(m, file, kept)
+    model.name = source.robot_name
+    # Both count bodies, and the joints of a body, in the same order.
+    joints = np.flatnonzero(np.isin(m.jnt_bodyid, kept)).tolist()
+    order = np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
+    limited = np.flatnonzero(m.jnt_limited & (m.jnt_type >= _SLIDE))
+    limits = np.tile([-np.inf, np.inf], (m.nq, 1))
+    limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
+    model.lowerPositionLimit, model.upperPositionLimit = limits[order].T
+    model.armature = _armature(m, file)[np.isin(m.dof_jntid, joints)]
+    floats = model.joints[1].shortname() == "JointModelFreeFlyer"
+    if floats:
+        extra = float(model.armature[0])
+        model.armature[:6] = 0.0
+        if extra:
+            base = model.frames[model.getFrameId(model.names[1], pin.FrameType.JOINT)]
+            base.inertia = pin.Inertia(extra, np.zeros(3), extra * np.eye(3))
+            model.inertias[1] += base.inertia
+            notes += (
+                f'{file}: joint "{model.names[1]}" is free and has armature {extra:g}, which adds {extra:g} kg and '
+                f'{extra:g} kg m² to the base, as in MuJoCo; if that is not meant, set armature="0" there or use a <freejoint/>',
+            )
+    start = pin.neutral(model)
+    postures, more = _postures(found, order, file)
+    robot = Robot(source, model, start, postures, (), (), (*found.warnings, *notes, *more))
+    equalities = [equality for equality in _equalities(m) if set(equality[2]) <= set(kept)]
+    loops = tuple(_loops(m, robot, equalities))
+    if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
+        start[:7] = m.qpos0[order][:7]
+    return replace(robot, start=read_only(start), loops=loops, mimics=_mimics(m, equalities, file))
+
+
+def _model(m: Any, file: str, bodies: Sequence[int]) -> pin.Model:
+    """The model of some bodies, carriers first, with their sites and named collision geoms (many are feet)."""
+    model = pin.Model()
+    at: dict[int, tuple[int, pin.SE3]] = {}
+    for body in bodies:
+        joint, place = 0, pin.SE3.Identity()
+        if body:
+            (joint, carrier), first = at[int(m.body_parentid[body])], int(m.body_jntadr[body])
+            place = carrier * _place(m.body_pos[body], m.body_quat[body])
+            if m.body_jntnum[body]:
+                joint, place = _add_joint(m, file, model, joint, place, range(first, first + int(m.body_jntnum[body])))
+            R = rotation(m.body_iquat[body])
+            moments = R @ np.diag(m.body_inertia[body]) @ R.T
+            inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
+            model.addFrame(pin.Frame(m.body(body).name, joint, 0, place, pin.FrameType.BODY, inertia))
+        at[body] = joint, place
+        named = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
+        solid = (m.geom_bodyid == body) & (m.geom_type != _MESH) & ((m.geom_contype | m.geom_conaffinity) != 0)
+        named += [(m.geom(number), pin.FrameType.SENSOR) for number in np.flatnonzero(solid)]
+        for item, kind in named:
+            if item.name and not any(model.existFrame(item.name, one) for one in (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)):
+                model.addFrame(pin.Frame(item.name, joint, 0, place * _place(item.pos, item.quat), kind), False)
+    return model
+
+
+def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3, numbers: range) -> tuple[int, pin.SE3]:
+    """Add the joint of a body placed so in the carrier's frame; return its index, and the body's frame in the joint's."""
+    name = "+".join(m.joint(number).name for number in numbers)
+    if model.existJointName(name) or name.count("+") >= max(len(numbers), 2):
+        raise RobotError(f'{file}: joint "{name}" has a name that is used here for something else; rename it')
+    if m.jnt_type[numbers[0]] == _FREE:  # it stands where its configuration says; its place in the file is only a start
+        return add_joint(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
+    parts, steps = [], []
+    for number in numbers:
+        anchor = pin.SE3(np.eye(3), np.array(m.jnt_pos[number]))
+        kind, axis, drawn = int(m.jnt_type[number]), np.array(m.jnt_axis[number]), float(m.qpos0[m.jnt_qposadr[number]])
+        # Where its coordinate is 0, in the frame where it is `drawn`, its value in the model as drawn.
+        rest = pin.SE3.Identity()
+        if kind == _SLIDE:
+            rest.translation = -drawn * axis
+        elif kind == _HINGE:
+            rest.rotation = pin.AngleAxis(-drawn, axis).matrix()
+        parts.append(
+            pin.JointModelSpherical() if kind == _BALL else axis_joint("prismatic" if kind == _SLIDE else "revolute", axis)
+        )
+        steps.append(place * anchor * rest)
+        place = anchor.inverse()
+    joint = parts[0]
+    if len(parts) > 1:
+        joint = pin.JointModelComposite()
+        for part, step in zip(parts, [pin.SE3.Identity(), *steps[1:]], strict=True):
+            joint.addJoint(part, step)
+    return add_joint(model, carrier, joint, steps[0], name), place
+
+
+def _place(position: Array, quaternion: Array) -> pin.SE3:
+    """A frame from its origin and its quaternion, whose scalar part comes first."""
+    return pin.SE3(rotation(quaternion), np.array(position))
+
+
+def _armature(m: Any, file: str) -> Array:
+    """Reflected inertia (nv,) of joints, and of actuators that act on a joint: gear² times the actuator's own."""
+    armature = np.array(m.dof_armature)
+    for number in np.flatnonzero(getattr(m, "actuator_armature", ())):
+        joint = int(m.actuator_trnid[number, 0])
+        if m.actuator_trntype[number] > 1 or m.jnt_type[joint] < _SLIDE:
+            raise RobotError(
+                f'{file}: actuator "{m.actuator(number).name}" has armature and does not act on a hinge or slide joint, which is '
+                "not computed; give the joints that armature, times gear² of the actuator"
+            )
+        armature[m.jnt_dofadr[joint]] += m.actuator_armature[number] * m.actuator_gear[number, 0] ** 2
+    refused = [("tendon", m.tendon(number).name) for number in np.flatnonzero(getattr(m, "tendon_armature", ()))]
+    refused += [("joint", m.joint(m.dof_jntid[dof]).name) for dof in np.flatnonzero(armature < 0)]
+    for kind, name in refused:
+        raise RobotError(
+            f'{file}: {kind} "{name}" has an armature that is not computed: only joints can have one, not below zero; give the '
+            "joints theirs, or set it to 0"
+        )
+    return armature
+
+
+def _equalities(m: Any) -> Iterator[Equality]:
+    """Every active equality."""
+    for number in np.flatnonzero(m.eq_active0):
+        ends = [int(m.eq_obj1id[number]), int(m.eq_obj2id[number])]
+        match int(m.eq_type[number]):
+            case 2 | 3 as kind:  # joint, tendon
+                bodies = [int(m.jnt_bodyid[joint]) for end in ends for joint in _terms(m, kind, end) or ()]
+            case 0 | 1:  # connect, weld
+                bodies = [int(m.site_bodyid[end]) for end in ends] if m.eq_objtype[number] == _SITE else ends
+            case _:
+                bodies = []
+        yield int(number), ends, bodies
+
+
+def _kept(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
+    """The bodies that belong to the robot, with the world and what is fixed to it, and a warning of others that move."""
+    roots = np.unique(m.body_rootid[m.body_jntnum > 0])
+    mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
+    if not mass:
+        raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
+    owners = ((m.body, range(m.nbody)), (m.site, m.site_bodyid), (m.geom, m.geom_bodyid))
+    places = [(item(k).name, int(body)) for item, bodies in owners for k, body in enumerate(bodies)]
+    asked = [int(m.body_rootid[body]) for frame in frames for name, body in places if name and fnmatch.fnmatchcase(name, frame)]
+    largest = max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))  # a box may weigh more
+    chosen = next((root for root in asked if root in mass), largest)
+    kept = {chosen}
+    ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
+    while any(tie & kept and not tie <= kept for tie in ties):
+        kept |= set().union(*(tie for tie in ties if tie & kept))
+    if len(kept) > 1 and any(m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE for root in kept):
+        tied = listed(m.body(root).name for root in sorted(kept))
+        raise RobotError(
+            f"{file}: equalities tie {tied} together, and a floating base can be computed only as the one top-level body that "
+            'moves. Set active="false" on these equalities to compute one alone'
+        )
+    left = [root for root in mass if root not in kept]
+    bodies = np.flatnonzero(~np.isin(m.body_rootid, left)).tolist()
+    if not left:
+        return bodies, ()
+    others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
+    said = f'"{m.body(chosen).name}", {"which has the contact" if chosen in asked else "with the most joints"}, is computed'
+    return bodies, (f"{file} holds {len(mass)} robots that move on their own: {said}, and {others} left out",)
+
+
+def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loop]:
+    """The loops that connect and weld equalities close, where MuJoCo holds them."""
+    ground = Frame("world", -1, np.eye(3), np.zeros(3), "link")
+    for number, ends, bodies in equalities:
+        carried = [robot.frames[m.body(body).name] if body else ground for body in bodies]
+        if m.eq_type[number] > _WELD or carried[0].body == carried[1].body:  # the same: fixed to one another already
+            continue
+        # Data of a connect: the anchors in body 1 and 2; of a weld: the anchor in body 2, then the frame of body 2 in body 1.
+        weld, data = m.eq_type[number] == _WELD, np.array(m.eq_data[number])
+        if m.eq_objtype[number] == _SITE:
+            held = [_place(m.site_pos[end], m.site_quat[end]) for end in ends]
+        elif weld:
+            held = [_place(data[3:6], data[6:10]), pin.SE3(np.eye(3), data[:3])]
+        else:
+            held = [pin.SE3(np.eye(3), data[:3]), pin.SE3(np.eye(3), data[3:6])]
+        first, second = (pin.SE3(place.rotation, place.offset) * frame for place, frame in zip(carried, held, strict=True))
+        yield Loop(
+            name="–".join(robot.bodies[place.body].name if place.body >= 0 else ground.name for place in carried),
+            bodies=(carried[0].body, carried[1].body),
+            points=(read_only(first.translation), read_only(second.translation)),
+            rotations=(read_only(first.rotation), read_only(second.rotation)),
+            axes=np.eye(3),
+            turns=bool(weld and data[10] != 0.0),
+        )
+
+
+def _mimics(m: Any, equalities: Sequence[Equality], file: str) -> tuple[Mimic, ...]:
+    """The joints that equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂."""
+    found: list[Mimic] = []
+    for number, ends, _ in equalities:
+        kind, called = int(m.eq_type[number]), m.equality(number).name
+        called = f' "{called}"' if called else ""
+        if kind < _JOINT:
+            continue
+        if kind > _TENDON or any(_terms(m, kind, end) is None for end in ends):
+            raise RobotError(
+                f"{file}: the equality{called} couples tendons that are not fixed, or flexible parts, which is not computed, and "
+                "without it the numbers would be wrong; valid are connect, weld, joint, and fixed tendons; "
+                'set active="false" to do without it on purpose'
+            )
+        polynomial = [float(value) for value in m.eq_data[number, :5]]
+        if any(polynomial[2:]) and ends[1] >= 0:
+            raise RobotError(
+                f"{file}: the equality{called} couples joints by a curve, polycoef {' '.join(f'{a:g}' for a in polynomial)}; "
+                "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
+            )
+        # x is the value of a joint, or the length of a fixed tendon, a sum of multiples of such values. The equality is solved for
+        # a joint that does not follow yet, of the first object if there is one, with the largest multiple.
+        sums: dict[str, float] = {}
+        constant = polynomial[0]
+        for end, factor in zip(ends, (1.0, -polynomial[1]), strict=True):
+            for joint, multiple in (_terms(m, kind, end) or {}).items():
+                name = m.joint(joint).name
+                sums[name] = sums.get(name, 0.0) + factor * multiple
+                constant += factor * multiple * float(m.qpos0[m.jnt_qposadr[joint]])
+        first = [m.joint(joint).name for joint in _terms(m, kind, ends[0]) or ()]
+        free = [name for name, by in sums.items() if by and all(mimic.joint != name for mimic in found)]
+        if not free:
+            raise RobotError(
+                f"{file}: the equality{called} ties {listed(sums)}, but equalities before it make each of these follow, and "
+                'a joint can follow only once; set active="false" on one of them to do without it'
+            )
+        own = max(free, key=lambda name: (name in first, abs(sums[name])))
+        leaders = {name: -by / sums[own] for name, by in sums.items() if by and name != own}
+        found.append(Mimic(own, leaders, constant / sums[own]))
+    return tuple(found)
+
+
+def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:
+    """The multiple of each joint in an object of an equality, none without an object; None of a tendon that is not fixed."""
+    if number < 0 or kind == _JOINT:
+        return {number: 1.0} if number >= 0 else {}
+    wraps = range(m.tendon_adr[number], m.tendon_adr[number] + m.tendon_num[number])
+    fixed = all(m.wrap_type[wrap] == _WRAPPED_JOINT for wrap in wraps)
+    return {int(m.wrap_objid[wrap]): float(m.wrap_prm[wrap]) for wrap in wraps} if fixed else None
+
+
+def _postures(found: Compiled, order: Array, file: str) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """The keyframes as configurations (nq,), and a warning for each that does not fit the model."""
+    from mujoco import mj_normalizeQuat
+
+    postures: dict[str, Array] = {}
+    warnings: list[str] = []
+    m = found.model
+    for name, values in found.keys:
+        qpos = np.array(values or m.qpos0)
+        if len(qpos) != m.nq or not np.isfinite(qpos).all():
+            warnings.append(f'{file}: keyframe "{name}" does not hold {m.nq} finite numbers; the posture is left out')
+            continue
+        mj_normalizeQuat(m, qpos)
+        postures[name] = read_only(qpos[order])
+    return postures, tuple(warnings)

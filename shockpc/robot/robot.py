@@ -364,7 +364,7 @@ def load_robot(
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
     if source.kind == "mjcf":
-        from shockpc.robot.mjcf_model import build_mjcf
+        from shockpc.robot.mjcf import build_mjcf
 
         found = build_mjcf(source, frames)
     else:
