@@ -368,14 +368,12 @@ def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3
         anchor = pin.SE3(np.eye(3), np.array(m.jnt_pos[number]))
         kind, axis, drawn = int(m.jnt_type[number]), np.array(m.jnt_axis[number]), float(m.qpos0[m.jnt_qposadr[number]])
         # Where its coordinate is 0, in the frame where it is `drawn`, its value in the model as drawn.
-        rest = pin.SE3.Identity()
+        rest, part = pin.SE3.Identity(), pin.JointModelSpherical()
         if kind == _SLIDE:
-            rest.translation = -drawn * axis
+            rest.translation, part = -drawn * axis, axis_joint("prismatic", axis)
         elif kind == _HINGE:
-            rest.rotation = pin.AngleAxis(-drawn, axis).matrix()
-        parts.append(
-            pin.JointModelSpherical() if kind == _BALL else axis_joint("prismatic" if kind == _SLIDE else "revolute", axis)
-        )
+            rest.rotation, part = pin.AngleAxis(-drawn, axis).matrix(), axis_joint("revolute", axis)
+        parts.append(part)
         steps.append(place * anchor * rest)
         place = anchor.inverse()
     joint = parts[0]
