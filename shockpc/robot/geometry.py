@@ -22,9 +22,8 @@ from shockpc.paths import read_file
 from shockpc.printed import few, listed
 from shockpc.robot.files import parse_xml
 from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
-from shockpc.robot.robot import Body, Frame, Robot
+from shockpc.robot.robot import Body, Frame, Robot, rotation
 from shockpc.robot.source import RobotSource
-from shockpc.robot.tree import rotation
 
 __all__ = ["HalfSpaces", "Kind", "Outline", "Shape", "body_outline", "facets", "half_spaces", "inertia_box", "outline"]
 

@@ -29,9 +29,8 @@ from shockpc.paths import read_file
 from shockpc.printed import listed
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
 from shockpc.robot.limits import refuse_number, refuse_tree
-from shockpc.robot.robot import Frame, Loop, Mimic, Robot
+from shockpc.robot.robot import Frame, Loop, Mimic, Robot, add_joint, axis_joint, rotation
 from shockpc.robot.source import RobotSource
-from shockpc.robot.tree import add_joint, axis_joint, rotation
 
 __all__ = ["Compiled", "MeshFile", "build_mjcf", "compiled", "insert_includes"]
 

@@ -17,7 +17,7 @@ from shockpc.printed import few, listed
 from shockpc.robot.limits import LEVELS, POINT, inertia_fault, refuse_number
 from shockpc.robot.source import RobotSource, read_source
 
-__all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "load_robot"]
+__all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "add_joint", "axis_joint", "load_robot", "rotation"]
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
@@ -300,8 +300,8 @@ class Robot:
     @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
-        rotation, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
-        return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
+        turned, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
+        return (turned, offset) if offset.any() or (turned != np.eye(3)).any() else None
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
@@ -383,6 +383,27 @@ def load_robot(
         # By einsum, whose rounding is the same on every processor.
         place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
     return replace(found, mimics=_leaders_first(found))
+
+
+def axis_joint(kind: str, axis: Array) -> Any:
+    """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""
+    # By the parser, because a continuous joint about any axis has no constructor in Python.
+    of = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
+    links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
+    return pin.buildModelFromXML(f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{of}</joint></robot>').joints[1]
+
+
+def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
+    """Add a joint and its frame to a model; returns its index."""
+    index: int = model.addJoint(carrier, joint, place, name)
+    model.addJointFrame(index)
+    return index
+
+
+def rotation(quaternion: Array) -> Array:
+    """The rotation (3, 3) of a quaternion (4,) whose scalar part comes first, as MuJoCo has it."""
+    w, x, y, z = (float(value) for value in quaternion)
+    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
 
 
 def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
