@@ -99,45 +99,39 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         StudyError: a reflected inertia of zero is multiplied.
         RobotError: a link does not move or has no mass, or a body becomes too heavy or too light to compute with.
     """
+    model = pin.Model(robot.model)
     for change in changes:
-        robot = _with_armature(robot, change) if change.what == "armature" else _with_links(robot, change)
-    for body in robot.bodies:
+        if change.what == "armature":
+            _change_armature(robot, model, change)
+            continue
+        known = robot.links
+        names = [change.pattern] if change.pattern in known else fnmatch.filter(known, change.pattern)
+        if names != [change.pattern]:  # a glob means the links that have mass
+            names = [name for name in names if model.frames[_link(robot, name)].inertia.mass > 0.0]
+        if not names:
+            raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+        for name in names:
+            _change_link(robot, model, name, change)
+    found = replace(robot, model=model)
+    for body in found.bodies:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
-    return robot
+    return found
 
 
-def _with_armature(robot: Robot, change: Change) -> Robot:
-    """The robot with the reflected inertia of some joints changed."""
-    model = robot.model.copy()
-    armature = np.array(model.armature)
+def _change_armature(robot: Robot, model: pin.Model, change: Change) -> None:
+    """Change the reflected inertia of some joints."""
     chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
-    if change.factor and not armature[chosen].any():
+    if change.factor and not model.armature[chosen].any():
         raise StudyError(
             f'change {change} has no effect, because the file of robot "{robot.name}" gives these joints no reflected inertia; '
             f"give a number, such as armature:{change.pattern}=0.01"
         )
-    armature[chosen] = armature[chosen] * change.value if change.factor else change.value
-    model.armature = armature
-    return replace(robot, model=model)
+    model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
 
 
-def _with_links(robot: Robot, change: Change) -> Robot:
-    """The robot with some links changed. A glob means the links that have mass."""
-    known = robot.links
-    names = [change.pattern] if change.pattern in known else fnmatch.filter(known, change.pattern)
-    if len(names) > 1 or names != [change.pattern]:
-        names = [name for name in names if link_mass(robot, name) > 0.0]
-    if not names:
-        raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    for name in names:
-        robot = _with_link(robot, name, change)
-    return robot
-
-
-def _with_link(robot: Robot, link: str, change: Change) -> Robot:
-    """The robot with one link changed; everything else is shared with the robot."""
-    model = pin.Model(robot.model)
+def _change_link(robot: Robot, model: pin.Model, link: str, change: Change) -> None:
+    """Change one link, and with it the body that it belongs to."""
     frame = model.frames[_link(robot, link)]
     own = frame.inertia.copy()
     if not own.mass > 0.0:
@@ -157,7 +151,6 @@ def _with_link(robot: Robot, link: str, change: Change) -> Robot:
         if part.parentJoint == frame.parentJoint and (part.type == pin.FrameType.BODY or part.inertia.mass):
             whole += part.placement.act(part.inertia)
     model.inertias[frame.parentJoint] = whole
-    return replace(robot, model=model)
 
 
 def link_mass(robot: Robot, link: str) -> float:
