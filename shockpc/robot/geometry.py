@@ -24,6 +24,7 @@ from shockpc.robot.files import parse_xml
 from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot, rotation
 from shockpc.robot.source import RobotSource
+from shockpc.robot.urdf import vector
 
 __all__ = ["HalfSpaces", "Kind", "Outline", "Shape", "body_outline", "facets", "half_spaces", "inertia_box", "outline"]
 
@@ -34,6 +35,13 @@ Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
 RIM = 64
 """Corners of the polygon that stands for a circle: it lies inside, by at most 1 − cos(π/64) = 0.12 % of the radius."""
 
+_URDF_SIZES = {
+    "box": (("size", 3, 0.5),),
+    "sphere": (("radius", 1, 1.0),),
+    "cylinder": (("radius", 1, 1.0), ("length", 1, 0.5)),
+    "capsule": (("radius", 1, 1.0), ("length", 1, 0.5)),
+}
+"""Attributes, how many numbers each holds, and what makes of them the sizes that MuJoCo has."""
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
 _MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 _MJCF_MESH = 7
@@ -189,19 +197,20 @@ def _urdf_shapes(root: Element, kind: Kind, load: Loader, turn: Array) -> Iterat
         name = link.get("name", "")
         for element in link.findall(kind):
             shape = element.find("geometry/*")
-            if shape is None:
-                continue
+            uri = "" if shape is None else shape.get("filename", "")
             try:
-                xyz, rpy = (_numbers(element.find("origin"), key, "0 0 0") for key in ("xyz", "rpy"))
+                xyz, rpy = (_numbers(element.find("origin"), key, 3, "0 0 0") for key in ("xyz", "rpy"))
+                if shape is None:
+                    raise ValueError(f"a <{kind}> without a shape")
                 if shape.tag == "mesh":
-                    read, scale = load(shape.get("filename", "")), _numbers(shape, "scale", "1 1 1")
+                    read, scale = load(uri), _numbers(shape, "scale", 3, "1 1 1")
                     found = _mesh(name, read, scale[:, None] * (turn if read[0].y_up else np.eye(3)), np.zeros(3))
                 else:
-                    size, radius, length = (_numbers(shape, key) for key in ("size", "radius", "length"))
-                    found = _primitive(name, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
+                    sizes = [factor * _numbers(shape, key, size) for key, size, factor in _URDF_SIZES.get(shape.tag, ())]
+                    found = _primitive(name, shape.tag, np.concatenate([*sizes, np.zeros(0)]))
                 yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
-                yield UnreadShape(name, shape.get("filename", ""), str(refusal))
+                yield UnreadShape(name, uri, str(refusal))
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
@@ -212,10 +221,10 @@ def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> 
 
 def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) -> float:
     """Sum the distances from the joints of each link to the boxes around its meshes of which the file says that y is up [m]."""
-    places = {link.get("name"): [np.zeros(3)] for link in root.iter("link")}
+    places = {link.get("name"): [np.zeros(3)] for link in root.findall("link")}
     for joint in root.iterfind("joint"):
         for parent in joint.iterfind("parent"):
-            places[parent.get("link")].append(_numbers(joint.find("origin"), "xyz", "0 0 0"))
+            places[parent.get("link")].append(_numbers(joint.find("origin"), "xyz", 3, "0 0 0"))
     total = 0.0
     for shape in shapes:
         if isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up:
@@ -224,8 +233,13 @@ def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) ->
     return total
 
 
-def _numbers(element: Element | None, key: str, default: str = "") -> Array:
-    return np.array((default if element is None else element.get(key, default)).split(), dtype=float)
+def _numbers(element: Element | None, key: str, size: int, default: str = "") -> Array:
+    """The numbers (size,) of an attribute."""
+    text = default if element is None else element.get(key, default)
+    values = vector(text, size)
+    if values is None:
+        raise ValueError(f'its {key} is "{text}"; it has to be {size} finite number{"s" * (size > 1)}')
+    return values
 
 
 def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | UnreadShape]:
