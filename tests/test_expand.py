@@ -161,7 +161,7 @@ REFUSED = {
         "dog.urdf.xacro: xacro cannot expand it: too many legs when evaluating expression 'xacro.fatal('too many legs')'"
     ),
     xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): (
-        "dog.urdf.xacro has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
+        "dog.urdf.xacro: it has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
         "them; if it is an SRDF, give the URDF, and this file with --srdf"
     ),
     xacro('<xacro:if value="false"><link name="a"/></xacro:if><link name="b"/>'): (
@@ -187,7 +187,7 @@ def test_broken_included_file(folder: Path):
     (folder / "part.xacro").write_text('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot>&a;</robot>')
     assert refusal(folder, text, NAME) == (
         "part.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here; "
-        "delete the DOCTYPE and write out what its entities stand for"
+        "delete it and write out what they stand for"
     )
 
 

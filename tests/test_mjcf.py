@@ -337,8 +337,8 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
     assert robot.warnings == (
-        'dog.xml holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), "door" (1 kg) '
-        "left out",
+        'dog.xml: it holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), '
+        '"door" (1 kg) left out',
     )
     assert [found.name for found in robot.bodies] == ["base", "b"]
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
@@ -372,7 +372,7 @@ def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
     assert '"door" (1 kg) left out' in robot.warnings[0]
     whole = mujoco.MjModel.from_xml_string(mjcf(arms))
     assert_equal(robot, whole, drawn_at_random(whole, 3))
-    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and a floating base can'):
+    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and with a floating base'):
         from_text(tmp_path, TWO.replace("<keyframe>", tie.format("door", "b") + "<keyframe>"))
 
 
@@ -435,7 +435,7 @@ def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
 def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """It is an optional dependency: the message says how to install it."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(RobotError, match=r'^dog\.xml is an MJCF file, .* pip install "shockpc\[mjcf\]"$'):
+    with pytest.raises(RobotError, match=r'^dog\.xml: an MJCF file is read by MuJoCo.* pip install "shockpc\[mjcf\]"$'):
         from_text(tmp_path, READ["plain"])
 
 
@@ -487,7 +487,7 @@ REFUSED = {
         '<equality><tendon name="belt" tendon1="t"/></equality>',
     ): ('the equality "belt" couples tendons that are not fixed', 'active="false"'),
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'the equality ties "k", but equalities before it make',
+        'the equality ties "k", but each of these follows already',
     ),
     among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): (
         'tendon "t" has an armature that is not computed',
@@ -495,7 +495,7 @@ REFUSED = {
     among(
         '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>'
         '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'
-    ): ('actuator "a" has armature and does not act on a hinge or slide joint',),
+    ): ('actuator "a" has an armature that is not computed',),
     mjcf(floating(body("b", joints='<joint name="j+i"/><joint name="k" axis="0 1 0"/>'))): ('joint "j+i+k"', "rename"),
 }
 

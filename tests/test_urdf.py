@@ -73,7 +73,7 @@ def chain(count: int) -> str:
 
 
 TREE = {
-    urdf(): " has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
+    urdf(): ": it has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
     "them; if it is an SRDF, give the URDF, and this file with --srdf",
     urdf('<link name="a"/>'): ": no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
     urdf(link("a", mass="0")): ": no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
@@ -145,7 +145,7 @@ NUMBERS = {
     },
     urdf(
         link("l0"), *(f"{link(f'l{k}')}{joint(f'j{k}', 'l0', f'l{k}', 'floating', more='')}" for k in range(1, 102))
-    ): " moves with 612 velocities, and up to 606 are computed; fix joints that do not matter",
+    ): ": it moves with 612 velocities, and up to 606 are computed; fix joints that do not matter",
     arm(tip=link("tip", mass="1,5")): ': link "tip": <mass> value is "1,5"; it has to be one finite number, such as 0.5',
     arm(tip=link("tip", mass="-1")): ': link "tip": mass -1 kg is negative; give the mass that the body has, or 0',
     arm(tip=link("tip").replace('<mass value="1"/>', "<mass/>")): (
@@ -213,7 +213,8 @@ def test_sizes_are_limited(tmp_path: Path):
     )
     star = urdf(*(link(f"l{k}") for k in range(2001)), *(joint(f"j{k}", "l0", f"l{k}") for k in range(1, 2001)))
     assert (
-        refusal(tmp_path, star) == "dog.urdf has 2001 links, and up to 2000 are read; leave out those that neither move nor weigh"
+        refusal(tmp_path, star)
+        == "dog.urdf: it has 2001 links, and up to 2000 are read; leave out those that neither move nor weigh"
     )
 
 

@@ -111,10 +111,8 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
     if (has_separator or path.suffix) and os.path.exists(path):
         return path, None
     if has_separator or path.suffix.casefold() in _SUFFIXES:
-        raise RobotError(
-            f'no file "{name_or_path}" (looked in {Path.cwd()}). '
-            "Give the path of a robot file, or the name of a known robot: shockpc robots"
-        )
+        instead = "Give the path of a robot file, or the name of a known robot: shockpc robots"
+        raise RobotError(f'no file "{name_or_path}" (looked in {Path.cwd()}). {instead}')
     known = {name: entry for entry in catalogue() for name in (entry.name, *entry.aliases)}
     entry = known.get(_normalised(name_or_path))
     if entry is None:

@@ -123,10 +123,8 @@ def _change_armature(robot: Robot, model: pin.Model, change: Change) -> None:
     """Change the reflected inertia of some joints."""
     chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
     if change.factor and not model.armature[chosen].any():
-        raise StudyError(
-            f'change {change} has no effect, because the file of robot "{robot.name}" gives these joints no reflected inertia; '
-            f"give a number, such as armature:{change.pattern}=0.01"
-        )
+        said = f'the file of robot "{robot.name}" gives these joints no reflected inertia'
+        raise StudyError(f"change {change} has no effect, because {said}; give a number, such as armature:{change.pattern}=0.01")
     model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
 
 

@@ -68,10 +68,8 @@ class OpenFolders(NamedTuple):
             for folder in (*among, *self.file.parents):
                 if os.path.isdir(folder) and name in (folder.name, self._package_name(folder)):
                     return folder
-        raise RobotError(
-            f'{self.file.name}: {named}: no package "{name}" among those given, in ROS_PACKAGE_PATH or above the file. '
-            f"Say where it is: --package {name}=DIR"
-        )
+        searched = "among those given, in ROS_PACKAGE_PATH or above the file"
+        raise RobotError(f'{self.file.name}: {named}: no package "{name}" {searched}. Say where it is: --package {name}=DIR')
 
     def asset(self, uri: str) -> Path:
         """Find the file that a robot file names, an existing one inside the folders, symbolic links resolved.
@@ -192,10 +190,8 @@ def parse_xml(text: str, name: str) -> Element:
         ended = builder.end(tag)
 
     def doctype(*_: object) -> None:
-        raise RobotError(
-            f"{name}: line {parser.CurrentLineNumber}: a DOCTYPE can define entities, and those are never expanded here; "
-            "delete the DOCTYPE and write out what its entities stand for"
-        )
+        said = "a DOCTYPE can define entities, and those are never expanded here; delete it and write out what they stand for"
+        raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {said}")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = builder.data, doctype

@@ -31,20 +31,19 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
         )
 
 
-def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:
+def refuse_tree(carriers: Mapping[str, str]) -> None:
     """Refuse more than 2000 links, or more than 600 that hang on one another. Args: carriers: of each link, "" for none, in order.
 
     Raises:
         RobotError: with the number of links, or the first link of level 601.
     """
     if len(carriers) > LINKS:
-        said = f"{file} has {len(carriers)} links, and up to {LINKS} are read"
-        raise RobotError(f"{said}; leave out those that neither move nor weigh")
+        raise RobotError(f"it has {len(carriers)} links, and up to {LINKS} are read; leave out those that neither move nor weigh")
     level = {"": 0}
     for link, carrier in carriers.items():
         level[link] = level[carrier] + 1
         if level[link] > LEVELS:
-            raise RobotError(f'{file}: link "{link}" is the end of a chain of more than {LEVELS} links, which is not computed')
+            raise RobotError(f'link "{link}" is the end of a chain of more than {LEVELS} links, which is not computed')
 
 
 def inertia_fault(mass: float, inertia: Array) -> str | None:

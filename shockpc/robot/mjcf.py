@@ -133,10 +133,8 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
     """The text of a model without textures, height fields and all else that moves no mass; `parts` receives models attached."""
     size = _size(root)
     if size > _LARGEST:
-        raise RobotError(
-            f"{folders.file.name} has {size} elements after replication, and up to {_LARGEST} are read; lower the count of "
-            "<replicate>, <composite> or <flexcomp>"
-        )
+        instead = "lower the count of <replicate>, <composite> or <flexcomp>"
+        raise RobotError(f"{size} elements after replication, and up to {_LARGEST} are read; {instead}")
     root[:] = [section for section in root if section.tag not in _UNUSED_SECTIONS]
     for element in root.iter():
         element[:] = [child for child in element if child.tag not in _UNUSED_ELEMENTS]
@@ -144,7 +142,7 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
             element.attrib.pop(key, None)
         for key, value in element.attrib.items():
             called = f' "{element.get("name")}"' if "name" in element.attrib else ""
-            whose = f'{folders.file.name}: {element.tag}{called}: {key} is "{value}"'
+            whose = f'{element.tag}{called}: {key} is "{value}"'
             if element.tag != "key" and key not in ("name", "model") and any(map(_NOT_FINITE.fullmatch, value.split())):
                 raise RobotError(f"{whose}; it has to be finite numbers")
             if key == "file" and element.tag not in ("mesh", "model"):
@@ -171,12 +169,12 @@ def compiled(source: RobotSource) -> Compiled:
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
     """
-    file, parts = source.path.name, dict[str, bytes]()
+    parts: dict[str, bytes] = {}
     try:
         import mujoco
     except ImportError:
-        raise RobotError(f'{file} is an MJCF file, which is read by MuJoCo. Install it: pip install "shockpc[mjcf]"') from None
-    text = _without_files(parse_xml(source.xml, file), source.folders, parts)
+        raise RobotError('an MJCF file is read by MuJoCo. Install it: pip install "shockpc[mjcf]"') from None
+    text = _without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
     notes: list[str] = []
     try:
         with _caught(mujoco, notes):
@@ -192,8 +190,8 @@ def compiled(source: RobotSource) -> Compiled:
         said = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
         # The line numbers are not those of the user's file.
         said = re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", said)
-        raise RobotError(f"{file}: MuJoCo cannot compile it: {said}") from None
-    messages = dict.fromkeys(f"{file}: MuJoCo: {' '.join(note.split())}" for note in notes)
+        raise RobotError(f"MuJoCo cannot compile it: {said}") from None
+    messages = dict.fromkeys(f"MuJoCo: {' '.join(note.split())}" for note in notes)
     return Compiled(model, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
 
 
@@ -258,7 +256,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any,
                 assets[mesh.file] = read_file(path, "mesh", RobotError)
             except RobotError as refusal:
                 raise RobotError(
-                    f'{source.path.name}: body "{needed[mesh.name]}" takes its mass from mesh "{mesh.name}", which cannot be '
+                    f'body "{needed[mesh.name]}" takes its mass from mesh "{mesh.name}", which cannot be '
                     f"read: {refusal}. Give the mesh, or give the body an <inertial>"
                 ) from None
     spec.assets = assets
@@ -291,14 +289,14 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
         RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
     """
     found = compiled(source)
-    m, file = found.model, source.path.name
+    m = found.model
     names = [m.body(body).name if body else "" for body in range(m.nbody)]
-    refuse_tree(file, {names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
+    refuse_tree({names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
     for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
         for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
-            refuse_number(f'{file}: body "{name}"', what, value, unit)
-    kept, notes = _kept(m, file, frames)
-    model = _model(m, file, kept)
+            refuse_number(f'body "{name}"', what, value, unit)
+    kept, notes = _kept(m, frames)
+    model = _model(m, kept)
     model.name = source.robot_name
     # Both count bodies, and the joints of a body, in the same order.
     joints = np.flatnonzero(np.isin(m.jnt_bodyid, kept)).tolist()
@@ -307,7 +305,7 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
     limits = np.tile([-np.inf, np.inf], (m.nq, 1))
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
     model.lowerPositionLimit, model.upperPositionLimit = limits[order].T
-    model.armature = _armature(m, file)[np.isin(m.dof_jntid, joints)]
+    model.armature = _armature(m)[np.isin(m.dof_jntid, joints)]
     floats = model.joints[1].shortname() == "JointModelFreeFlyer"
     if floats:
         extra = float(model.armature[0])
@@ -317,20 +315,20 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
             base.inertia = pin.Inertia(extra, np.zeros(3), extra * np.eye(3))
             model.inertias[1] += base.inertia
             notes += (
-                f'{file}: joint "{model.names[1]}" is free and has armature {extra:g}, which adds {extra:g} kg and '
+                f'joint "{model.names[1]}" is free and has armature {extra:g}, which adds {extra:g} kg and '
                 f'{extra:g} kg m² to the base, as in MuJoCo; if that is not meant, set armature="0" there or use a <freejoint/>',
             )
     start = pin.neutral(model)
-    postures, more = _postures(found, order, file)
+    postures, more = _postures(found, order)
     robot = Robot(source, model, start, postures, (), (), (*found.warnings, *notes, *more))
     equalities = [equality for equality in _equalities(m) if set(equality[2]) <= set(kept)]
     loops = tuple(_loops(m, robot, equalities))
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
-    return replace(robot, start=read_only(start), loops=loops, mimics=_mimics(m, equalities, file))
+    return replace(robot, start=read_only(start), loops=loops, mimics=_mimics(m, equalities))
 
 
-def _model(m: Any, file: str, bodies: Sequence[int]) -> pin.Model:
+def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
     """The model of some bodies, carriers first, with their sites and named collision geoms (many are feet)."""
     model = pin.Model()
     at: dict[int, tuple[int, pin.SE3]] = {}
@@ -340,7 +338,7 @@ def _model(m: Any, file: str, bodies: Sequence[int]) -> pin.Model:
             (joint, carrier), first = at[int(m.body_parentid[body])], int(m.body_jntadr[body])
             place = carrier * _place(m.body_pos[body], m.body_quat[body])
             if m.body_jntnum[body]:
-                joint, place = _add_joint(m, file, model, joint, place, range(first, first + int(m.body_jntnum[body])))
+                joint, place = _add_joint(m, model, joint, place, range(first, first + int(m.body_jntnum[body])))
             R = rotation(m.body_iquat[body])
             moments = R @ np.diag(m.body_inertia[body]) @ R.T
             inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
@@ -355,11 +353,11 @@ def _model(m: Any, file: str, bodies: Sequence[int]) -> pin.Model:
     return model
 
 
-def _add_joint(m: Any, file: str, model: pin.Model, carrier: int, place: pin.SE3, numbers: range) -> tuple[int, pin.SE3]:
+def _add_joint(m: Any, model: pin.Model, carrier: int, place: pin.SE3, numbers: range) -> tuple[int, pin.SE3]:
     """Add the joint of a body placed so in the carrier's frame; return its index, and the body's frame in the joint's."""
     name = "+".join(m.joint(number).name for number in numbers)
     if model.existJointName(name) or name.count("+") >= max(len(numbers), 2):
-        raise RobotError(f'{file}: joint "{name}" has a name that is used here for something else; rename it')
+        raise RobotError(f'joint "{name}" has a name that is used here for something else; rename it')
     if m.jnt_type[numbers[0]] == _FREE:  # it stands where its configuration says; its place in the file is only a start
         return add_joint(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
     parts, steps = [], []
@@ -388,24 +386,20 @@ def _place(position: Array, quaternion: Array) -> pin.SE3:
     return pin.SE3(rotation(quaternion), np.array(position))
 
 
-def _armature(m: Any, file: str) -> Array:
+def _armature(m: Any) -> Array:
     """Reflected inertia (nv,) of joints, and of actuators that act on a joint: gear² times the actuator's own."""
     armature = np.array(m.dof_armature)
+    refused = [("tendon", m.tendon(number).name) for number in np.flatnonzero(getattr(m, "tendon_armature", ()))]
     for number in np.flatnonzero(getattr(m, "actuator_armature", ())):
         joint = int(m.actuator_trnid[number, 0])
         if m.actuator_trntype[number] > 1 or m.jnt_type[joint] < _SLIDE:
-            raise RobotError(
-                f'{file}: actuator "{m.actuator(number).name}" has armature and does not act on a hinge or slide joint, which is '
-                "not computed; give the joints that armature, times gear² of the actuator"
-            )
-        armature[m.jnt_dofadr[joint]] += m.actuator_armature[number] * m.actuator_gear[number, 0] ** 2
-    refused = [("tendon", m.tendon(number).name) for number in np.flatnonzero(getattr(m, "tendon_armature", ()))]
+            refused.append(("actuator", m.actuator(number).name))
+        else:
+            armature[m.jnt_dofadr[joint]] += m.actuator_armature[number] * m.actuator_gear[number, 0] ** 2
     refused += [("joint", m.joint(m.dof_jntid[dof]).name) for dof in np.flatnonzero(armature < 0)]
     for kind, name in refused:
-        raise RobotError(
-            f'{file}: {kind} "{name}" has an armature that is not computed: only joints can have one, not below zero; give the '
-            "joints theirs, or set it to 0"
-        )
+        instead = "give one not below zero to the hinge or slide joints, that of an actuator times gear², or set it to 0"
+        raise RobotError(f'{kind} "{name}" has an armature that is not computed; {instead}')
     return armature
 
 
@@ -423,12 +417,12 @@ def _equalities(m: Any) -> Iterator[Equality]:
         yield int(number), ends, bodies
 
 
-def _kept(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
+def _kept(m: Any, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
     """The bodies that belong to the robot, with the world and what is fixed to it, and a warning of others that move."""
     roots = np.unique(m.body_rootid[m.body_jntnum > 0])
     mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
-        raise RobotError(f"{file}: no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
+        raise RobotError("no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
     owners = ((m.body, range(m.nbody)), (m.site, m.site_bodyid), (m.geom, m.geom_bodyid))
     places = [(item(k).name, int(body)) for item, bodies in owners for k, body in enumerate(bodies)]
     asked = [int(m.body_rootid[body]) for frame in frames for name, body in places if name and fnmatch.fnmatchcase(name, frame)]
@@ -440,17 +434,15 @@ def _kept(m: Any, file: str, frames: Sequence[str]) -> tuple[list[int], tuple[st
         kept |= set().union(*(tie for tie in ties if tie & kept))
     if len(kept) > 1 and any(m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE for root in kept):
         tied = listed(m.body(root).name for root in sorted(kept))
-        raise RobotError(
-            f"{file}: equalities tie {tied} together, and a floating base can be computed only as the one top-level body that "
-            'moves. Set active="false" on these equalities to compute one alone'
-        )
+        alone = 'with a floating base only one top-level body that moves can be computed; set active="false" on them'
+        raise RobotError(f"equalities tie {tied} together, and {alone}")
     left = [root for root in mass if root not in kept]
     bodies = np.flatnonzero(~np.isin(m.body_rootid, left)).tolist()
     if not left:
         return bodies, ()
     others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
     said = f'"{m.body(chosen).name}", {"which has the contact" if chosen in asked else "with the most joints"}, is computed'
-    return bodies, (f"{file} holds {len(mass)} robots that move on their own: {said}, and {others} left out",)
+    return bodies, (f"it holds {len(mass)} robots that move on their own: {said}, and {others} left out",)
 
 
 def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loop]:
@@ -479,7 +471,7 @@ def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loo
         )
 
 
-def _mimics(m: Any, equalities: Sequence[Equality], file: str) -> tuple[Mimic, ...]:
+def _mimics(m: Any, equalities: Sequence[Equality]) -> tuple[Mimic, ...]:
     """The joints that equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂."""
     found: list[Mimic] = []
     for number, ends, _ in equalities:
@@ -488,17 +480,13 @@ def _mimics(m: Any, equalities: Sequence[Equality], file: str) -> tuple[Mimic, .
         if kind < _JOINT:
             continue
         if kind > _TENDON or any(_terms(m, kind, end) is None for end in ends):
-            raise RobotError(
-                f"{file}: the equality{called} couples tendons that are not fixed, or flexible parts, which is not computed, and "
-                "without it the numbers would be wrong; valid are connect, weld, joint, and fixed tendons; "
-                'set active="false" to do without it on purpose'
-            )
+            valid = 'valid are connect, weld, joint, and fixed tendons; set active="false" to do without it on purpose'
+            raise RobotError(f"the equality{called} couples tendons that are not fixed, or flexible parts; {valid}")
         polynomial = [float(value) for value in m.eq_data[number, :5]]
         if any(polynomial[2:]) and ends[1] >= 0:
-            raise RobotError(
-                f"{file}: the equality{called} couples joints by a curve, polycoef {' '.join(f'{a:g}' for a in polynomial)}; "
-                "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
-            )
+            instead = "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
+            curve = " ".join(f"{a:g}" for a in polynomial)
+            raise RobotError(f"the equality{called} couples joints by a curve, polycoef {curve}; {instead}")
         # x is the value of a joint, or the length of a fixed tendon, a sum of multiples of such values. The equality is solved for
         # a joint that does not follow yet, of the first object if there is one, with the largest multiple.
         sums: dict[str, float] = {}
@@ -511,10 +499,8 @@ def _mimics(m: Any, equalities: Sequence[Equality], file: str) -> tuple[Mimic, .
         first = [m.joint(joint).name for joint in _terms(m, kind, ends[0]) or ()]
         free = [name for name, by in sums.items() if by and all(mimic.joint != name for mimic in found)]
         if not free:
-            raise RobotError(
-                f"{file}: the equality{called} ties {listed(sums)}, but equalities before it make each of these follow, and "
-                'a joint can follow only once; set active="false" on one of them to do without it'
-            )
+            instead = 'and a joint can follow only once; set active="false" on one of them to do without it'
+            raise RobotError(f"the equality{called} ties {listed(sums)}, but each of these follows already, {instead}")
         own = max(free, key=lambda name: (name in first, abs(sums[name])))
         leaders = {name: -by / sums[own] for name, by in sums.items() if by and name != own}
         found.append(Mimic(own, leaders, constant / sums[own]))
@@ -530,7 +516,7 @@ def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:
     return {int(m.wrap_objid[wrap]): float(m.wrap_prm[wrap]) for wrap in wraps} if fixed else None
 
 
-def _postures(found: Compiled, order: Array, file: str) -> tuple[dict[str, Array], tuple[str, ...]]:
+def _postures(found: Compiled, order: Array) -> tuple[dict[str, Array], tuple[str, ...]]:
     """The keyframes as configurations (nq,), and a warning for each that does not fit the model."""
     from mujoco import mj_normalizeQuat
 
@@ -540,7 +526,7 @@ def _postures(found: Compiled, order: Array, file: str) -> tuple[dict[str, Array
     for name, values in found.keys:
         qpos = np.array(values or m.qpos0)
         if len(qpos) != m.nq or not np.isfinite(qpos).all():
-            warnings.append(f'{file}: keyframe "{name}" does not hold {m.nq} finite numbers; the posture is left out')
+            warnings.append(f'keyframe "{name}" does not hold {m.nq} finite numbers; the posture is left out')
             continue
         mj_normalizeQuat(m, qpos)
         postures[name] = read_only(qpos[order])

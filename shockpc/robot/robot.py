@@ -161,7 +161,7 @@ class Robot:
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
-        notes: warnings of the file's reader.
+        notes: warnings of the file's reader, without the file's name.
     """
 
     source: RobotSource
@@ -200,11 +200,12 @@ class Robot:
                 shown = ", ".join(f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}" for moment in moments)
                 odd.append(f'"{body.name}" ({shown} kg m²)')
         said = (
-            f"{self.source.path.name}: no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of "
-            "the other two, and not all can be zero; shock is computed from them all the same. Correct the file; the links at "
-            f"fault: shockpc robots {self.label}"
+            f"no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of the other two, and not "
+            "all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+            f"shockpc robots {self.label}"
         )
-        return (*self.source.warnings, *self.notes, *([said] if odd else []))
+        file = self.source.path.name
+        return (*self.source.warnings, *(f"{file}: {note}" for note in (*self.notes, *([said] if odd else []))))
 
     @cached_property
     def free_base(self) -> bool:
@@ -363,6 +364,15 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
+    try:
+        return _built(source, frames)
+    except RobotError as refusal:
+        file = source.path.name
+        raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}") from None
+
+
+def _built(source: RobotSource, frames: Sequence[str]) -> Robot:
+    """The robot of a file. What is refused is said without the file's name."""
     if source.kind == "mjcf":
         from shockpc.robot.mjcf import build_mjcf
 
@@ -371,12 +381,10 @@ def load_robot(
         from shockpc.robot.urdf import build_urdf
 
         found = build_urdf(source)
-    file, model = source.path.name, found.model
+    model = found.model
     if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
-        raise RobotError(
-            f"{file} moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter"
-        )
-    refuse_number(file, "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
+        raise RobotError(f"it moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter")
+    refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in model.jointPlacements:
         R = place.rotation
@@ -408,14 +416,13 @@ def rotation(quaternion: Array) -> Array:
 
 def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
     """The mimic joints, each after those that it follows, without leaders that are fixed."""
-    file, freedom = robot.source.path.name, {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
+    freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
         for name in (mimic.joint, *mimic.leaders):
             if freedom.get(name, 1) != 1:
-                raise RobotError(
-                    f'{file}: joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees of freedom, '
-                    "and only a joint with one can follow or lead; give it one axis, or take the coupling out"
-                )
+                many = f"{freedom[name]} degrees of freedom, and only a joint with one can follow or lead; give it one axis"
+                said = f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {many}'
+                raise RobotError(f"{said}, or take the coupling out")
     followers = {}
     for mimic in robot.mimics:
         leaders = {name: by for name, by in mimic.leaders.items() if name in freedom}
@@ -424,7 +431,7 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
         order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
     except CycleError as circle:
         names = listed(name for name in followers if name in circle.args[1])
-        raise RobotError(f"{file}: mimic joints {names} follow one another in a circle; one of them has to lead") from None
+        raise RobotError(f"mimic joints {names} follow one another in a circle; one of them has to lead") from None
     return tuple(followers[name] for name in order if name in followers)
 
 

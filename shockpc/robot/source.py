@@ -89,10 +89,8 @@ def read_source(
         from shockpc.robot.mjcf import insert_includes
 
         if srdf is not None:
-            raise RobotError(
-                f"{path.name} is an MJCF, whose postures are its keyframes, so the SRDF {Path(srdf).name} has no effect; "
-                "leave it out, or write its postures as <key> elements of a <keyframe>"
-            )
+            instead = "leave it out, or write its postures as <key> elements of a <keyframe>"
+            raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {instead}")
         return RobotSource(name, "mjcf", insert_includes(root, folders), robot_name, None, folders, warnings)
     if root.tag != "robot":
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")

@@ -45,28 +45,25 @@ def build_urdf(source: RobotSource) -> Robot:
     Raises:
         RobotError: it is not one connected tree of bodies with finite numbers and some mass, or the SRDF cannot be read.
     """
-    file = source.path.name
-    root = parse_xml(source.xml, file)
-    links, joints = (_named(root.findall(kind), kind, file) for kind in ("link", "joint"))
+    root = parse_xml(source.xml, source.path.name)
+    links, joints = (_named(root.findall(kind), kind) for kind in ("link", "joint"))
     if not links:
-        raise RobotError(
-            f"{file} has no <link>, so there is no robot in it; if it defines macros, give the file that uses them; if it is "
-            "an SRDF, give the URDF, and this file with --srdf"
-        )
-    order = _carriers_first(links, joints, file)
-    inertias = {name: _inertia(link, f'{file}: link "{name}"') for name, link in links.items()}
+        instead = "if it defines macros, give the file that uses them; if it is an SRDF, give the URDF, and this file with --srdf"
+        raise RobotError(f"it has no <link>, so there is no robot in it; {instead}")
+    order = _carriers_first(links, joints)
+    inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
     if not any(inertia.mass > 0 for inertia in inertias.values()):
-        raise RobotError(f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
-    model = _model(order, joints, inertias, file)
-    mimics, notes = _mimics(joints, file)
+        raise RobotError("no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
+    model = _model(order, joints, inertias)
+    mimics, notes = _mimics(joints)
     carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
     kind = joints[model.names[carried[0]]].get("type") if len(carried) == 1 else ""
     if kind in ("floating", "planar") and (next(iter(order)) == WORLD or not model.inertias[1].mass):
         base = model.names[carried[0]]
-        model = _model(order, joints, inertias, file, base)
+        model = _model(order, joints, inertias, base)
         if kind == "planar":
             notes.append(
-                f'{file}: joint "{base}" is planar and carries the whole robot, so it is computed as a floating base; '
+                f'joint "{base}" is planar and carries the whole robot, so it is computed as a floating base; '
                 "--base planar keeps it in the plane of the study"
             )
     model.name, start = source.robot_name, pin.neutral(model)
@@ -76,28 +73,28 @@ def build_urdf(source: RobotSource) -> Robot:
     return Robot(source, model, read_only(start), postures, mimics, (), tuple(notes))
 
 
-def _named(elements: list[Element], kind: str, file: str) -> dict[str, Element]:
+def _named(elements: list[Element], kind: str) -> dict[str, Element]:
     """Links or joints by name; each needs one of its own, which is none of Pinocchio's."""
     reserved = {"universe": "the world"} | ({"root_joint": "the free base"} if kind == "joint" else {})
     named: dict[str, Element] = {}
     for number, element in enumerate(elements, start=1):
         name = element.get("name")
         if not name:
-            raise RobotError(f"{file}: <{kind}> number {number} has no name; give it one")
+            raise RobotError(f"<{kind}> number {number} has no name; give it one")
         if name in named:
-            raise RobotError(f'{file}: two {kind}s are called "{name}"; names have to be unique, so rename one')
+            raise RobotError(f'two {kind}s are called "{name}"; names have to be unique, so rename one')
         if name in reserved and element.get("type") != "fixed":
-            raise RobotError(f'{file}: {kind} "{name}" has the name that Pinocchio gives to {reserved[name]}; rename it')
+            raise RobotError(f'{kind} "{name}" has the name that Pinocchio gives to {reserved[name]}; rename it')
         named[name] = element
     return named
 
 
-def _carriers_first(links: dict[str, Element], joints: dict[str, Element], file: str) -> _Order:
+def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _Order:
     """The joint above each link and the link that carries it, branch by branch from the root, which has neither."""
     above: _Order = {}
     below: dict[str, list[str]] = {link: [] for link in links}
     for name, joint in sorted(joints.items(), reverse=True):
-        kind, whose = joint.get("type", ""), f'{file}: joint "{name}"'
+        kind, whose = joint.get("type", ""), f'joint "{name}"'
         if kind not in _JOINT_TYPES:
             raise RobotError(f'{whose} is of type "{kind}", which URDF does not have; it has {listed(_JOINT_TYPES)}')
         parent, child = (next((part.get("link", "") for part in joint.findall(end)), "") for end in ("parent", "child"))
@@ -107,16 +104,14 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element], file:
                 raise RobotError(f"{whose}: {said}; every joint has to join two links of the file")
         if child in above:
             raise RobotError(
-                f'{file}: link "{child}" is the child of two joints, "{name}" and "{above[child][0]}"; '
+                f'link "{child}" is the child of two joints, "{name}" and "{above[child][0]}"; '
                 "a URDF is a tree, so cut the loop at one of them"
             )
         above[child] = name, parent
         below[parent].append(child)
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
-        raise RobotError(
-            f"{file}: {len(roots)} links have no parent: {listed(roots, 5)}; a robot has one root, so join the others to it"
-        )
+        raise RobotError(f"{len(roots)} links have no parent: {listed(roots, 5)}; a robot has one root, so join the others to it")
     order: _Order = {}
     waiting = roots
     while waiting:
@@ -125,13 +120,13 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element], file:
         waiting += below[link]
     if lost := sorted(joint for link, (joint, _) in above.items() if link not in order):
         raise RobotError(
-            f"{file}: a circle that no root link carries holds {listed(lost, 5)}; a URDF is a tree, so remove one of these joints"
+            f"a circle that no root link carries holds {listed(lost, 5)}; a URDF is a tree, so remove one of these joints"
         )
-    refuse_tree(file, {link: carrier for link, (_, carrier) in order.items()})
+    refuse_tree({link: carrier for link, (_, carrier) in order.items()})
     return order
 
 
-def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], file: str, base: str = "") -> pin.Model:
+def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], base: str = "") -> pin.Model:
     """The model, whose floating base is the joint of this name, or else the root link's."""
     model = pin.Model()
     at = {"": (0, pin.SE3.Identity())}
@@ -140,7 +135,7 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
         if not name:
             at[link] = carrier if base else add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint"), place
         else:
-            joint, whose = joints[name], f'{file}: joint "{name}"'
+            joint, whose = joints[name], f'joint "{name}"'
             place = place * _place(joint, whose)
             if joint.get("type") == "fixed":
                 model.addFrame(pin.Frame(name, carrier, 0, place, pin.FrameType.FIXED_JOINT), False)
@@ -219,11 +214,11 @@ def _numbers(whose: str, owner: Element, tag: str, key: str, default: str = "", 
     return values
 
 
-def _mimics(joints: dict[str, Element], file: str) -> tuple[tuple[Mimic, ...], list[str]]:
+def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
     """The joints that follow others, and a warning for each that follows no joint of the file."""
     mimics, warnings = [], []
     for name, joint in joints.items():
-        rules, whose = joint.findall("mimic"), f'{file}: joint "{name}"'
+        rules, whose = joint.findall("mimic"), f'joint "{name}"'
         if len(rules) > 1:
             raise RobotError(f"{whose} has several <mimic>, and a joint can follow only one; keep one")
         for rule in rules:

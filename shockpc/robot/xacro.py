@@ -48,10 +48,8 @@ def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) 
     request["libraries"] = sorted({str(Path(origin).parent.parent) for origin in found})
     answer = _result(request, folders, texts)
     if answer is None:
-        raise RobotError(
-            f"{name}: xacro gave no result within {SECONDS:g} s and {MEMORY / 2**30:g} GB; look for a macro, an expression or a "
-            "number that grows without end"
-        )
+        cause = "look for a macro, an expression or a number that grows without end"
+        raise RobotError(f"{name}: xacro gave no result within {SECONDS:g} s and {MEMORY / 2**30:g} GB; {cause}")
     if "error" in answer:
         raise RobotError(answer["error"])
     known = {match[1] or match[2] for text in texts for match in _ARGUMENT.finditer(text)}
