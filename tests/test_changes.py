@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from robot_texts import body, floating, loaded, mjcf
 
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.model.joint_model import Joints
@@ -95,6 +96,14 @@ def test_no_change_is_no_change(dog):
     robot = changed(dog, read_changes("mass:*=1x; inertia:*=1x; com-x:*=0; armature:*=0"))
     scene = Scene(robot="anymal_b", contact="LF_FOOT")
     np.testing.assert_array_equal(shock_profile(scene, robot).maps, shock_profile(scene, dog).maps)
+
+
+def test_a_body_of_an_mjcf_changes_without_those_that_it_carries_rigidly(tmp_path):
+    """Its own inertia is kept apart from theirs, as that of a link of a URDF is."""
+    robot = loaded(tmp_path, mjcf(floating(body("b", joints=""), body("c"))), "dog.xml")
+    more = changed(robot, [Change("mass", "b", 3.0, True)])
+    assert (link_mass(more, "base"), link_mass(more, "b")) == (1.0, 3.0)
+    assert more.masses.tolist() == [4.0, 1.0]
 
 
 def test_original_stays_as_it_is(dog):
