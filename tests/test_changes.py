@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from robot_texts import body, floating, loaded, mjcf
+import robot_texts
 
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.model.joint_model import Joints
@@ -100,7 +100,8 @@ def test_no_change_is_no_change(dog):
 
 def test_a_body_of_an_mjcf_changes_without_those_that_it_carries_rigidly(tmp_path):
     """Its own inertia is kept apart from theirs, as that of a link of a URDF is."""
-    robot = loaded(tmp_path, mjcf(floating(body("b", joints=""), body("c"))), "dog.xml")
+    bodies = robot_texts.body("b", joints=""), robot_texts.body("c")
+    robot = robot_texts.loaded(tmp_path, robot_texts.mjcf(robot_texts.floating(*bodies)), "dog.xml")
     more = changed(robot, [Change("mass", "b", 3.0, True)])
     assert (link_mass(more, "base"), link_mass(more, "b")) == (1.0, 3.0)
     assert more.masses.tolist() == [4.0, 1.0]

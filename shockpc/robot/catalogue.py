@@ -11,7 +11,17 @@ from typing import NamedTuple
 
 from shockpc.errors import RobotError, UnknownName
 
-__all__ = ["SETS", "catalogue", "closing_scene", "data_folder", "find_robot", "find_srdf", "own_robots_folder", "robots_of_set"]
+__all__ = [
+    "SETS",
+    "CatalogueEntry",
+    "catalogue",
+    "closing_scene",
+    "data_folder",
+    "find_robot",
+    "find_srdf",
+    "own_robots_folder",
+    "robots_of_set",
+]
 
 SETS: dict[str, tuple[str, ...]] = {
     "quadrupeds": (

@@ -26,7 +26,7 @@ from shockpc.robot.robot import Body, Frame, Robot, rotation
 from shockpc.robot.source import RobotSource
 from shockpc.robot.urdf import vector
 
-__all__ = ["HalfSpaces", "Kind", "Outline", "Shape", "body_outline", "facets", "half_spaces", "inertia_box", "outline"]
+__all__ = ["HalfSpaces", "Kind", "Outline", "Shape", "Unread", "body_outline", "facets", "half_spaces", "inertia_box", "outline"]
 
 Kind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
@@ -93,7 +93,7 @@ class Shape(NamedTuple):
         return Shape(self.link, points, self.radius, mesh, discs, self.name)
 
 
-class UnreadShape(NamedTuple):
+class Unread(NamedTuple):
     """A shape that cannot be read: its link, its mesh, which may be "", and why."""
 
     link: str
@@ -113,7 +113,7 @@ class Outline(NamedTuple):
 
     shapes: tuple[tuple[Shape, ...], ...]
     pieces: Pieces
-    unread: tuple[UnreadShape, ...]
+    unread: tuple[Unread, ...]
     warnings: tuple[str, ...]
 
 
@@ -126,12 +126,12 @@ def outline(robot: Robot, kind: Kind) -> Outline:
     A shape that cannot be read is left out and named in the warning. The results for the last few robots are kept.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
-    unread: list[UnreadShape] = []
+    unread: list[Unread] = []
     bare: dict[int, str] = {}
     for piece in _shapes(robot.source, kind):
         frame = robot.frames.get(piece.link)
         body = frame.body if frame is not None else -1
-        if isinstance(piece, UnreadShape):
+        if isinstance(piece, Unread):
             unread.append(piece)
             bare[body] = f'"{robot.bodies[body].name}"'
         elif frame is not None and body >= 0:
@@ -167,7 +167,7 @@ def inertia_box(body: Body) -> Shape | None:
 
 
 @functools.lru_cache(maxsize=4)
-def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
+def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | Unread, ...]:
     """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
 
     @functools.cache  # four legs often share a mesh
@@ -191,7 +191,7 @@ def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
     return found
 
 
-def _urdf_shapes(root: Element, kind: Kind, load: Loader, turn: Array) -> Iterator[Shape | UnreadShape]:
+def _urdf_shapes(root: Element, kind: Kind, load: Loader, turn: Array) -> Iterator[Shape | Unread]:
     """Place the shapes of every link of a URDF. Args: turn: (3, 3), of meshes with y up."""
     for link in root.findall("link"):
         name = link.get("name", "")
@@ -210,7 +210,7 @@ def _urdf_shapes(root: Element, kind: Kind, load: Loader, turn: Array) -> Iterat
                     found = _primitive(name, shape.tag, np.concatenate([*sizes, np.zeros(0)]))
                 yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
-                yield UnreadShape(name, uri, str(refusal))
+                yield Unread(name, uri, str(refusal))
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
@@ -219,7 +219,7 @@ def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> 
     return Shape(link, (corners - origin) @ change.T, mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T))
 
 
-def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) -> float:
+def _distance_to_joints(root: Element, shapes: Iterable[Shape | Unread]) -> float:
     """Sum the distances from the joints of each link to the boxes around its meshes of which the file says that y is up [m]."""
     places = {link.get("name"): [np.zeros(3)] for link in root.findall("link")}
     for joint in root.iterfind("joint"):
@@ -242,7 +242,7 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
     return values
 
 
-def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | UnreadShape]:
+def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | Unread]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
     from shockpc.robot.mjcf import compiled
 
@@ -269,7 +269,7 @@ def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shap
                 shape = Shape(link, hull_corners(vertices), mesh=Mesh(vertices, triangles))
             yield _checked(shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos)))
         except (RobotError, ValueError) as refusal:
-            yield UnreadShape(link, file.name if file else "", str(refusal))
+            yield Unread(link, file.name if file else "", str(refusal))
 
 
 def _checked(shape: Shape) -> Shape:
