@@ -17,9 +17,9 @@ from shockpc.model.contact import ContactPoint, contact_block, contact_point, st
 from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.equation import Equation, impulsive_equation
 from shockpc.model.joint_model import JointModel, joint_model
-from shockpc.model.motion import Motion, twist_before
+from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
-from shockpc.model.rows import Block, block_point, block_wrenches, row_jacobian
+from shockpc.model.rows import Block, block_point, row_jacobian
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
@@ -86,28 +86,11 @@ class Landing:
             own: whether b has a column for the scene's own strike, besides those of the unit strikes.
         """
         blocks = self.rows(state)
-        return impulsive_equation(state, blocks, self.approach(state, blocks, own), self.columns(state))
+        return impulsive_equation(state, blocks, approach_speeds(state, blocks, self.before if own else None), self.columns(state))
 
     def columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
         return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
-
-    def approach(self, state: Dynamics, blocks: tuple[Block, ...], own: bool = True) -> Array:
-        """The speeds b (N, nc, 4 or 3) that the impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
-
-        The first three columns are strikes of 1 m/s along world x, y and z, the last is the scene's own strike, if it is wanted.
-        Rows of standing feet and of loops have none.
-        """
-        b = []
-        for block in blocks:
-            speeds = np.zeros((len(state.J), block.size, 4 if own else 3))
-            if block.kind == "contact":
-                wrenches = (1.0 + block.restitution) * block_wrenches(state, block)
-                speeds[..., :3] = wrenches[..., 3:]
-                if own:
-                    speeds[..., 3:] = wrenches @ twist_before(state, self.before, block.body)[..., None]
-            b.append(speeds)
-        return np.concatenate(b, axis=1)
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""

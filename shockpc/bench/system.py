@@ -9,6 +9,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.landing import Landing, resolve
+from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_axes, block_point
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
@@ -87,5 +88,5 @@ def system_of(robot: Robot, scene: Scene) -> System:
     if robot.free_base:
         to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
         v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
-    b, G = landing.approach(state, blocks), landing.columns(state)
+    b, G = approach_speeds(state, blocks, before), landing.columns(state)
     return System(landing, model, held, v, b[0, :, 3], None if G is None else G[0])

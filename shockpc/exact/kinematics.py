@@ -1,8 +1,8 @@
-"""Kinematics of a robot in ball arithmetic: the transforms between its joints and the places of its bodies.
+"""A robot in one posture in ball arithmetic: the same record that `model.dynamics` computes in doubles with Pinocchio.
 
 Every joint is split into elementary ones (a composite joint has several, with massless bodies between them). The rotation through
-an elementary joint is affine in the sine and cosine of its angle, and its place in its displacement. Twists are (ω, v) and wrenches
-(moment, force), both written at the origin and in the axes of the joint's own frame (Featherstone 2008, Chapter 2).
+an elementary joint is affine in the sine and cosine of its angle, and its place in its displacement. Twists (ω, v) and wrenches
+(moment, force) are written in world axes at the base's origin, where those of different bodies may be added.
 """
 
 import functools
@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from flint import arb, arb_mat
 
-from shockpc.core.spatial import Array, quaternion_of
-from shockpc.exact.balls import Balls, blocks, cross_matrix, matrix, rotation_matrix, unit_vector
+from shockpc.core.spatial import Array, Plane, quaternion_of
+from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rotation_matrix
+from shockpc.model.dynamics import Dynamics
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["Data", "Node", "Pose", "Tree", "data_of", "elementary", "loaded_tree", "poses", "tree_of"]
+__all__ = ["Data", "Node", "Posed", "Tree", "data_of", "elementary", "loaded_tree", "posed", "tree_of"]
 
 EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 
@@ -45,58 +46,55 @@ class Data(NamedTuple):
 
 
 class Node(NamedTuple):
-    """An elementary joint with what it carries, at some precision.
+    """An elementary joint, at some precision.
 
     Attributes:
-        parent: index of the node before; −1 for the world.
-        body: index of the body that it carries; −1 inside a composite joint.
         joint: its record.
-        rotation: (3, 3) of its frame at rest in the parent's.
+        rotation: (3, 3) of its frame at rest in the frame before.
         offset: (3, 1) its origin there [m].
-        parts: what its coordinate does to them: the rotation becomes parts[0] + parts[1] cos q + parts[2] sin q, or the origin
-            moves by parts[0] q; empty for a joint of several coordinates.
-        S: (6, n) twists of its unit velocities in its own frame.
-        inertia: (6, 6) spatial inertia of its body in its own frame.
+        turn: the rotation becomes turn[0] + turn[1] cos q + turn[2] sin q; empty where no angle describes it.
+        slides: (3, k) axes of its displacements, in its own frame.
+        spins: (3, k) axes of its rotations, in its own frame.
     """
 
-    parent: int
-    body: int
     joint: Joint
     rotation: arb_mat
     offset: arb_mat
-    parts: tuple[arb_mat, ...]
-    S: arb_mat
-    inertia: arb_mat
+    turn: tuple[arb_mat, ...]
+    slides: arb_mat
+    spins: arb_mat
 
 
 class Tree(NamedTuple):
-    """A robot at some precision.
+    """A robot at some precision; index i of every tuple is body i.
 
     Attributes:
-        nodes: the elementary joints, each after its parent.
-        carrier: index of the node that carries each body.
-        frame: transform (6, 6) of twists from that node's frame into the body's; None where they are the same.
-        frame_place: rotation (3, 3) and origin (3, 1) of the body's frame in the node's; None where they are the same.
+        robot: the robot.
+        nodes: the elementary joints of each joint.
+        bodies: mass, centre of mass (3, 1) and inertia (3, 3) about it in the joint's frame.
+        frames: rotation (3, 3) and origin (3, 1) of the body's frame in the joint's.
     """
 
-    nodes: tuple[Node, ...]
-    carrier: tuple[int, ...]
-    frame: tuple[arb_mat | None, ...]
-    frame_place: tuple[tuple[arb_mat, arb_mat] | None, ...]
+    robot: Robot
+    nodes: tuple[tuple[Node, ...], ...]
+    bodies: tuple[tuple[arb, arb_mat, arb_mat], ...]
+    frames: tuple[tuple[arb_mat, arb_mat], ...]
 
 
-class Pose(NamedTuple):
-    """A node in one posture.
+class Posed(NamedTuple):
+    """A robot in one posture (N = 1).
 
     Attributes:
-        X: (6, 6) transform of twists from the parent's frame.
-        rotation: (3, 3) to the world's axes.
-        position: (3, 1) from the base [m].
+        state: inertia, Jacobian and placements. The velocities of a floating base are those along and about the axes of the plane.
+        base: (3, 3) rotation of the first joint's frame to the world.
+        origins: (nb, 3) of the joints' frames, from the base [m].
+        inertias: (6, 6) of each body.
     """
 
-    X: arb_mat
-    rotation: arb_mat
-    position: arb_mat
+    state: Dynamics
+    base: arb_mat
+    origins: Balls
+    inertias: list[arb_mat]
 
 
 def elementary(joint: Joint) -> tuple[Joint, ...]:
@@ -137,42 +135,31 @@ def loaded_tree(robot: Robot, bits: int) -> Tree:
 
 def tree_of(robot: Robot, data: Data) -> Tree:
     """The tree of a robot with some numbers, at the precision of the present context."""
-    nodes: list[Node] = []
-    carrier: list[int] = []
-    for i, joint in enumerate(robot.joints):
-        parent = carrier[joint.parent] if joint.parent >= 0 else -1
-        inner = elementary(joint)
-        for part in inner:
-            last = part is inner[-1]
-            inertia = _spatial_inertia(data.mass[i], data.lever[i], data.inertia[i]) if last else arb_mat(6, 6)
-            nodes.append(_node(parent, i if last else -1, part, data, len(nodes), inertia))
-            parent = len(nodes) - 1
-        carrier.append(parent)
-    places: list[tuple[arb_mat, arb_mat] | None] = []
-    for quaternion, offset in zip(data.body_rotation, data.body_offset, strict=True):
-        same = not quaternion[:3].any() and not offset.any()
-        places.append(None if same else (_rotation(quaternion), arb_mat(3, 1, offset.tolist())))
-    frames = tuple(None if place is None else _transform(*place) for place in places)
-    return Tree(tuple(nodes), tuple(carrier), frames, tuple(places))
+    numbers = iter(zip(data.rotation, data.offset, data.axis, strict=True))
+    nodes = tuple(tuple(_node(part, *next(numbers)) for part in elementary(joint)) for joint in robot.joints)
+    bodies = zip(data.mass.tolist(), data.lever, data.inertia, strict=True)
+    frames = zip(data.body_rotation, data.body_offset, strict=True)
+    return Tree(
+        robot,
+        nodes,
+        tuple((arb(mass), _column(lever), matrix(inertia)) for mass, lever, inertia in bodies),
+        tuple((_rotation(quaternion), _column(offset)) for quaternion, offset in frames),
+    )
 
 
-def _node(parent: int, body: int, joint: Joint, data: Data, k: int, inertia: arb_mat) -> Node:
+def _node(joint: Joint, quaternion: Array, offset: Array, axis: Array) -> Node:
     """One elementary joint."""
-    R, p = _rotation(data.rotation[k]), arb_mat(3, 1, data.offset[k].tolist())
-    zero = [arb(0)] * 3
-    if joint.axis is None:
-        planar = joint.kind == "planar"
-        spins, slides = (EYE.table()[2:], EYE.table()[:2]) if planar else (EYE.table(), EYE.table())
-        columns = [[*zero, *slide] for slide in slides] if joint.kind in ("free", "planar") else []
-        columns += [[*spin, *zero] for spin in spins]
-        return Node(parent, body, joint, R, p, (), arb_mat(columns).transpose(), inertia)
-    axis = unit_vector(data.axis[k])
-    a = arb_mat(3, 1, axis)
+    R, p, nothing = _rotation(quaternion), _column(offset), arb_mat(3, 0)
+    if joint.kind in ("free", "ball"):
+        return Node(joint, R, p, (), EYE if joint.kind == "free" else nothing, EYE)
+    a = _column(np.array([0.0, 0.0, 1.0]) if joint.kind == "planar" else axis)
+    a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
-        return Node(parent, body, joint, R, p, (R * a,), arb_mat(6, 1, [*zero, *axis]), inertia)
+        return Node(joint, R, p, (), a, nothing)
     # Rodrigues' formula R = a aᵀ + cos (1 − a aᵀ) + sin [a]×.
     along = R * a * a.transpose()
-    return Node(parent, body, joint, R, p, (along, R - along, R * cross_matrix(a)), arb_mat(6, 1, [*axis, *zero]), inertia)
+    slides = arb_mat(3, 2, [1, 0, 0, 1, 0, 0]) if joint.kind == "planar" else nothing
+    return Node(joint, R, p, (along, R - along, R * cross_matrix(a)), slides, a)
 
 
 def _rotation(quaternion: Array) -> arb_mat:
@@ -180,61 +167,88 @@ def _rotation(quaternion: Array) -> arb_mat:
     return rotation_matrix(quaternion) if quaternion[:3].any() else EYE
 
 
-def _transform(R: arb_mat, p: arb_mat) -> arb_mat:
-    """Transform (6, 6) of twists into a frame placed at (R, p): (Rᵀ ω, Rᵀ (v + ω × p))."""
-    Rt = R.transpose()
-    return blocks(Rt, None, Rt * cross_matrix(-p), Rt)
+def _column(values: Array) -> arb_mat:
+    """A vector (3, 1)."""
+    return arb_mat(3, 1, values.tolist())
 
 
-def _spatial_inertia(mass: float, lever: Array, inertia: Array) -> arb_mat:
-    """Spatial inertia (6, 6) at the frame's origin of a mass with its inertia about its centre (Featherstone 2008, Eq. 2.63)."""
-    m, C = arb(mass), cross_matrix(arb_mat(3, 1, lever.tolist()))
-    mC = C * m
-    return blocks(matrix(inertia) + mC * C.transpose(), mC, mC.transpose(), EYE * m)
-
-
-def poses(tree: Tree, q: Array | Balls, free_base: bool) -> list[Pose]:
-    """Every node in one posture.
+def posed(tree: Tree, q: Array | Balls, armature: Array, plane: Plane) -> Posed:
+    """A robot in one posture.
 
     Args:
         tree: the robot.
         q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
-        free_base: whether the first joint is a floating base, from whose place positions are counted.
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        plane: along and about whose axes the velocities of a floating base are counted.
     """
-    found: list[Pose] = []
-    for k, node in enumerate(tree.nodes):
-        R, p = _through(node, q, free_base and k == 0)
-        X = _transform(R, p)
-        if node.parent >= 0:
-            before = found[node.parent]
-            R, p = before.rotation * R, before.position + before.rotation * p
-        found.append(Pose(X, R, p))
-    return found
+    robot, q = tree.robot, balls(q)
+    places: list[tuple[arb_mat, arb_mat]] = []
+    columns: list[list[arb]] = []
+    for parent, nodes in zip(robot.parents, tree.nodes, strict=True):
+        R, p = places[parent] if parent >= 0 else (EYE, arb_mat(3, 1))
+        for node in nodes:
+            if not places and robot.free_base:
+                R = node.rotation * rotation_matrix(q[3:7])
+                axes = np.stack([plane.e1, plane.e2, plane.normal])
+                columns += [[*[arb(0)] * 3, *axis] for axis in axes.tolist()] + [[*axis, *[arb(0)] * 3] for axis in axes.tolist()]
+                break
+            turned, moved = _through(node, q[node.joint.q])
+            R, p = R * turned, p + R * moved
+            spins, slides = R * node.spins, R * node.slides
+            columns += [[*[arb(0)] * 3, *slide] for slide in slides.transpose().table()]
+            levers = (cross_matrix(p) * spins).transpose().table()
+            columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
+        places.append((R, p))
+    inertias = [_inertia(*body, *place) for body, place in zip(tree.bodies, places, strict=True)]
+    J = arb_mat(columns).transpose()
+    frames = [(R * R_b, p + R * p_b) for (R, p), (R_b, p_b) in zip(places, tree.frames, strict=True)]
+    state = Dynamics(
+        _joint_inertia(robot, inertias, columns, balls(armature))[None],
+        entries(J)[None],
+        np.array([R.table() for R, _ in frames], dtype=object)[None],
+        np.array([p.entries() for _, p in frames], dtype=object)[None],
+        (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
+        robot.moves,
+    )
+    return Posed(state, places[0][0], np.array([p.entries() for _, p in places], dtype=object), inertias)
 
 
-def _through(node: Node, q: Array | Balls, base: bool) -> tuple[arb_mat, arb_mat]:
-    """Rotation (3, 3) and origin (3, 1) of a node's frame in its parent's."""
-    kind, at = node.joint.kind, q[node.joint.q]
-    if kind == "revolute" or kind == "continuous":
-        if kind == "revolute":
-            sine, cosine = arb(at[0]).sin_cos()
+def _through(node: Node, at: Balls) -> tuple[arb_mat, arb_mat]:
+    """Rotation (3, 3) and origin (3, 1) of a node's frame in the one before. Args: at, its configuration."""
+    R, p, values = node.rotation, node.offset, at.tolist()
+    count = node.slides.ncols()
+    if count:
+        p = p + R * node.slides * arb_mat(count, 1, values[:count])
+    if node.turn:
+        if node.joint.kind == "revolute":
+            sine, cosine = values[0].sin_cos()
         else:
-            c, s = arb(at[0]), arb(at[1])
-            length = (c * c + s * s).sqrt()
-            sine, cosine = s / length, c / length
-        rest, even, odd = node.parts
-        return rest + even * cosine + odd * sine, node.offset
-    if kind == "prismatic":
-        return node.rotation, node.offset + node.parts[0] * arb(at[0])
-    p = arb_mat(3, 1)
-    if kind == "planar":
-        p = arb_mat(3, 1, [arb(at[0]), arb(at[1]), 0])
-        c, s = arb(at[2]), arb(at[3])
-        length = (c * c + s * s).sqrt()
-        c, s = c / length, s / length
-        R = arb_mat([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    else:
-        R = rotation_matrix(at[-4:])
-        if kind == "free" and not base:
-            p = arb_mat(3, 1, [arb(x) for x in at[:3].tolist()])
-    return node.rotation * R, node.offset + node.rotation * p
+            cosine, sine = values[count:]
+            length = (cosine * cosine + sine * sine).sqrt()
+            cosine, sine = cosine / length, sine / length
+        rest, even, odd = node.turn
+        return rest + even * cosine + odd * sine, p
+    return R * rotation_matrix(at[-4:]) if node.spins.ncols() else R, p
+
+
+def _inertia(mass: arb, lever: arb_mat, inertia: arb_mat, R: arb_mat, p: arb_mat) -> arb_mat:
+    """Inertia (6, 6) of a body about the base, world axes (Featherstone 2008, Eq. 2.63), from that in its joint's frame (R, p)."""
+    C = cross_matrix(R * lever + p)
+    mC = C * mass
+    a, b, c = (R * inertia * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
+    upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
+    return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
+
+
+def _joint_inertia(robot: Robot, inertias: list[arb_mat], columns: list[list[arb]], armature: Balls) -> Balls:
+    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves."""
+    composite, H = list(inertias), np.zeros((len(columns), len(columns)), dtype=object)
+    for i in range(len(composite) - 1, -1, -1):
+        v, before = robot.joints[i].v, np.flatnonzero(robot.moves[i])
+        J = arb_mat([columns[k] for k in before])
+        H[before, v] = entries(J * composite[i] * arb_mat(columns[v]).transpose())
+        H[v, before] = H[before, v].T
+        if robot.parents[i] >= 0:
+            composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
+    H[np.diag_indices(len(H))] += armature
+    return H

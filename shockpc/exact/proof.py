@@ -8,11 +8,10 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from flint import arb, ctx
+from flint import ctx
 
 from shockpc.core.spatial import Array, largest_norm
-from shockpc.exact.balls import PrecisionError, nearest
-from shockpc.exact.equation import SingularError
+from shockpc.exact.balls import Balls, PrecisionError, SingularError, nearest, radii
 from shockpc.exact.kinematics import loaded_tree
 from shockpc.exact.solution import ExactImpact, Inputs
 
@@ -95,22 +94,20 @@ def prove(inputs: Inputs, length: Array) -> Proof:
     enclosure = Enclosure(inputs)
     jumps, bounds = enclosure.read(lambda impact: _jumps(impact, length))
     delta_qd = enclosure.read(lambda impact: rounded(impact.delta_qd))
-    impulse = enclosure.read(lambda impact: rounded(impact.impulse.table(), together=True))
+    impulse = enclosure.read(lambda impact: nearest(impact.impulse, np.abs(impact.impulse.astype(float)).max(initial=0.0)))
     return Proof(enclosure, jumps, delta_qd, impulse, bounds, enclosure.bits)
 
 
 def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
     """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
-    found = [jump.entries() for jump in impact.jumps]
-    values = np.array([[float(x) for x in jump] for jump in found]).reshape(-1, 6, 4)
-    radii = np.array([[float(x.rad()) for x in jump] for jump in found]).reshape(-1, 6, 4)
-    size, width = motion(values, length), motion(radii, length)
+    values, radius = impact.body_jumps.astype(float), radii(impact.body_jumps)
+    size, width = motion(values, length), motion(radius, length)
     own = np.maximum(size[:, 3], AT_REST * size[:, 3].max())
     if np.any(width[:, 3] > 2.0**-70 * own) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
         raise PrecisionError
     # What may be zero is zero; the rest is off by its rounding to a double at most.
-    values[np.abs(values) <= radii] = 0.0
-    lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radii[..., 3]
+    values[np.abs(values) <= radius] = 0.0
+    lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radius[..., 3]
     return values, motion(lost[..., None], length)[:, 0] / np.where(size[:, 3] > 0.0, size[:, 3], 1.0)
 
 
@@ -119,13 +116,11 @@ def motion(jumps: Array, length: Array) -> Array:
     return largest_norm(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1))
 
 
-def rounded(table: "list[list[arb]]", together: bool = False) -> Array:
-    """Numbers as doubles. Args: table (n, m); together, whether all of them are of one size, or only those of a row.
+def rounded(velocities: Balls) -> Array:
+    """Joint velocities (nv, m) as doubles, each joint's relative to its own.
 
     Raises:
         PrecisionError: a ball is too wide.
     """
-    values = np.array([[float(x) for x in row] for row in table])
-    largest = np.abs(values).max(initial=0.0)
-    size = largest if together else np.maximum(np.abs(values).max(axis=1, keepdims=True), 1e-30 * largest)
-    return nearest(np.array(table, dtype=object), size)
+    size = np.abs(velocities.astype(float))
+    return nearest(velocities, np.maximum(size.max(axis=1, keepdims=True), 1e-30 * size.max(initial=0.0)))

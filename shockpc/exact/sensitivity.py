@@ -8,8 +8,7 @@ import numpy as np
 from flint import ctx
 
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import Balls
-from shockpc.exact.equation import SingularError
+from shockpc.exact.balls import Balls, SingularError
 from shockpc.exact.kinematics import Tree, data_of, tree_of
 from shockpc.exact.proof import Proof, motion
 from shockpc.exact.solution import ExactImpact, Inputs
@@ -63,8 +62,7 @@ def sensitivity(proof: Proof, length: Array, others: Callable[[ExactImpact], lis
         with ctx.workprec(bits):
             try:
                 found = ExactImpact(*_changed(inputs, kinds, seed))
-                moved = np.array([[float(row[3]) for row in jump.table()] for jump in found.jumps])[..., None]
-                of_bodies = motion(moved - jumps, length)[:, 0] / np.where(size > 0.0, size, 1.0)
+                of_bodies = motion(found.body_jumps[..., 3:].astype(float) - jumps, length)[:, 0] / np.where(size > 0.0, size, 1.0)
                 return np.array([*of_bodies, *(_apart(*pair) for pair in zip(others(found), own, strict=True))])
             except SingularError:
                 return np.full(len(size) + len(own), np.inf)

@@ -69,16 +69,18 @@ def block_axes(state: Dynamics, block: Block) -> Array:
     """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
     axes = np.concatenate([block.forces, block.moments])
     if block.axes_body < 0:
-        return np.broadcast_to(axes, (len(state.J), *axes.shape))
+        # Adding zeros makes balls of them where the posture is in balls, before doubles are multiplied with doubles and rounded.
+        return np.asarray(axes + 0.0 * state.origin[:, None])
     return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
 
 
 def block_wrenches(state: Dynamics, block: Block) -> Array:
     """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin [m], and force; world axes."""
     n, axes = len(block.forces), block_axes(state, block)
-    out = np.zeros((*axes.shape[:2], 6))
+    point = block_point(state, block)
+    out = np.zeros((*axes.shape[:2], 6), dtype=point.dtype)
     out[:, :n, 3:], out[:, n:, :3] = axes[:, :n], axes[:, n:]
-    (x, y, z), (a, b, c) = block_point(state, block).T[..., None], axes[:, :n].transpose(2, 0, 1)
+    (x, y, z), (a, b, c) = point.T[..., None], axes[:, :n].transpose(2, 0, 1)
     out[:, :n, 0], out[:, :n, 1], out[:, :n, 2] = y * c - z * b, z * a - x * c, x * b - y * a
     return out
 
