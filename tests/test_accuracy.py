@@ -16,8 +16,8 @@ from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.bench.cases import FAMILIES, OBLIQUE, Link, bent, box, chain, robot_of
-from shockpc.errors import SceneError, ShockError, SolveError
 from shockpc.core.percussion import norm
+from shockpc.errors import SceneError, ShockError, SolveError
 from shockpc.exact.proof import Enclosure
 from shockpc.landing import resolve
 from shockpc.model.contact import Contact

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, balls, entries, nearest, rotation_matrix
-from shockpc.exact.kinematics import elementary, loaded_tree
+from shockpc.exact.kinematics import elementary
 from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact, Inputs
 from shockpc.robot.robot import Robot
@@ -36,11 +36,10 @@ def derivatives(inputs: Inputs, paths: Sequence[Callable[[float], Inputs]], outp
     """
 
     def differences(impact: ExactImpact) -> Array:
-        tree = loaded_tree(inputs.robot, impact.bits)
         size: ArrayLike = [abs(float(value)) for value in outputs(impact)]
         found = np.zeros((len(paths), len(outputs(impact))))
         for k, path in enumerate(paths):
-            after, before = (outputs(ExactImpact(path(t), tree)) for t in (STEP, -STEP))
+            after, before = (outputs(ExactImpact(path(t))) for t in (STEP, -STEP))
             found[k] = nearest((after - before) / (2.0 * STEP), size)
         return found
 

@@ -16,7 +16,7 @@ from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rot
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["Data", "Node", "Posed", "Tree", "data_of", "elementary", "loaded_tree", "posed", "tree_of"]
+__all__ = ["Data", "Posed", "data_of", "elementary", "posed"]
 
 EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 
@@ -43,42 +43,6 @@ class Data(NamedTuple):
     axis: Array
     body_rotation: Array
     body_offset: Array
-
-
-class Node(NamedTuple):
-    """An elementary joint, at some precision.
-
-    Attributes:
-        joint: its record.
-        rotation: (3, 3) of its frame at rest in the frame before.
-        offset: (3, 1) its origin there [m].
-        turn: the rotation becomes turn[0] + turn[1] cos q + turn[2] sin q; empty where no angle describes it.
-        slides: (3, k) axes of its displacements, in its own frame.
-        spins: (3, k) axes of its rotations, in its own frame.
-    """
-
-    joint: Joint
-    rotation: arb_mat
-    offset: arb_mat
-    turn: tuple[arb_mat, ...]
-    slides: arb_mat
-    spins: arb_mat
-
-
-class Tree(NamedTuple):
-    """A robot at some precision; index i of every tuple is body i.
-
-    Attributes:
-        robot: the robot.
-        nodes: the elementary joints of each joint.
-        bodies: mass, centre of mass (3, 1) and inertia (3, 3) about it in the joint's frame.
-        frames: rotation (3, 3) and origin (3, 1) of the body's frame in the joint's.
-    """
-
-    robot: Robot
-    nodes: tuple[tuple[Node, ...], ...]
-    bodies: tuple[tuple[arb, arb_mat, arb_mat], ...]
-    frames: tuple[tuple[arb_mat, arb_mat], ...]
 
 
 class Posed(NamedTuple):
@@ -126,40 +90,76 @@ def data_of(robot: Robot) -> Data:
     )
 
 
-@functools.lru_cache(maxsize=16)
-def loaded_tree(robot: Robot, bits: int) -> Tree:
-    """The tree of a robot as loaded. Args: bits of the context in which it is called."""
-    del bits
-    return tree_of(robot, data_of(robot))
+def posed(robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Plane) -> Posed:
+    """A robot in one posture, at the precision of the present context.
 
-
-def tree_of(robot: Robot, data: Data) -> Tree:
-    """The tree of a robot with some numbers, at the precision of the present context."""
-    numbers = iter(zip(data.rotation, data.offset, data.axis, strict=True))
-    nodes = tuple(tuple(_node(part, *next(numbers)) for part in elementary(joint)) for joint in robot.joints)
-    bodies = zip(data.mass.tolist(), data.lever, data.inertia, strict=True)
-    frames = zip(data.body_rotation, data.body_offset, strict=True)
-    return Tree(
-        robot,
-        nodes,
-        tuple((arb(mass), _column(lever), matrix(inertia)) for mass, lever, inertia in bodies),
-        tuple((_rotation(quaternion), _column(offset)) for quaternion, offset in frames),
+    Args:
+        robot: the robot.
+        data: its numbers.
+        q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        plane: along and about whose axes the velocities of a floating base are counted.
+    """
+    q, numbers = balls(q), zip(data.rotation, data.offset, data.axis, strict=True)
+    places: list[tuple[arb_mat, arb_mat]] = []
+    columns: list[list[arb]] = []
+    for joint in robot.joints:
+        R, p = places[joint.parent] if joint.parent >= 0 else (EYE, arb_mat(3, 1))
+        for part in elementary(joint):
+            base = robot.free_base and not places
+            turned, moved, slides, spins = _through(part, q[part.q], *next(numbers))
+            R, p = R * turned, arb_mat(3, 1) if base else p + R * moved
+            slides, spins = (matrix(np.stack(plane[:3], axis=1)),) * 2 if base else (R * slides, R * spins)
+            columns += [[*[arb(0)] * 3, *slide] for slide in slides.transpose().table()]
+            levers = (cross_matrix(p) * spins).transpose().table()
+            columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
+        places.append((R, p))
+    inertias = [_inertia(*own) for own in zip(data.mass.tolist(), data.lever, data.inertia, places, strict=True)]
+    frames = [
+        (R * _rotation(turned), p + R * _column(offset))
+        for (R, p), turned, offset in zip(places, data.body_rotation, data.body_offset, strict=True)
+    ]
+    state = Dynamics(
+        _joint_inertia(robot, inertias, columns, balls(armature))[None],
+        np.array(columns, dtype=object).T[None],
+        np.array([R.table() for R, _ in frames], dtype=object)[None],
+        np.array([p.entries() for _, p in frames], dtype=object)[None],
+        (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
+        robot.moves,
     )
+    return Posed(state, places[0][0], np.array([p.entries() for _, p in places], dtype=object), inertias)
 
 
-def _node(joint: Joint, quaternion: Array, offset: Array, axis: Array) -> Node:
-    """One elementary joint."""
-    R, p, nothing = _rotation(quaternion), _column(offset), arb_mat(3, 0)
-    if joint.kind in ("free", "ball"):
-        return Node(joint, R, p, (), EYE if joint.kind == "free" else nothing, EYE)
+def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Array) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:
+    """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of its displacements and rotations.
+
+    Args:
+        joint: its record.
+        at: its configuration.
+        quaternion: of its frame at rest.
+        offset: (3,) origin of that.
+        axis: (3,) of a joint of one coordinate.
+    """
+    rest, p, nothing, values = _rotation(quaternion), _column(offset), arb_mat(3, 0), at.tolist()
+    if joint.kind == "ball":
+        return rest * rotation_matrix(at), p, nothing, EYE
+    if joint.kind == "free":
+        return rest * rotation_matrix(at[3:]), p + rest * arb_mat(3, 1, values[:3]), EYE, EYE
     a = _column(np.array([0.0, 0.0, 1.0]) if joint.kind == "planar" else axis)
     a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
-        return Node(joint, R, p, (), a, nothing)
-    # Rodrigues' formula R = a aᵀ + cos (1 − a aᵀ) + sin [a]×.
-    along = R * a * a.transpose()
-    slides = arb_mat(3, 2, [1, 0, 0, 1, 0, 0]) if joint.kind == "planar" else nothing
-    return Node(joint, R, p, (along, R - along, R * cross_matrix(a)), slides, a)
+        return rest, p + rest * a * values[0], a, nothing
+    if joint.kind == "revolute":
+        sine, cosine = values[0].sin_cos()
+    else:
+        cosine, sine = values[-2:]
+        length = (cosine * cosine + sine * sine).sqrt()
+        cosine, sine = cosine / length, sine / length
+    # Rodrigues' formula.
+    turned = rest * (EYE * cosine + cross_matrix(a) * sine + a * a.transpose() * (1 - cosine))
+    if joint.kind == "planar":
+        return turned, p + rest * arb_mat(3, 1, [*values[:2], 0]), arb_mat(3, 2, [1, 0, 0, 1, 0, 0]), a
+    return turned, p, nothing, a
 
 
 def _rotation(quaternion: Array) -> arb_mat:
@@ -172,70 +172,12 @@ def _column(values: Array) -> arb_mat:
     return arb_mat(3, 1, values.tolist())
 
 
-def posed(tree: Tree, q: Array | Balls, armature: Array, plane: Plane) -> Posed:
-    """A robot in one posture.
-
-    Args:
-        tree: the robot.
-        q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
-        armature: (nv,) reflected inertia of the joints [kg m², kg].
-        plane: along and about whose axes the velocities of a floating base are counted.
-    """
-    robot, q = tree.robot, balls(q)
-    places: list[tuple[arb_mat, arb_mat]] = []
-    columns: list[list[arb]] = []
-    for parent, nodes in zip(robot.parents, tree.nodes, strict=True):
-        R, p = places[parent] if parent >= 0 else (EYE, arb_mat(3, 1))
-        for node in nodes:
-            if not places and robot.free_base:
-                R = node.rotation * rotation_matrix(q[3:7])
-                axes = np.stack([plane.e1, plane.e2, plane.normal])
-                columns += [[*[arb(0)] * 3, *axis] for axis in axes.tolist()] + [[*axis, *[arb(0)] * 3] for axis in axes.tolist()]
-                break
-            turned, moved = _through(node, q[node.joint.q])
-            R, p = R * turned, p + R * moved
-            spins, slides = R * node.spins, R * node.slides
-            columns += [[*[arb(0)] * 3, *slide] for slide in slides.transpose().table()]
-            levers = (cross_matrix(p) * spins).transpose().table()
-            columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
-        places.append((R, p))
-    inertias = [_inertia(*body, *place) for body, place in zip(tree.bodies, places, strict=True)]
-    J = arb_mat(columns).transpose()
-    frames = [(R * R_b, p + R * p_b) for (R, p), (R_b, p_b) in zip(places, tree.frames, strict=True)]
-    state = Dynamics(
-        _joint_inertia(robot, inertias, columns, balls(armature))[None],
-        entries(J)[None],
-        np.array([R.table() for R, _ in frames], dtype=object)[None],
-        np.array([p.entries() for _, p in frames], dtype=object)[None],
-        (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
-        robot.moves,
-    )
-    return Posed(state, places[0][0], np.array([p.entries() for _, p in places], dtype=object), inertias)
-
-
-def _through(node: Node, at: Balls) -> tuple[arb_mat, arb_mat]:
-    """Rotation (3, 3) and origin (3, 1) of a node's frame in the one before. Args: at, its configuration."""
-    R, p, values = node.rotation, node.offset, at.tolist()
-    count = node.slides.ncols()
-    if count:
-        p = p + R * node.slides * arb_mat(count, 1, values[:count])
-    if node.turn:
-        if node.joint.kind == "revolute":
-            sine, cosine = values[0].sin_cos()
-        else:
-            cosine, sine = values[count:]
-            length = (cosine * cosine + sine * sine).sqrt()
-            cosine, sine = cosine / length, sine / length
-        rest, even, odd = node.turn
-        return rest + even * cosine + odd * sine, p
-    return R * rotation_matrix(at[-4:]) if node.spins.ncols() else R, p
-
-
-def _inertia(mass: arb, lever: arb_mat, inertia: arb_mat, R: arb_mat, p: arb_mat) -> arb_mat:
-    """Inertia (6, 6) of a body about the base, world axes (Featherstone 2008, Eq. 2.63), from that in its joint's frame (R, p)."""
-    C = cross_matrix(R * lever + p)
-    mC = C * mass
-    a, b, c = (R * inertia * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
+def _inertia(mass: float, lever: Array, inertia: Array, place: tuple[arb_mat, arb_mat]) -> arb_mat:
+    """Inertia (6, 6) of a body about the base, world axes (Featherstone 2008, Eq. 2.63), from that in its joint's frame."""
+    R, p = place
+    C = cross_matrix(R * _column(lever) + p)
+    mC = C * arb(mass)
+    a, b, c = (R * matrix(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
     return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 

@@ -12,7 +12,6 @@ from flint import ctx
 
 from shockpc.core.spatial import Array, largest_norm
 from shockpc.exact.balls import Balls, PrecisionError, SingularError, nearest, radii
-from shockpc.exact.kinematics import loaded_tree
 from shockpc.exact.solution import ExactImpact, Inputs
 
 __all__ = ["Enclosure", "Proof", "motion", "prove", "rounded"]
@@ -50,7 +49,7 @@ class Enclosure:
             with ctx.workprec(self.bits):
                 try:
                     if self._impact is None:
-                        self._impact = ExactImpact(self.inputs, loaded_tree(self.inputs.robot, self.bits))
+                        self._impact = ExactImpact(self.inputs)
                     return compute(self._impact)
                 except (PrecisionError, SingularError):
                     if self.bits >= MOST_BITS:

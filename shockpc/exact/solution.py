@@ -16,7 +16,7 @@ from shockpc.core.bodies import body_jumps
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, Plane, velocity_at
 from shockpc.exact.balls import Balls, SingularError, balls, entries, matrix
-from shockpc.exact.kinematics import Tree, posed
+from shockpc.exact.kinematics import Data, data_of, posed
 from shockpc.model.columns import Base
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.rows import Block, block_wrenches, row_jacobian, slices_of
@@ -59,16 +59,16 @@ class ExactImpact:
 
     Args:
         inputs: what it depends on.
-        tree: the robot at this precision.
+        data: the robot's own numbers; by default as loaded.
 
     Raises:
         SingularError: no inertia resists a motion, the rows depend on one another, or the precision is too low to tell.
     """
 
-    def __init__(self, inputs: Inputs, tree: Tree) -> None:
+    def __init__(self, inputs: Inputs, data: Data | None = None) -> None:
         robot = inputs.robot
         self.inputs, self.bits, self.slices = inputs, int(ctx.prec), slices_of(inputs.blocks)
-        self.posed = posed(tree, inputs.q, inputs.armature, inputs.plane)
+        self.posed = posed(robot, data or data_of(robot), inputs.q, inputs.armature, inputs.plane)
         self.state = self.posed.state
         column = {joint.name: joint.v.start for joint in robot.single_joints}
         self._ties = [(column[m.joint], [(column[name], by) for name, by in m.leaders.items()]) for m in robot.mimics]
