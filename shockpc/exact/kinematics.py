@@ -101,6 +101,7 @@ def posed(robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Pl
         plane: along and about whose axes the velocities of a floating base are counted.
     """
     q, numbers = balls(q), zip(data.rotation, data.offset, data.axis, strict=True)
+    axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
     places: list[tuple[arb_mat, arb_mat]] = []
     columns: list[list[arb]] = []
     for joint in robot.joints:
@@ -109,7 +110,7 @@ def posed(robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Pl
             base = robot.free_base and not places
             turned, moved, slides, spins = _through(part, q[part.q], *next(numbers))
             R, p = R * turned, arb_mat(3, 1) if base else p + R * moved
-            slides, spins = (matrix(np.stack(plane[:3], axis=1)),) * 2 if base else (R * slides, R * spins)
+            slides, spins = (axes, axes) if base else (R * slides, R * spins)
             columns += [[*[arb(0)] * 3, *slide] for slide in slides.transpose().table()]
             levers = (cross_matrix(p) * spins).transpose().table()
             columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
