@@ -13,9 +13,9 @@ from shockpc.errors import SceneError
 from shockpc.model.assembly import Assembly, assemble
 from shockpc.model.closure import all_loops, closure_block
 from shockpc.model.columns import Base, free_columns
-from shockpc.model.contact import ContactPoint, contact_block, contact_point, stance_block
+from shockpc.model.contact import Contact, contact_block, placed
 from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.equation import Equation, impulsive_equation
+from shockpc.model.equation import Equation
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
@@ -38,7 +38,7 @@ class Landing:
         robot: the robot.
         plane: of the study.
         up: (3,) unit normal of the ground, world axes.
-        contacts: what strikes.
+        contacts: rows of what strikes; those at a lowest point are placed in each posture.
         stance: rows of the feet that stand already.
         loops: what is closed.
         joint_model: armature and locked joints.
@@ -53,7 +53,7 @@ class Landing:
     robot: Robot
     plane: Plane = field(repr=False)
     up: Array = field(repr=False)
-    contacts: tuple[ContactPoint, ...] = field(repr=False)
+    contacts: tuple[Block, ...] = field(repr=False)
     stance: tuple[Block, ...] = field(repr=False)
     loops: tuple[Loop, ...] = field(repr=False)
     joint_model: JointModel = field(repr=False)
@@ -75,7 +75,7 @@ class Landing:
 
     def rows(self, state: Dynamics) -> tuple[Block, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
-        contacts = (contact_block(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
+        contacts = (placed(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
     def equation(self, state: Dynamics, own: bool = True) -> Equation:
@@ -85,8 +85,11 @@ class Landing:
             state: the robot in N postures, with the armature of its joints.
             own: whether b has a column for the scene's own strike, besides those of the unit strikes.
         """
-        blocks = self.rows(state)
-        return impulsive_equation(state, blocks, approach_speeds(state, blocks, self.before if own else None), self.columns(state))
+        blocks, G = self.rows(state), self.columns(state)
+        J_c, b = row_jacobian(state, blocks), approach_speeds(state, blocks, self.before if own else None)
+        if G is None:
+            return Equation(state.inertia, J_c, b, None, state, blocks)
+        return Equation(np.swapaxes(G, -1, -2) @ state.H @ G, J_c @ G, b, G, state, blocks)
 
     def columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
@@ -161,8 +164,8 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
     velocity = scene.strike.vector(plane)
     up = ground_normal(plane, velocity)
     joints = joint_model(robot, scene.joints)
-    contacts = tuple(contact_point(robot, contact, up) for contact in scene.contact)
-    stance = tuple(stance_block(robot, frame) for frame in scene.stance)
+    contacts = tuple(contact_block(robot, contact, up) for contact in scene.contact)
+    stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
     q = configuration(robot, scene.posture)
     loops = all_loops(robot, scene.closure)
     assembly = None
@@ -239,7 +242,7 @@ def _refuse_twice(blocks: tuple[Block, ...]) -> None:
         for other in placed[:k]:
             if block.body != other.body or np.linalg.norm(block.point - other.point) > 1e-9:
                 continue
-            name, first = (one.name.partition(" ")[2] for one in (block, other))
+            name, first = (f'"{one.frame}"' for one in (block, other))
             if block.kind != other.kind:
                 same = "" if name == first else f", which is the same point as {name},"
                 raise SceneError(

@@ -119,7 +119,7 @@ def _pin_constraints(mu: float) -> Method:
 
     def prepare(system: System) -> Prepared:
         e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
-        sticking = all(np.array_equal(c.directions, np.eye(3)) and not len(c.moments) for c in system.landing.contacts)
+        sticking = all(np.array_equal(c.forces, np.eye(3)) and not len(c.moments) for c in system.landing.contacts)
         if system.landing.loops or not sticking:
             raise UnsuitedError("rigid constraint models are used here for sticking points alone")
         models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()

@@ -87,7 +87,7 @@ def _simulation(tau: float, system: System) -> Prepared:
     landing = system.landing
     if system.G is not None or not landing.floating or landing.loops:
         raise UnsuitedError("MuJoCo is used here for contacts of free robots without loops")
-    if any(c.restitution or len(c.directions) != 3 or len(c.moments) for c in landing.contacts):
+    if any(c.restitution or len(c.forces) != 3 or len(c.moments) for c in landing.contacts):
         raise UnsuitedError("MuJoCo is used here for sticking points without restitution")
     peer = _model(system, tau)
     peer.opt.timestep = tau / 2.0

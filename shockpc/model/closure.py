@@ -16,7 +16,7 @@ from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.model.contact import unit_directions
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.rows import Block
+from shockpc.model.rows import Block, point_at
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
 
@@ -107,28 +107,27 @@ def closure_block(loop: Loop) -> Block:
     """
     (a, b), frame = loop.bodies, loop.rotations[0]
     return Block(
-        name=f'closure "{loop.name}"',
         kind="closure",
-        body=a,
-        carrier=b,
+        frame=loop.name,
+        body=b,
         point=loop.points[1],
         forces=loop.axes @ frame.T,
         moments=frame.T if loop.turns else np.zeros((0, 3)),
-        other=b,
+        other=a,
         axes_body=a,
     )
 
 
 def closure_gap(state: Dynamics, loop: Loop) -> Array:
-    """How far the ends of a loop are apart (N, n): along its axes [m], then about them [rad] if it holds orientations."""
+    """How far the second end of a loop is from the first (N, n): along its axes [m], then about them [rad] if it holds these."""
     (a, b), (p_a, p_b) = loop.bodies, loop.points
     frame = _orientation(state, a, loop.rotations[0])
-    apart = _position(state, a, p_a) - _position(state, b, p_b)
+    apart = point_at(state, b, p_b) - point_at(state, a, p_a)
     gap = np.einsum("nij,ki,nj->nk", np.swapaxes(frame, -1, -2), loop.axes, apart)
     if not loop.turns:
         return np.asarray(gap)
     other = _orientation(state, b, loop.rotations[1])
-    turned = np.stack([pin.log3(R_b.T @ R_a) for R_a, R_b in zip(frame, other, strict=True)])
+    turned = np.stack([pin.log3(R_a.T @ R_b) for R_a, R_b in zip(frame, other, strict=True)])
     return np.concatenate([gap, turned], axis=1)
 
 
@@ -136,10 +135,3 @@ def _orientation(state: Dynamics, body: int, rotation: Array) -> Array:
     """Orientation (N, 3, 3) of a frame on a body, or on the world."""
     n = len(state.J)
     return np.broadcast_to(rotation, (n, 3, 3)) if body < 0 else state.rotation[:, body] @ rotation
-
-
-def _position(state: Dynamics, body: int, point: Array) -> Array:
-    """Position (N, 3) of a point on a body, or on the world, from the base [m]."""
-    if body < 0:
-        return point - state.origin
-    return np.asarray(state.position[:, body] + state.rotation[:, body] @ point)

@@ -8,9 +8,9 @@ from shockpc.core.impulse import TOLERANCE
 from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.rows import Block, row_jacobian, row_terms
+from shockpc.model.rows import Block, row_terms
 
-__all__ = ["Equation", "impulsive_equation"]
+__all__ = ["Equation"]
 
 
 class Equation(NamedTuple):
@@ -57,18 +57,3 @@ class Equation(NamedTuple):
     def full(self, delta: Array) -> Array:
         """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""
         return delta if self.G is None else np.asarray(self.G @ delta)
-
-
-def impulsive_equation(state: Dynamics, blocks: tuple[Block, ...], b: Array, G: Array | None) -> Equation:
-    """Assemble Eq. 4, reduced by Eq. 7 where some velocities are not free.
-
-    Args:
-        state: the robot in N postures, with the armature of its joints.
-        blocks: what is held.
-        b: (N, nc, k) speeds to be undone along each row.
-        G: (N, nv, ny) columns of the free velocities, or None.
-    """
-    J_c = row_jacobian(state, blocks)
-    if G is None:
-        return Equation(state.inertia, J_c, b, None, state, blocks)
-    return Equation(np.swapaxes(G, -1, -2) @ state.H @ G, J_c @ G, b, G, state, blocks)

@@ -1,8 +1,7 @@
 """What is held during an impact, described once: contacts, standing feet and loops as rows.
 
 A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a body, along an axis fixed in the
-world or in a body. The description does not know the posture. It is evaluated in double precision for N postures here, and in ball
-arithmetic for one in `exact`.
+world or in a body. The description does not know the posture. It is evaluated for N postures, in doubles or, for a proof, in balls.
 """
 
 from collections.abc import Sequence
@@ -12,8 +11,9 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
+from shockpc.robot.geometry import Shape
 
-__all__ = ["Block", "block_axes", "block_point", "block_wrenches", "row_jacobian", "row_terms", "slices_of"]
+__all__ = ["Block", "block_axes", "block_point", "block_wrenches", "point_at", "row_jacobian", "row_terms", "slices_of"]
 
 NO_AXES = np.zeros((0, 3))
 
@@ -22,28 +22,33 @@ class Block(NamedTuple):
     """The rows of one contact, standing foot or closure: its forces, then its moments.
 
     Attributes:
-        name: what holds, such as 'contact "foot"'.
         kind: only the rows of a contact have a speed to undo.
+        frame: name of what is held.
         body: index of the body on which the unit impulses act; −1 for the world.
-        carrier: index of the body in which the point is fixed; −1 for the world.
-        point: (3,), or (N, 3) where it differs between postures, in the carrier's frame [m].
+        point: (3,), or (N, 3) where it differs between postures, at which they act, in the body's frame [m].
         forces: (n, 3) axes of the unit forces.
         moments: (m, 3) axes of the unit moments.
         other: index of the body on which the opposite impulses act; −1 for the ground or the world.
         axes_body: index of the body in whose frame the axes are fixed; −1 for the world.
         restitution: e, by which the speed along each row is reversed [1].
+        lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
     """
 
-    name: str
     kind: Literal["contact", "stance", "closure"]
+    frame: str
     body: int
-    carrier: int
     point: Array
     forces: Array
     moments: Array = NO_AXES
     other: int = -1
     axes_body: int = -1
     restitution: float = 0.0
+    lowest: tuple[Shape, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """For messages, such as 'contact "foot"'."""
+        return f'{self.kind} "{self.frame}"'
 
     @property
     def size(self) -> int:
@@ -59,10 +64,14 @@ def slices_of(blocks: Sequence[Block]) -> tuple[slice, ...]:
 
 def block_point(state: Dynamics, block: Block) -> Array:
     """Position (N, 3) of the point of a block, world axes, from the base [m]."""
-    if block.carrier < 0:
-        return np.asarray(block.point - state.origin)
-    turned = (state.rotation[:, block.carrier] @ block.point[..., None])[..., 0]
-    return np.asarray(state.position[:, block.carrier] + turned)
+    return point_at(state, block.body, block.point)
+
+
+def point_at(state: Dynamics, body: int, point: Array) -> Array:
+    """Position (N, 3) of a point of a body or of the world, world axes, from the base [m]. Args: point (3,) or (N, 3)."""
+    if body < 0:
+        return np.asarray(point - state.origin)
+    return np.asarray(state.position[:, body] + (state.rotation[:, body] @ point[..., None])[..., 0])
 
 
 def block_axes(state: Dynamics, block: Block) -> Array:
