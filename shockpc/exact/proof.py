@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from flint import ctx
 
-from shockpc.core.spatial import Array, largest_norm
+from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, PrecisionError, SingularError, nearest, radii
 from shockpc.exact.solution import ExactImpact, Inputs
 
@@ -112,7 +112,8 @@ def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
 
 def motion(jumps: Array, length: Array) -> Array:
     """Size (nb, k) of jumps (nb, 6, k) as speeds: velocity of the frame's origin, and rotation times a length (nb,)."""
-    return largest_norm(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1))
+    # Unlike a sum of squares, hypot does not underflow.
+    return np.asarray(np.hypot.reduce(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1), axis=1))
 
 
 def rounded(velocities: Balls) -> Array:
