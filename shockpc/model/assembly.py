@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
 from shockpc.model.closure import closure_block, closure_gap
 from shockpc.model.columns import free_columns
-from shockpc.model.dynamics import dynamics
+from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.rows import row_jacobian
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot
@@ -50,10 +50,8 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
         SceneError: the loops cannot be closed; the text gives the gap that is left, in millimetres.
     """
     start, before = q, dynamics(robot, q[None])
-    gaps = [(closure_gap(before, loop)[0, : len(loop.axes)], closure_gap(before, loop)[0, len(loop.axes) :]) for loop in loops]
-    first = max(float(np.linalg.norm(apart)) for apart, _ in gaps)
-    turn = max(float(np.linalg.norm(turned)) for _, turned in gaps)
-    size = max(float(np.ptp(dynamics(robot, q[None]).position[0], axis=0).max()), 1e-3)
+    first, turn = (max(_apart(before, loop)[k] for loop in loops) for k in (0, 1))
+    size = max(float(np.ptp(before.position[0], axis=0).max()), 1e-3)
     for _ in range(50):
         state = dynamics(robot, q[None])
         gap = np.concatenate([closure_gap(state, loop)[0] for loop in loops])
@@ -70,13 +68,19 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
         q = pin.integrate(robot.model, q, dy if G is None else G[0] @ dy)
     state = dynamics(robot, q[None])
     worst = max(loops, key=lambda loop: float(np.abs(closure_gap(state, loop)).max()))
-    left, turned = np.split(closure_gap(state, worst)[0], [len(worst.axes)])
-    angle = f" and {np.degrees(np.linalg.norm(turned)):.3g} deg turned" if turned.size else ""
+    left, turned = _apart(state, worst)
+    angle = f" and {np.degrees(turned):.3g} deg turned" if worst.turns else ""
     listed = ", ".join(f'"{name}"' for name in _movable(robot, held)) or "none"
     raise SceneError(
-        f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * float(np.linalg.norm(left)):.3g} mm apart{angle}; '
+        f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm apart{angle}; '
         f"joints that may move: {listed}; let others move with --assemble, or start from joint values nearer to the closed loop"
     )
+
+
+def _apart(state: Dynamics, loop: Loop) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between the ends of a loop."""
+    apart, turned = np.split(closure_gap(state, loop)[0], [len(loop.axes)])
+    return float(np.linalg.norm(apart)), float(np.linalg.norm(turned))
 
 
 def _movable(robot: Robot, held: np.ndarray) -> list[str]:
@@ -88,11 +92,6 @@ def _movable(robot: Robot, held: np.ndarray) -> list[str]:
 def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
     """The joints that moved by more than rounding, with sign and unit."""
     step = pin.difference(robot.model, before, after)
-    moved = []
-    for name in robot.joint_names:
-        joint = robot.joint(name)
-        part = step[joint.v]
-        by = float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))
-        if abs(by) > 1e-9:
-            moved.append((name, by, joint.unit))
-    return tuple(moved)
+    parts = ((joint, step[joint.v]) for joint in map(robot.joint, robot.joint_names))
+    moved = [(joint, float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))) for joint, part in parts]
+    return tuple((joint.name, by, joint.unit) for joint, by in moved if abs(by) > 1e-9)
