@@ -16,7 +16,7 @@ import numpy as np
 from shockpc.core.inertia import Inertia, diagonal_of, solve_inertia
 from shockpc.core.spatial import Array
 
-__all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "is_singular", "solve_impact", "weakest_columns"]
+__all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "solve_impact", "weakest_columns"]
 
 EPS = float(np.finfo(float).eps)
 
@@ -219,15 +219,6 @@ def _farthest(X: Array, rank: int) -> np.ndarray:
         X = X - np.outer(e, e @ X)
         X[:, chosen] = 0.0
     return np.array(sorted(chosen), dtype=int)
-
-
-def is_singular(H: Array) -> bool:
-    """Whether an inertia (nv, nv) cannot be told from a singular one in double precision."""
-    d = np.sqrt(np.abs(np.diagonal(H)))
-    if not np.all(d > 0.0):
-        return True
-    values = np.linalg.eigvalsh(H / d[:, None] / d[None, :])
-    return bool(values[0] <= 1e-14 * values[-1])
 
 
 def weakest_columns(H: Array) -> list[int]:

@@ -64,8 +64,7 @@ class Proof(NamedTuple):
     Attributes:
         enclosure: from which everything else can be read.
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for strikes of 1 m/s along world x,
-            y
-            and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
+            y and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
         bounds: (nb,) proven error of the scene's own jumps relative to each body's motion [1].

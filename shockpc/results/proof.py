@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, is_singular, weakest_columns
+from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SolveError
@@ -66,7 +66,7 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         try:
             proof = prove(inputs, length)
         except SingularError as singular:
-            if singular.of_inertia or is_singular(equation.H[0]):
+            if singular.of_inertia:
                 raise SolveError(_without_inertia(landing, equation)) from None
             continue
         _refuse_contradiction(landing, equation, choice, proof)
