@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, balls, entries, nearest, rotation_matrix
-from shockpc.exact.kinematics import elementary
 from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact, Inputs
 from shockpc.robot.robot import Robot
@@ -56,7 +55,7 @@ def displaced(robot: Robot, q: Array, rates: Array, t: float) -> Balls:
         t: the time [s]; the second order is the same for t and −t, so that it cancels in a central difference.
     """
     out = balls(q)
-    for part in (part for joint in robot.joints for part in elementary(joint)):
+    for part in robot.single_joints:
         if not rates[part.v].any():
             continue
         at, step = out[part.q], balls(t * rates[part.v])

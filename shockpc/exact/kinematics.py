@@ -16,7 +16,7 @@ from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rot
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["Data", "Posed", "data_of", "elementary", "posed"]
+__all__ = ["Data", "data_of", "posed"]
 
 EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 
@@ -45,52 +45,26 @@ class Data(NamedTuple):
     body_offset: Array
 
 
-class Posed(NamedTuple):
-    """A robot in one posture (N = 1).
-
-    Attributes:
-        state: inertia, Jacobian and placements. The velocities of a floating base are those along and about the axes of the plane.
-        base: (3, 3) rotation of the first joint's frame to the world.
-        origins: (nb, 3) of the joints' frames, from the base [m].
-        inertias: (6, 6) of each body.
-    """
-
-    state: Dynamics
-    base: arb_mat
-    origins: Balls
-    inertias: list[arb_mat]
-
-
-def elementary(joint: Joint) -> tuple[Joint, ...]:
-    """The elementary joints of a joint."""
-    return tuple(part for inner in joint.parts for part in elementary(inner)) or (joint,)
-
-
 @functools.lru_cache(maxsize=8)
 def data_of(robot: Robot) -> Data:
     """The numbers of a robot as loaded. Rotation matrices become quaternions, so that they can be made exactly orthogonal."""
-    parts: list[tuple[Array, Array, Joint]] = []
-    for joint in robot.joints:
-        inner = elementary(joint)
-        parts += [(part.rotation, part.offset, part) for part in inner]
-        if joint.parts:
-            # The placement of a composite joint comes before that of its first part.
-            rotation, offset = joint.rotation @ inner[0].rotation, joint.offset + joint.rotation @ inner[0].offset
-            parts[-len(inner)] = (rotation, offset, inner[0])
+    parts = robot.single_joints
     carried = [robot.model.inertias[body.joint] for body in robot.bodies]
     return Data(
         mass=np.array([float(own.mass) for own in carried]),
         lever=np.array([own.lever for own in carried]),
         inertia=np.array([own.inertia for own in carried]),
-        rotation=np.array([quaternion_of(rotation) for rotation, _, _ in parts]),
-        offset=np.array([offset for _, offset, _ in parts]),
-        axis=np.array([np.zeros(3) if part.axis is None else part.axis for *_, part in parts]),
+        rotation=np.array([quaternion_of(part.rotation) for part in parts]),
+        offset=np.array([part.offset for part in parts]),
+        axis=np.array([np.zeros(3) if part.axis is None else part.axis for part in parts]),
         body_rotation=np.array([quaternion_of(body.rotation) for body in robot.bodies]),
         body_offset=np.array([body.offset for body in robot.bodies]),
     )
 
 
-def posed(robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Plane) -> Posed:
+def posed(
+    robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Plane
+) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], list[arb_mat]]:
     """A robot in one posture, at the precision of the present context.
 
     Args:
@@ -99,6 +73,9 @@ def posed(robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Pl
         q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
         armature: (nv,) reflected inertia of the joints [kg m², kg].
         plane: along and about whose axes the velocities of a floating base are counted.
+
+    Returns: inertia, Jacobian and placements of the bodies (N = 1); rotation (3, 3) and origin (3, 1) of each joint's frame;
+        and inertia (6, 6) of each body.
     """
     q, numbers = balls(q), zip(data.rotation, data.offset, data.axis, strict=True)
     axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
@@ -106,7 +83,7 @@ def posed(robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Pl
     columns: list[list[arb]] = []
     for joint in robot.joints:
         R, p = places[joint.parent] if joint.parent >= 0 else (EYE, arb_mat(3, 1))
-        for part in elementary(joint):
+        for part in joint.parts or (joint,):
             base = robot.free_base and not places
             turned, moved, slides, spins = _through(part, q[part.q], *next(numbers))
             R, p = R * turned, arb_mat(3, 1) if base else p + R * moved
@@ -128,7 +105,7 @@ def posed(robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Pl
         (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
         robot.moves,
     )
-    return Posed(state, places[0][0], np.array([p.entries() for _, p in places], dtype=object), inertias)
+    return state, places, inertias
 
 
 def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Array) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:

@@ -68,8 +68,7 @@ class ExactImpact:
     def __init__(self, inputs: Inputs, data: Data | None = None) -> None:
         robot = inputs.robot
         self.inputs, self.bits, self.slices = inputs, int(ctx.prec), slices_of(inputs.blocks)
-        self.posed = posed(robot, data or data_of(robot), inputs.q, inputs.armature, inputs.plane)
-        self.state = self.posed.state
+        self.state, self._places, self._inertias = posed(robot, data or data_of(robot), inputs.q, inputs.armature, inputs.plane)
         column = {joint.name: joint.v.start for joint in robot.single_joints}
         self._ties = [(column[m.joint], [(column[name], by) for name, by in m.leaders.items()]) for m in robot.mimics]
         free = ~inputs.locked
@@ -102,7 +101,7 @@ class ExactImpact:
         """Velocities (nv, m) in Pinocchio's layout."""
         plane = self.inputs.plane
         if self.inputs.robot.free_base:
-            turn = entries(self.posed.base.transpose()) @ np.stack([plane.e1, plane.e2, plane.normal], axis=1)
+            turn = entries(self._places[0][0].transpose()) @ np.stack([plane.e1, plane.e2, plane.normal], axis=1)
             rates = np.concatenate([turn @ rates[:3], turn @ rates[3:6], rates[6:]])
         return rates
 
@@ -163,6 +162,11 @@ class ExactImpact:
         """Rotations (nb, 3, 3) of the bodies' frames, body to world."""
         return np.asarray(self.state.rotation[0])
 
+    @property
+    def joint_origins(self) -> Balls:
+        """Origins (nb, 3) of the frames of the bodies' joints, world axes, from the base [m]."""
+        return np.array([p.entries() for _, p in self._places], dtype=object)
+
     def points(self, bodies: Sequence[int], r: Array) -> Balls:
         """Positions (n, 3) of points of bodies, world axes, from the base [m]. Args: r (n, 3) in the bodies' frames [m]."""
         bodies = list(bodies)
@@ -177,7 +181,7 @@ class ExactImpact:
     def kinetic_energy_before(self) -> Any:
         """½ Σ Vᵀ I V + ½ q̇ᵀ diag(armature) q̇ of the scene's own motion [J]."""
         before, total = self.inputs.before, arb(0)
-        for i, inertia in enumerate(self.posed.inertias):
+        for i, inertia in enumerate(self._inertias):
             V = matrix(twist_before(self.state, before, i).T)
             total += (V.transpose() * inertia * V)[0, 0]
         return (total + np.sum(balls(self.inputs.armature) * balls(before.joint_rates) ** 2)) / 2
@@ -190,7 +194,7 @@ class ExactImpact:
         """
         parents = self.inputs.robot.parents
         twists = self._bodies(self._full(self._solved[0])[:, 3:], 0 * self.state.position[0])
-        loads = np.array([(inertia * matrix(twist)).entries() for inertia, twist in zip(self.posed.inertias, twists, strict=True)])
+        loads = np.array([(inertia * matrix(twist)).entries() for inertia, twist in zip(self._inertias, twists, strict=True)])
         for block, own in zip(self.inputs.blocks, self.slices, strict=True):
             wrench = self.impulse[own, 3] @ block_wrenches(self.state, block)[0]
             for body, sign in ((block.body, 1), (block.other, -1)):

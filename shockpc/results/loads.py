@@ -43,7 +43,7 @@ def joint_loads(landing: Landing, proof: Proof) -> tuple[JointLoad, ...]:
     def loads(impact: ExactImpact) -> tuple[Array, Array, Array]:
         own = impact.joint_loads[bodies]
         force = own[:, 3:]
-        moment = own[:, :3] - np.cross(impact.posed.origins[bodies], force)
+        moment = own[:, :3] - np.cross(impact.joint_origins[bodies], force)
         # The power of the wrench in a unit velocity of the joint; in the first one where it has several.
         along = np.sum(impact.state.J[0, :, first].T * own.T, axis=0)
         size = float(np.abs(np.concatenate([force, moment]).astype(float)).max(initial=0.0))
