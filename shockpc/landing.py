@@ -18,7 +18,7 @@ from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.equation import Equation
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, approach_speeds, twist_before
-from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
+from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.model.rows import Block, block_point, row_jacobian
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
@@ -210,20 +210,11 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> 
     rates, given = np.zeros(robot.model.nv), np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
         given[:6] = True
-    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
     for pattern, rate in scene.strike.joint_velocities.items():
-        for name in robot.match_joints(pattern):
-            joint = robot.joint(name)
-            if joint.axis is None:
-                degrees = joint.v.stop - joint.v.start
-                raise SceneError(f'joint "{name}" has {degrees} degrees of freedom, so one rate cannot set it; leave it out')
-            if name in followers:
-                if name == pattern:
-                    raise SceneError(f'joint "{name}" follows {followers[name]}; give the rate of that')
-                continue
+        for joint in settable_joints(robot, pattern):
             if joints.locked[joint.v].any() and rate != 0.0:
                 raise SceneError(
-                    f'joint "{name}" is locked, so it cannot move at {rate:g} {joint.unit}/s before the impact; '
+                    f'joint "{joint.name}" is locked, so it cannot move at {rate:g} {joint.unit}/s before the impact; '
                     "free it or leave it out"
                 )
             rates[joint.v], given[joint.v] = rate, True
