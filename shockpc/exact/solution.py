@@ -110,20 +110,17 @@ class ExactImpact:
         robot = self.inputs.robot
         return np.asarray(body_jumps(self.state.J, [joint.v for joint in robot.joints], robot.parents, at[None], rates[None])[0])
 
-    def _rows(self, rows: list[int]) -> arb_mat:
-        """Some of the landing's rows (n, ny) in the free velocities."""
-        return matrix(self._reduced(self._all_rows[rows]))
-
     @cached_property
-    def _all_rows(self) -> Balls:
-        """All rows (nc, nv)."""
-        return row_jacobian(self.state, self.inputs.blocks)[0] if self.inputs.blocks else np.zeros((0, len(self.inputs.locked)))
+    def _rows(self) -> Balls:
+        """The landing's rows (nc, ny) in the free velocities."""
+        blocks = self.inputs.blocks
+        return self._reduced(row_jacobian(self.state, blocks)[0]) if blocks else np.zeros((0, len(self._free)))
 
     @cached_property
     def _solved(self) -> tuple[arb_mat, arb_mat]:
         """Jumps (ny, 4) of the free velocities and impulses (r, 4) along the independent rows (Eq. 4)."""
         rows = self.inputs.choice.rows.tolist()
-        J = self._rows(rows)
+        J = matrix(self._rows[rows])
         X = _solve(self._H, J.transpose(), of_inertia=True)
         impulse = -_solve(J * X, matrix(self.speeds[rows]))
         return X * impulse, impulse
@@ -234,7 +231,7 @@ class ExactImpact:
 
     def _held_response(self, J: arb_mat, held: list[int]) -> arb_mat:
         """Free velocities (ny, n) that unit impulses along rows J (n, ny) cause while some rows are held."""
-        R = self._rows(held)
+        R = matrix(self._rows[held])
         free, by_held = _solve(self._H, J.transpose(), of_inertia=True), _solve(self._H, R.transpose(), of_inertia=True)
         return free - by_held * _solve(R * by_held, R * free)
 

@@ -46,7 +46,7 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
         wrenches = block_wrenches(state, block)
         speeds = np.zeros((*wrenches.shape[:2], 3 if before is None else 4), dtype=wrenches.dtype)
         if block.kind == "contact":
-            wrenches = wrenches + block.restitution * wrenches
+            wrenches = wrenches + block.restitution * wrenches if block.restitution else wrenches
             speeds[..., :3] = wrenches[..., 3:]
             if before is not None:
                 speeds[..., 3:] = wrenches @ twist_before(state, before, block.body)[..., None]
