@@ -10,16 +10,14 @@ from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, Plane
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError
-from shockpc.model.assembly import Assembly, assemble
-from shockpc.model.closure import all_loops, closure_block
+from shockpc.model.closure import Assembly, all_loops, assemble, closure_block
 from shockpc.model.columns import Base, free_columns
 from shockpc.model.contact import Contact, contact_block, placed
 from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.equation import Equation
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
-from shockpc.model.rows import Block, block_point, row_jacobian
+from shockpc.model.rows import Block, Equation, block_point, row_jacobian
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.couplings import Loop
 from shockpc.robot.robot import Robot

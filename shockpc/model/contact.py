@@ -66,13 +66,12 @@ def match_frames(robot: Robot, pattern: str) -> tuple[str, ...]:
     if pattern in robot.frames:
         return (pattern,)
     wanted = pattern.casefold()
-    if any(sign in wanted for sign in "*?["):
-        found = [link for link in robot.links if fnmatch.fnmatchcase(link.casefold(), wanted)]
-    else:
-        found = [link for link in robot.links if wanted and wanted in link.casefold()]
+    if wanted and not any(sign in wanted for sign in "*?["):
+        wanted = f"*{wanted}*"
+    found = tuple(link for link in robot.links if fnmatch.fnmatchcase(link.casefold(), wanted))
     if not found:
         raise UnknownName("link or frame", pattern, robot.frames, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    return tuple(found)
+    return found
 
 
 def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:

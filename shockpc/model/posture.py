@@ -79,8 +79,14 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     """
     name = reference_name(robot, posture.reference)
     # A robot may have a posture that it calls neutral itself; that one is meant then.
-    q = np.array(robot.postures[name]) if name in robot.postures else np.array(robot.start)
-    q = _with_rotations(robot, name, q)
+    given = robot.postures.get(name, robot.start)
+    # Files round quaternions and cosines, and another length than 1 would scale the shock.
+    q = np.array(pin.normalize(robot.model, np.array(given)))
+    if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - given).max(initial=0.0) < 0.05):
+        raise SceneError(
+            f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
+            "sine, has length 1; correct it in the file of postures"
+        )
     _set_base(robot, posture, q)
     for values, unit in ((posture.joints, 1.0), (posture.joints_deg, math.pi / 180.0)):
         for pattern, value in values.items():
@@ -90,17 +96,6 @@ def configuration(robot: Robot, posture: Posture) -> Array:
         led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
         _set(robot.joint(mimic.joint), led + mimic.offset, q)
     return q
-
-
-def _with_rotations(robot: Robot, name: str, q: Array) -> Array:
-    """The posture with its quaternions and cosines made whole: files round them, and another length than 1 scales the shock."""
-    whole = np.asarray(pin.normalize(robot.model, q))
-    if not (pin.isNormalized(robot.model, whole, 1e-9) and np.abs(whole - q).max(initial=0.0) < 0.05):
-        raise SceneError(
-            f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
-            "sine, has length 1; correct it in the file of postures"
-        )
-    return whole
 
 
 def check_rotations(robot: Robot, Q: Array) -> None:

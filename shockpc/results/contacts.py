@@ -12,8 +12,7 @@ from shockpc.exact.balls import BallMatrix, Balls, PrecisionError, balls, matrix
 from shockpc.exact.proof import Enclosure, Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
-from shockpc.model.equation import Equation
-from shockpc.model.rows import Block, block_axes, block_point
+from shockpc.model.rows import Block, Equation, block_axes, block_point
 from shockpc.results.variants import held_joints_enclosure
 
 __all__ = ["ContactImpulse", "StanceImpulse", "TotalImpulse", "contact_impulses", "pulled", "stance_impulses", "total_impulse"]

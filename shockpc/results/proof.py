@@ -12,8 +12,7 @@ from shockpc.exact.balls import SingularError
 from shockpc.exact.proof import Proof, prove
 from shockpc.exact.solution import Inputs
 from shockpc.landing import Landing, contact_velocity
-from shockpc.model.equation import Equation
-from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
+from shockpc.model.rows import Equation, block_axes, row_jacobian, row_terms, slices_of
 from shockpc.printed import few, listed
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.results.points import spots
