@@ -111,16 +111,13 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
         delta_qd = X @ impulse
         condition = stiffness / np.where(well, pivot, np.nan)
-    choices = {}
+    choices, rank = {}, np.full(n, nc)
     for k in unclear:
         choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k])
-        r = choice.rows
+        r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]
         impulse[k], delta_qd[k] = choice.spread @ part, X[k][:, r] @ part
-    rank = np.full(n, nc)
-    for k, choice in choices.items():
-        rank[k] = len(choice.rows)
     return Impact(delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices)
 
 

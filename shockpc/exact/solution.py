@@ -223,10 +223,9 @@ class ExactImpact:
         Raises:
             SingularError: the rows depend on one another.
         """
-        state = self.state
-        twist = np.where(state.moves[body], state.J[0], 0)
-        twist = np.concatenate([twist[:3], velocity_at(twist[:3].T, twist[3:].T, state.position[0, body]).T])
-        J = matrix(self._reduced((self.orientations[body].T @ twist.reshape(2, 3, -1)).reshape(6, -1)))
+        held = Block("stance", "", body, np.zeros(3), np.eye(3), np.eye(3), axes_body=body)
+        # The rows of forces come first.
+        J = matrix(self._reduced(np.roll(row_jacobian(self.state, [held])[0], 3, axis=0)))
         return self._in_base_axes(self._full(self._held_response(J, self.inputs.choice.rows.tolist())))
 
     def _held_response(self, J: arb_mat, held: list[int]) -> arb_mat:

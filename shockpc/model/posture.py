@@ -114,7 +114,7 @@ def check_rotations(robot: Robot, Q: Array) -> None:
 
 def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
     """Put the base where the scene says; the rest of q is left alone."""
-    if posture.base_position is None and posture.base_rpy_deg is None and posture.base_quaternion is None:
+    if (posture.base_position, posture.base_rpy_deg, posture.base_quaternion) == (None, None, None):
         return
     if posture.base_rpy_deg is not None and posture.base_quaternion is not None:
         raise SceneError("the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them")
