@@ -178,14 +178,15 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
     J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) * weight
     length, whole = np.linalg.norm(J, axis=1), np.linalg.norm(terms * weight, axis=1)
-    alive = length > TOLERANCE * np.where(whole > 0.0, whole, 1.0)
+    whole = np.where(whole > 0.0, whole, 1.0)
+    share = length / whole
+    alive = share > TOLERANCE
     # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
-    unit = np.where(alive[:, None], J / np.where(whole > 0.0, whole, 1.0)[:, None], 0.0)
+    unit = np.where(alive[:, None], J / whole[:, None], 0.0)
     _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
     bound = TOLERANCE * np.sqrt(len(J_c))
     kept = s > bound
     rank = int(kept.sum())
-    share = length / np.where(whole > 0.0, whole, 1.0)
     uncertain = bool(np.any(_near(s, bound)) or np.any(_near(share, TOLERANCE)))
     # The impulse along a row is unique where its unit vector lies in the row space.
     unique = ~alive | (np.sum(Vt[kept] ** 2, axis=0) > 1.0 - 1e-9)

@@ -171,10 +171,9 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
     held = np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
         held[:6] = True
-    named = {name for pattern in movable for name in robot.match_joints(pattern)}
-    set_ = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
+    named = {name for pattern in movable or (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
     for name in robot.joint_names:
-        if (name not in named) if movable else (name in set_):
+        if (name in named) != bool(movable):
             held[robot.joint(name).v] = True
     return held
 
