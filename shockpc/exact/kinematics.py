@@ -166,7 +166,7 @@ def _joint_inertia(robot: Robot, inertias: list[arb_mat], columns: list[list[arb
     for i in range(len(composite) - 1, -1, -1):
         v, before = robot.joints[i].v, np.flatnonzero(robot.moves[i])
         J = arb_mat([columns[k] for k in before])
-        H[before, v] = entries(J * composite[i] * arb_mat(columns[v]).transpose())
+        H[before, v] = entries(J * (composite[i] * arb_mat(columns[v]).transpose()))
         H[v, before] = H[before, v].T
         if robot.parents[i] >= 0:
             composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
