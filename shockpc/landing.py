@@ -19,8 +19,7 @@ from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.model.rows import Block, Equation, block_point, row_jacobian
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.couplings import Loop
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of
 from shockpc.trace import Trace
 

@@ -18,8 +18,7 @@ from shockpc.model.columns import free_columns
 from shockpc.model.contact import unit_directions
 from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.rows import Block, point_at, row_jacobian
-from shockpc.robot.couplings import Loop
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Loop, Robot
 
 __all__ = ["Assembly", "Closure", "Place", "all_loops", "assemble", "closure_block", "closure_gap", "loop_of"]
 
