@@ -16,8 +16,8 @@ from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.bench.cases import FAMILIES, OBLIQUE, Link, bent, box, chain, robot_of
+from shockpc.core.percussion import norm
 from shockpc.errors import SceneError, ShockError, SolveError
-from shockpc.exact.balls import balls
 from shockpc.exact.proof import Enclosure
 from shockpc.landing import resolve
 from shockpc.model.contact import Contact
@@ -44,9 +44,8 @@ def true_errors(profile, jumps):
 
     def read(impact):
         exact = impact.body_jumps[..., 3]
-        off = (exact - balls(jumps)) * balls(weight)
-        size = np.sum((exact * balls(weight)) ** 2, axis=1)
-        return [float((sum(part, 0 * s) / s).sqrt()) if s > 0 else 0.0 for part, s in zip(off**2, size, strict=True)]
+        off, size = norm((exact - jumps) * weight), norm(exact * weight)
+        return [float(part / whole) if whole > 0 else 0.0 for part, whole in zip(off, size, strict=True)]
 
     return np.array(Enclosure(profile.proof.enclosure.inputs).read(read, bits=2048))
 

@@ -12,7 +12,7 @@ from robot_texts import body, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
 from shockpc.errors import SceneError, UnknownName
-from shockpc.model.contact import Contact, contact_block, contact_point, match_frames
+from shockpc.model.contact import Contact, contact_block, match_frames, placed
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import Posture, configuration
 from shockpc.model.rows import block_point, row_jacobian
@@ -77,8 +77,8 @@ def test_contact_rows_are_the_derivative_of_the_point(seed):
     joints = dict(zip(robot.joint_names, rng.uniform(-1.0, 1.0, 12).tolist(), strict=True))
     q = configuration(robot, Posture(base_rpy_deg=tuple(rng.uniform(-90.0, 90.0, 3).tolist()), joints=joints))
     state = dynamics(robot, q[None])
-    found = contact_point(robot, Contact(frame=frame, offset=tuple(offset.tolist())), UP)
-    J_c = row_jacobian(state, [contact_block(found, state.rotation[:, found.body], UP)])[0]
+    found = contact_block(robot, Contact(frame=frame, offset=tuple(offset.tolist())), UP)
+    J_c = row_jacobian(state, [placed(found, state.rotation[:, found.body], UP)])[0]
     data, index = robot.model.createData(), robot.model.getFrameId(frame)
 
     def place(step):
@@ -113,8 +113,8 @@ def footed(*shapes, more=""):
 def lowest(robot, rpy, offset=(0.0, 0.0, 0.0)):
     """The lowest point of the foot under a rotated base, from the foot's origin, world axes; and the foot's orientation."""
     state = dynamics(robot, configuration(robot, Posture(base_rpy_deg=rpy))[None])
-    found = contact_point(robot, Contact(frame="foot", at="lowest", offset=offset), UP)
-    point = block_point(state, contact_block(found, state.rotation[:, found.body], UP))[0]
+    found = contact_block(robot, Contact(frame="foot", at="lowest", offset=offset), UP)
+    point = block_point(state, placed(found, state.rotation[:, found.body], UP))[0]
     return point - state.position[0, 1], state.rotation[0, 1]
 
 
@@ -226,5 +226,5 @@ def test_a_contact_that_cannot_be_is_refused(contact, error, names):
     contact = Contact(**({"frame": "LF_FOOT"} | contact))
     robots = {"foot": lambda: named("foot"), "post": lambda: robot_from(POST, ".xml")}
     with pytest.raises(error) as refusal:
-        contact_point(robots.get(contact.frame, lambda: known_robot("anymal_b"))(), contact, UP)
+        contact_block(robots.get(contact.frame, lambda: known_robot("anymal_b"))(), contact, UP)
     assert all(name in str(refusal.value) for name in (f'"{contact.frame}"', *names))
