@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from shockpc.result import ShockProfile
     from shockpc.robot.robot import Robot
     from shockpc.scene import Scene
-    from shockpc.show.figure.contact_sheet import Thumbnail
+    from shockpc.show.figure.view import View
 
 __all__ = ["batch"]
 
@@ -67,7 +67,7 @@ def _landings(options: SceneOptions, name: str) -> "tuple[Robot, list[Scene]]":
     return scenes_from(name, options, on_each_foot=True)
 
 
-def _thumbnail(profile: "ShockProfile") -> "Thumbnail":
+def _thumbnail(profile: "ShockProfile") -> "View":
     """The small picture of a landing."""
     from shockpc.show.figure.contact_sheet import thumbnail
 

@@ -5,8 +5,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import new_chart, render
-from shockpc.show.figure.palette import CURVES, INK, PAPER
+from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart, render
 
 __all__ = ["error_time_svg"]
 

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import new_chart
-from shockpc.show.figure.palette import BANDS, INK, PAPER
+from shockpc.show.figure.style import BANDS, INK, PAPER, new_chart
 from shockpc.show.header import contact_name
 from shockpc.studies.limits import ShockLimits
 

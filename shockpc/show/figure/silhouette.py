@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
 
-__all__ = ["Region", "contoured", "silhouette", "to_plane"]
+__all__ = ["Region", "silhouette", "to_plane"]
 
 Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
@@ -85,16 +85,11 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> 
     covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
 
     columns, rows = low[0] + (np.arange(width) - 2.0) * pixel, low[1] + (np.arange(height) - 2.0) * pixel
-    region = contoured(columns, rows, covered.astype(float), 0.5, 2.0)
-    return shapely.MultiPoint(vertices).convex_hull if region.is_empty else region
-
-
-def contoured(x: Array, y: Array, z: Array, low: float, high: float) -> Region:
-    """Where values z (n, m) at the points of a grid x (m,), y (n,) [m] are between two limits."""
-    contours: Any = contourpy.contour_generator(x, y, z, fill_type=contourpy.FillType.ChunkCombinedOffsetOffset)
-    (points,), (rings,), (polygons,) = contours.filled(low, high)
-    if points is None:
-        return shapely.MultiPolygon()
-    return shapely.union_all(
-        shapely.buffer(shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons)), 0.0)
+    contours: Any = contourpy.contour_generator(
+        columns, rows, covered.astype(float), fill_type=contourpy.FillType.ChunkCombinedOffsetOffset
     )
+    (points,), (rings,), (polygons,) = contours.filled(0.5, 2.0)
+    if points is None:
+        return shapely.MultiPoint(vertices).convex_hull
+    found = shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons))
+    return shapely.union_all(shapely.buffer(found, 0.0))

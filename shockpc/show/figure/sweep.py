@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import new_chart
 from shockpc.show.figure.page import round_step
-from shockpc.show.figure.palette import BANDS, CURVES, INK, PAPER, band
+from shockpc.show.figure.style import BANDS, CURVES, INK, PAPER, band, new_chart
 from shockpc.studies.sweep.summary import Extent, SweepSummary
 from shockpc.studies.sweep.variation import Variation
 

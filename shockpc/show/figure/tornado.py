@@ -4,8 +4,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import new_chart
-from shockpc.show.figure.palette import BANDS, INK
+from shockpc.show.figure.style import BANDS, INK, new_chart
 from shockpc.show.header import contact_name
 from shockpc.show.reports.sensitivity import effect_words, step_words
 from shockpc.studies.sensitivity import ShockSensitivity

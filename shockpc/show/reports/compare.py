@@ -26,7 +26,7 @@ def compare_report(comparison: Comparison) -> Report:
     letters = [chr(ord("A") + k) if k < 26 else f"design {k + 1}" for k in range(len(designs))]
 
     def draw() -> "Figure":
-        from shockpc.show.figure.panels import draw_panels
+        from shockpc.show.figure.landing import draw_panels
 
         robots = " and ".join(dict.fromkeys(printable(profile.robot.label, 40) for profile in profiles))
         captions = [

@@ -39,7 +39,7 @@ def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
     Raises:
         OutputError: the folder cannot be written.
     """
-    from shockpc.show.figure.canvas import render
+    from shockpc.show.figure.style import render
 
     files: dict[str, str | bytes] = {}
     parts = ["## Figures and claims of the paper\n"]
@@ -55,7 +55,7 @@ def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
 
 def draw_paper_figure(figure: PaperFigure) -> "Figure":
     """Draw the panels of a figure of the paper side by side."""
-    from shockpc.show.figure.panels import draw_panels
+    from shockpc.show.figure.landing import draw_panels
 
     labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
     return draw_panels(figure.profiles, f"Figure {figure.number}: {figure.title}", labels, captions, figure.note)

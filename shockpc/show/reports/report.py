@@ -79,7 +79,7 @@ class Report:
         """The files of a folder by name: figure, CSV, Markdown and JSON."""
         figure: dict[str, bytes] = {}
         if self.picture:
-            from shockpc.show.figure.canvas import render
+            from shockpc.show.figure.style import render
 
             figure = render(self.picture, self.draw)
         return {

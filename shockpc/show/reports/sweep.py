@@ -34,7 +34,7 @@ def sweep_text(summary: SweepSummary) -> str:
 
 def sweep_files(summary: SweepSummary) -> dict[str, str | bytes]:
     """The summary as Markdown and CSV, and the figure, by file name."""
-    from shockpc.show.figure.canvas import render
+    from shockpc.show.figure.style import render
     from shockpc.show.figure.sweep import draw_sweep
 
     sheet = _sheet(summary)

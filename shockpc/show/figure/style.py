@@ -1,19 +1,36 @@
-"""What all figures share: style, blank axes in inches, and how a figure becomes SVG and PNG."""
+"""What all figures share: colours, settings of matplotlib, and how a figure becomes SVG and PNG.
+
+Normalised shock has five blues below the shock at the contact, a grey around it, and four reds above. Values that round to 1.0 are
+grey, so that a body which moves as the contact does is not marked as amplifying the shock. Lightness falls from band to band, which
+keeps the order in grey printing, and blue and red differ with every common colour blindness. The last band is open, so no value is
+clipped.
+"""
 
 import io
+import math
 import warnings
 from collections.abc import Callable
-from typing import Any
 
 from matplotlib import style
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from shockpc.show.figure.palette import INK, PAPER
+__all__ = ["BANDS", "CURVES", "EDGES", "INK", "PAPER", "SHOCK", "STYLE", "band", "faded", "new_chart", "render"]
 
-__all__ = ["STYLE", "add_axes", "new_chart", "new_page", "render"]
+EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
+"""Limits of the bands: shock |Δv| / v_in [1]."""
+
+BANDS = ("#eff5fc", "#d3e6f9", "#b7d7f6", "#98c8f2", "#74b8ee", "#9e9e9e", "#c44c28", "#9a2c24", "#66161d", "#300810")
+"""One colour for each band, lightest first."""
+
+CURVES = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
+"""Of curves and marks that are told apart by their colours."""
+
+INK, PAPER = "#1a1a1a", "#ffffff"
+"""Lines and letters; background."""
+
+SHOCK = "normalised shock |Δv| / v_in [-]"
+"""Label of bars and axes."""
 
 DPI = 160
 """Of the PNG."""
@@ -26,6 +43,7 @@ STYLE = {
     "figure.facecolor": PAPER,
     "figure.titlesize": 10.0,
     "figure.titleweight": "bold",
+    "figure.labelsize": 7.5,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
     "axes.linewidth": 0.6,
@@ -33,15 +51,20 @@ STYLE = {
     "axes.spines.right": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 8.0,
+    "xtick.color": INK,
     "xtick.labelsize": 7.0,
     "xtick.major.size": 2.5,
     "xtick.major.width": 0.6,
+    "ytick.color": INK,
     "ytick.labelsize": 7.0,
     "ytick.major.size": 2.5,
     "ytick.major.width": 0.6,
     "grid.linewidth": 0.4,
     "grid.color": "#d8d8d8",
     "legend.frameon": False,
+    "legend.handlelength": 1.9,
+    "legend.handletextpad": 0.6,
+    "legend.labelspacing": 0.45,
     "path.simplify": False,
     "svg.fonttype": "none",
     "svg.hashsalt": "shockpc",
@@ -49,12 +72,15 @@ STYLE = {
 """Changes to matplotlib's default settings while a figure is drawn."""
 
 
-def new_page(width: float, height: float) -> tuple[Figure, Axes]:
-    """A figure and, over all of it, axes without decoration whose coordinates are inches from the lower left corner."""
-    figure = Figure(figsize=(width, height))
-    page = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(0.0, height))
-    page.set_axis_off()
-    return figure, page
+def band(shock: float) -> int:
+    """Index of the band of a shock |Δv| / v_in, not negative [1]; a value on a limit belongs to the band below it."""
+    return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
+
+
+def faded(colour: str, share: float) -> tuple[float, float, float]:
+    """A colour mixed with a share, 0 to 1, of the background."""
+    r, g, b = to_rgb(colour)
+    return r + (1.0 - r) * share, g + (1.0 - g) * share, b + (1.0 - b) * share
 
 
 def new_chart(width: float, height: float, title: str) -> Figure:
@@ -62,12 +88,6 @@ def new_chart(width: float, height: float, title: str) -> Figure:
     figure = Figure(figsize=(width, height), layout="constrained")
     figure.suptitle(title, x=0.01, ha="left")
     return figure
-
-
-def add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
-    """Axes at a place given in inches."""
-    w, h = figure.get_size_inches()
-    return figure.add_axes((left / w, bottom / h, width / w, height / h))
 
 
 def render(name: str, draw: Callable[[], Figure], formulas: bool = False) -> dict[str, bytes]:
@@ -83,9 +103,6 @@ def render(name: str, draw: Callable[[], Figure], formulas: bool = False) -> dic
         # A letter that the font lacks is a box in the PNG; in the SVG the viewer's font has it.
         warnings.filterwarnings("ignore", message="Glyph ")
         figure = draw()
-        vector: Any = FigureCanvasSVG(figure)
-        vector.print_svg(svg, metadata={"Date": None, "Creator": "shockpc"})
-        figure.set_dpi(DPI)
-        pixels: Any = FigureCanvasAgg(figure)
-        pixels.print_png(png, metadata={"Software": "shockpc"})
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": "shockpc"})
+        figure.savefig(png, format="png", dpi=DPI, metadata={"Software": "shockpc"})
     return {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}
