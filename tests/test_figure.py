@@ -39,7 +39,6 @@ from shockpc.show.reports.paper import draw_paper_figure
 
 SAGITTAL = plane_from((0.0, -1.0, 0.0))
 BOX = shapely.box(-1.0, -1.0, 1.0, 1.0)
-HERE = np.zeros(3)
 
 
 def landing(robot, *frames, angle=0.0, **scene):
@@ -80,7 +79,7 @@ def shape(points, radius=0.0, triangles=None):
 
 
 def projection(*shapes, resolution=1e-3):
-    return silhouette(shapes, np.eye(3), HERE, SAGITTAL, resolution)
+    return silhouette(shapes, SAGITTAL, resolution)
 
 
 # Silhouettes
@@ -244,7 +243,7 @@ def test_shocks_that_round_to_1_are_grey_and_nothing_is_clipped():
     shocks = (0.0, 0.1, 0.94, 0.96, 1.0, 1.03, 1.06, 2.0, 2.01, 1e9)
     assert [band(s) for s in shocks] == [0, 0, 4, 5, 5, 5, 6, 8, 9, 9]
     assert np.hypot(*lightness(BANDS[5])[1:]) < 5.0
-    ((k, patch),) = layers(BOX, Field(np.zeros(2), np.array([50.0, 0, 0]), np.zeros((3, 2))))
+    ((k, patch),) = layers(BOX, Field(np.array([50.0, 0, 0]), np.zeros((3, 2))))
     assert k == len(BANDS) - 1
     assert np.all(inside(patch, GRID))
 
@@ -352,7 +351,7 @@ def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):
     outlined = {anymal.bodies[drawn.body] for drawn in view.drawn if drawn.outlined}
     assert {"RF_THIGH", "RF_SHANK"} <= outlined
     assert not any(name.startswith(("LF", "RH", "LH", "base")) for name in outlined)
-    assert [anymal.bodies[i] for i in view.struck] == ["base", "LF_HIP", "LF_THIGH", "LF_SHANK"]
+    assert [anymal.bodies[i] for i in view.numbered] == ["base", "LF_HIP", "LF_THIGH", "LF_SHANK"]
 
 
 def test_every_centre_of_percussion_is_in_the_table():

@@ -10,7 +10,7 @@ from shockpc.result import ShockProfile
 from shockpc.robot.geometry import outline
 from shockpc.show.figure.page import LEFT, Page, Rows, metres
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
-from shockpc.show.figure.view import View, Window, numbered, view_of, windows_of
+from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import angle_text, joint_model_text, posture_text, strike_text
 
 __all__ = ["draw_landing", "draw_panels"]
@@ -32,7 +32,7 @@ def draw_landing(profile: ShockProfile) -> Figure:
     depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
     """
     view = view_of(profile)
-    numbers = {i: n for n, i in enumerate(numbered(profile, view), start=1)}
+    numbers = {i: n for n, i in enumerate(view.numbered, start=1)}
     (window,) = windows_of([view], [numbers], (0.15, 0.15), (5.4, 6.4), (3.4, 2.2))
     width, height = window.sides
     tables = [_body_rows(profile, view, numbers), *([_point_rows(profile)] if profile.points else [])]
@@ -58,7 +58,7 @@ def draw_panels(
         note: under the tables, in italics.
     """
     views = [view_of(profile) for profile in profiles]
-    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in numbered(profile, view)]
+    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in view.numbered]
     number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
     numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
     windows = windows_of(views, numbers, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0))

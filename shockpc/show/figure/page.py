@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import MaxNLocator
 
 from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
 from shockpc.show.figure.view import Window
 
-__all__ = ["LEFT", "MARGIN", "Page", "Rows", "metres", "round_step"]
+__all__ = ["LEFT", "MARGIN", "Page", "Rows", "metres"]
 
 Rows = list[tuple[str, ...]]
 """A table of texts, its header first: a sign, a name, and numbers."""
@@ -99,8 +99,8 @@ class Page:
         axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]), facecolor="none")
         if not any(names):
             axes.set_axis_off()
-        for axis, name, shown in ((axes.xaxis, names[0], bottom), (axes.yaxis, names[1], left)):
-            axis.set_major_locator(MultipleLocator(round_step(0.45 * window.inch)))
+        for axis, side, name, shown in zip((axes.xaxis, axes.yaxis), window.sides, names, (bottom, left), strict=True):
+            axis.set_major_locator(MaxNLocator(max(1, round(side / 0.45)), steps=[1, 2, 5, 10]))
             axis.set_label_text(f"{name} [m]" if shown else "")
         axes.tick_params(labelleft=left, left=left, labelbottom=bottom)
         axes.spines["left"].set_visible(left)
@@ -133,12 +133,6 @@ class Page:
             handles=sorted(signs.values(), key=lambda sign: -sign.get_zorder()), loc="upper left", borderpad=0.0, borderaxespad=0.0,
             bbox_to_anchor=(self._x, self._y), bbox_transform=self._axes.transData,
         )  # fmt: skip
-
-
-def round_step(least: float) -> float:
-    """The smallest of 1, 2, 5, 10, 20 and so on, and of 0.5, 0.2, 0.1 and so on, that is at least a number."""
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= least)
 
 
 def metres(value: float, digits: int = 2) -> str:

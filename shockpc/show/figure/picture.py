@@ -8,6 +8,7 @@ import shapely
 from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, PathPatch, Rectangle
 from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
 
 from shockpc.core.spatial import Array
 from shockpc.show.figure.silhouette import Region
@@ -75,7 +76,9 @@ def layers(region: Region, field: Field) -> list[tuple[int, Patch]]:
     U, sigma, turn = np.linalg.svd(field.A, full_matrices=False)
     # Over the body, shock does not change visibly along a direction of a smaller singular value.
     smallest = 1e-4 / max(x1 - x0, y1 - y0)
-    centre = field.origin - turn.T @ np.where(sigma > smallest, U.T @ field.c / np.maximum(sigma, smallest), 0.0)
+    middle = np.array([x0 + x1, y0 + y1]) / 2.0
+    away = U.T @ (field.c + field.A @ middle) / np.maximum(sigma, smallest)
+    centre = middle - turn.T @ np.where(sigma > smallest, away, 0.0)
     least, top = field.at(centre), band(field.at(shapely.get_coordinates(region)).max())
     found: list[tuple[int, Patch]] = [(top, Rectangle((x0, y0), x1 - x0, y1 - y0, linewidth=0.0))]
     for k in reversed(range(top)):
@@ -134,10 +137,11 @@ def letter(index: int) -> str:
     return (letter(index // 26 - 1) if index >= 26 else "") + chr(ord("a") + index % 26)
 
 
-def arrow(axes: Axes, tail: Array, tip: Array, width: float, head: float, colour: str = INK) -> None:
+def arrow(axes: Axes, tail: Array, tip: Array, width: float, head: float) -> None:
     """Draw an arrow between two points (2,)."""
     style: dict[str, Any] = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "joinstyle": "miter", "posA": tail, "posB": tip}
-    axes.add_patch(FancyArrowPatch(mutation_scale=head, linewidth=width, color=colour, zorder=7.0, **style))
+    around = [withStroke(linewidth=2.2 * width, foreground=PAPER)]
+    axes.add_patch(FancyArrowPatch(mutation_scale=head, linewidth=width, color=INK, zorder=7.0, path_effects=around, **style))
 
 
 def _tags(view: View, numbers: dict[int, int], labels: "Labels") -> None:
@@ -162,8 +166,7 @@ def _velocity(axes: Axes, place: Array, velocity: Array, labels: "Labels", windo
         return
     axes.plot([], [], **MARK | SIGNS["arrow"])
     tip = place + window.arrow * velocity
-    for width, colour in ((4.2, PAPER), (1.9, INK)):
-        arrow(axes, place, tip, width, 13.0 * min(1.0, 0.3 + speed), colour)
+    arrow(axes, place, tip, 1.9, 13.0 * min(1.0, 0.3 + speed))
     for share in (0.35, 0.7, 1.0):
         labels.keep_free(place + share * (tip - place), 0.07)
 

@@ -13,7 +13,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.printed import printable
 from shockpc.show.figure.page import LEFT, Page, Rows, metres
 from shockpc.show.figure.picture import MARK, SIGNS, Labels, letter, outlined
-from shockpc.show.figure.silhouette import silhouette, to_plane
+from shockpc.show.figure.silhouette import silhouette, surface, to_plane
 from shockpc.show.figure.style import BANDS, INK, PAPER
 from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.header import count, joint_model_text, posture_text
@@ -47,7 +47,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     cells = study.region.cells if study.region.solid else ()
     marks = np.array([one.position for one in (*study.today, *study.places)])
     marks = np.concatenate([marks, *(cell.points + s * cell.radius for cell in cells for s in (-1.0, 1.0))])
-    solid = np.concatenate([shape.points + s * shape.radius for shape in shapes for s in (-1.0, 1.0)]) if shapes else marks
+    solid = surface(shapes) if shapes else marks
     held = np.concatenate([solid, marks])
     near = NEAR * float(np.ptp(held, axis=0).max())
     copc = np.array([profile.copc[study.body] for profile in study.profiles])
@@ -69,7 +69,7 @@ def draw_place(study: PlaceStudy) -> Figure:
         plane, window = Plane(np.cross(e1, e2), e1, e2), Window(low[pair], high[pair], inch)
         names = ["xyz"[k] for k in pair]
         axes = page.picture(x, page.low + FOOT + y, window, names, left=name != "front", bottom=name != "top")
-        region = silhouette(shapes, np.eye(3), np.zeros(3), plane, 1e-3 * inch * max(window.sides))
+        region = silhouette(shapes, plane, 1e-3 * inch * max(window.sides))
         if not region.is_empty:
             edge = outlined(axes, region, inch * ROOM, edgecolor=INK, linewidth=0.7, zorder=2.0)
             across, up = (np.linspace(window.low[k], window.high[k], CELLS + 1) for k in (0, 1))
