@@ -69,6 +69,6 @@ def _landings(options: SceneOptions, name: str) -> "tuple[Robot, list[Scene]]":
 
 def _thumbnail(profile: "ShockProfile") -> "View":
     """The small picture of a landing."""
-    from shockpc.show.figure.contact_sheet import thumbnail
+    from shockpc.show.figure.view import view_of
 
-    return thumbnail(profile)
+    return view_of(profile)

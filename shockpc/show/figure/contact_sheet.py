@@ -2,35 +2,21 @@
 
 import math
 
-import numpy as np
-import shapely
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.result import ShockProfile
 from shockpc.show.figure.page import MARGIN, Page
-from shockpc.show.figure.picture import arrow, draw_bodies
-from shockpc.show.figure.style import INK, PAPER
-from shockpc.show.figure.view import View, view_of, windows_of
-from shockpc.studies.batch import Batch, BatchRow
+from shockpc.show.figure.picture import draw_bodies, draw_velocities
+from shockpc.show.figure.view import windows_of
+from shockpc.studies.batch import Batch
 
-__all__ = ["draw_contact_sheet", "thumbnail"]
+__all__ = ["draw_contact_sheet"]
 
 COLUMNS = 8
 """Most pictures in a line."""
 
 WIDTH, HEIGHT, CAPTION, GAP, FOOT, BAR = 1.45, 1.15, 0.42, 0.12, 0.42, 4.6
 """Sides of a picture, height of what is written under it, distance to the next, room for the colour bar, and its width [inches]."""
-
-FINE = 400.0
-"""Part of a robot's size that is the smallest detail."""
-
-
-def thumbnail(profile: ShockProfile) -> View:
-    """The small picture of a landing."""
-    view = view_of(profile)
-    drawn = tuple(one._replace(region=shapely.simplify(one.region, view.size / FINE)) for one in view.drawn)
-    return view._replace(drawn=drawn)
 
 
 def draw_contact_sheet(batch: Batch) -> Figure:
@@ -45,26 +31,13 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     page = Page(MARGIN + max(across * step - GAP, BAR), lines * drop + FOOT, heading)
     for k, row in enumerate(rows):
         x, y = MARGIN + (k % across) * step, page.low + FOOT + (lines - 1 - k // across) * drop + CAPTION + GAP
-        _picture(page, row.picture, x, y)
-        page.line(x, y - 0.04, f"{k + 1}  {printable(row.robot, 40)}", 7.5, WIDTH, "bold")
-        page.line(x, y - 0.16, f"on {printable(row.contact, 40)}", 7.0, WIDTH)
-        page.line(x, y - 0.28, _words(row), 7.0, WIDTH)
+        (window,) = windows_of([row.picture], [()], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05)
+        axes = page.picture(x, y, window)
+        draw_bodies(axes, row.picture, 400.0)
+        draw_velocities(axes, row.picture, window, 0.5)
+        shock = f"{row.shock_com:.2g} at CoM" if row.shock_max is None else f"up to {row.shock_max:.2g}"
+        page.write(x, y - 0.04, f"{k + 1}  {printable(row.robot, 40)}", 7.5, WIDTH, fontweight="bold")
+        page.write(x, y - 0.16, f"on {printable(row.contact, 40)}", 7.0, WIDTH)
+        page.write(x, y - 0.28, f"{shock}; RoPc {row.ropc:.3g} m", 7.0, WIDTH)
     page.bar(MARGIN, BAR)
     return page.figure
-
-
-def _words(row: BatchRow) -> str:
-    """Shock and radius of percussion of the trunk."""
-    shock = f"{row.shock_com:.2g} at CoM" if row.shock_max is None else f"up to {row.shock_max:.2g}"
-    return f"{shock}; RoPc {row.ropc:.3g} m"
-
-
-def _picture(page: Page, view: View, x: float, y: float) -> None:
-    """One robot in a rectangle of `WIDTH` and `HEIGHT` whose lower left corner is (x, y) [inches]."""
-    (window,) = windows_of([view], [()], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05)
-    axes = page.picture(x, y, window)
-    draw_bodies(axes, view)
-    for place, velocity in zip(view.contacts, view.velocities, strict=True):
-        axes.plot(*place, "o", markersize=2.6, markerfacecolor=INK, markeredgecolor=PAPER, markeredgewidth=0.3, zorder=7)
-        if float(np.linalg.norm(velocity)) > 0.05:
-            arrow(axes, place, place + window.arrow * velocity, 1.0, 5.0)

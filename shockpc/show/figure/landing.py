@@ -18,9 +18,6 @@ __all__ = ["draw_landing", "draw_panels"]
 FOOT, GAP, BAR = 0.8, 0.15, 4.6
 """Room for coordinates and the colour bar, and between panels; smallest width of the bar under panels [inches]."""
 
-ROWS = 14
-"""Most bodies, and most sensors, that are listed."""
-
 OUT_OF_PLANE = 0.1
 """Share of a body's motion out of the plane above which the figure says so [1]."""
 
@@ -80,9 +77,9 @@ def draw_panels(
     for k, (profile, view, window) in enumerate(zip(profiles, views, windows, strict=True)):
         _picture(page, x, y, profile, view, window, numbers[k], left=k == 0)
         middle = x + window.sides[0] / 2.0
-        page.line(middle, y - 0.42, labels[k], 10.0, window.sides[0], "bold", ha="center")
+        page.write(middle, y - 0.42, labels[k], 10.0, window.sides[0], fontweight="bold", ha="center")
         for n, text in enumerate(under[k]):
-            page.line(middle, y - 0.6 - 0.13 * n, text, 7.0, window.sides[0] + GAP, ha="center")
+            page.write(middle, y - 0.6 - 0.13 * n, text, 7.0, window.sides[0] + GAP, ha="center")
         x += window.sides[0] + GAP
     page.bar(LEFT, BAR)
     page.key()
@@ -118,24 +115,20 @@ def _body_rows(profile: ShockProfile, view: View, numbers: dict[int, int]) -> Ro
     """The numbered bodies: name, CoPc, RoPc and shock."""
     axes = profile.scene.plane if isinstance(profile.scene.plane, str) else ("e1", "e2")
     rows: Rows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
-    for i, number in list(numbers.items())[:ROWS]:
+    for i, number in numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
         shock = f"{_shock(low)}–{_shock(high)}" if np.isfinite(high) else _shock(profile.shock_com[i])
         centre = map(metres, view.centres[i]) if i in view.centres else ("none", "")
         rows.append((str(number), printable(profile.bodies[i], 16), *centre, metres(profile.ropc[i]), shock))
-    if len(numbers) > ROWS:
-        rows.append(("", f"and {len(numbers) - ROWS} more", "", "", "", ""))
     return rows
 
 
 def _point_rows(profile: ShockProfile) -> Rows:
     """Sensors and points: name, peak acceleration for a given pulse, and shock."""
     rows: Rows = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
-    for k, point in enumerate(profile.points[:ROWS]):
+    for k, point in enumerate(profile.points):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
         rows.append((letter(k), printable(point.frame, 24), peak, _shock(point.shock)))
-    if len(profile.points) > ROWS:
-        rows.append(("", f"and {len(profile.points) - ROWS} more", "", ""))
     return rows
 
 

@@ -22,6 +22,9 @@ Rows = list[tuple[str, ...]]
 LINE = 0.165
 """Height of a line of text [inches]."""
 
+ROWS = 14
+"""Most rows of a table."""
+
 MARGIN, LEFT, COLUMN = 0.2, 0.62, 3.4
 """Room around everything, for the vertical coordinate left of a picture, and for the column [inches]."""
 
@@ -44,8 +47,9 @@ class Page:
             tables: of the column; without any, there is no column.
             notes: under the tables, in italics.
         """
+        shown = [[*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))] for rows in tables]
         lines = [part for note in notes for part in textwrap.wrap(note, 58)]
-        tall = LINE * (sum(len(rows) + 1.2 for rows in tables) + len(lines) + 7.0) if tables else 0.0
+        tall = LINE * (sum(len(rows) + 1.2 for rows in shown) + len(lines) + 7.0) if shown else 0.0
         across = width + MARGIN + (COLUMN + 2.0 * MARGIN if tables else 0.0)
         top = max(height, tall) + MARGIN
         self.low, up = top - height, top + 0.32 + 0.18 * len(heading)
@@ -54,13 +58,13 @@ class Page:
         self._axes.set_axis_off()
         for k, text in enumerate(heading):
             y, size, weight = up - 0.14 - 0.07 * bool(k) - 0.18 * k, 8.0 if k else 11.0, "normal" if k else "bold"
-            self.line(MARGIN, y, text, size, across - 2.0 * MARGIN, weight)
+            self.write(MARGIN, y, text, size, across - 2.0 * MARGIN, fontweight=weight)
         self._x, self._y = width + 2.0 * MARGIN, top
-        for rows in tables:
+        for rows in shown:
             self._table(rows)
             self._y -= LINE
         for text in lines:
-            self._axes.text(self._x, self._y, text, fontsize=7, fontstyle="italic", va="top")
+            self.write(self._x, self._y, text, 7.0, fontstyle="italic")
             self._y -= 0.85 * LINE
         self._y -= LINE * bool(lines)
 
@@ -68,19 +72,19 @@ class Page:
         """Write rows into the column; numbers are under each other at their right edge."""
         stops = [0.0, 0.2, *(COLUMN - 0.62 * k for k in reversed(range(len(rows[0]) - 2)))]
         for k, row in enumerate(rows):
-            for column, (stop, cell) in enumerate(zip(stops, row, strict=True)):
-                weight = "bold" if k == 0 or column == 0 else "normal"
-                self._axes.text(self._x + stop, self._y, cell, fontweight=weight, ha="left" if column < 2 else "right", va="top")
+            for column, (stop, cell) in enumerate(zip(stops, row, strict=False)):
+                weight, side = "bold" if k == 0 or column == 0 else "normal", "left" if column < 2 else "right"
+                self.write(self._x + stop, self._y, cell, fontweight=weight, ha=side)
             self._y -= LINE
             if k == 0:
                 self._axes.plot([self._x, self._x + COLUMN], [self._y + 0.01] * 2, color=INK, linewidth=0.6)
                 self._y -= 0.03
 
-    def line(self, x: float, y: float, text: str, size: float, width: float, weight: str = "normal", ha: Any = "left") -> None:
+    def write(self, x: float, y: float, text: str, size: float = 7.5, width: float = math.inf, **style: str) -> None:
         """Write one line of text down from (x, y), in smaller letters if the width [inches] requires it."""
-        text = re.sub(r"(?<!\w)-(?=\d)", "−", text)
-        needed = (0.62 if weight == "normal" else 0.72) * len(text) / 72.0
-        self._axes.text(x, y, text, fontsize=min(size, width / needed), fontweight=weight, ha=ha, va="top")
+        needed = (0.72 if style.get("fontweight") == "bold" else 0.62) * max(len(text), 1) / 72.0
+        look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
+        self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **look)
 
     def picture(
         self, x: float, y: float, window: Window, names: Sequence[str] = ("", ""), left: bool = True, bottom: bool = True
@@ -137,4 +141,4 @@ class Page:
 
 def metres(value: float, digits: int = 2) -> str:
     """A length with some decimals; long ones to three digits."""
-    return (f"{round(value, digits) + 0.0:.{digits}f}" if abs(value) < 9.995 else f"{value:.3g}").replace("-", "−")
+    return f"{round(value, digits) + 0.0:.{digits}f}" if abs(value) < 9.995 else f"{value:.3g}"

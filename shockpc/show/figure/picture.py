@@ -8,38 +8,35 @@ import shapely
 from matplotlib.axes import Axes
 from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, PathPatch, Rectangle
 from matplotlib.path import Path
-from matplotlib.patheffects import withStroke
 
 from shockpc.core.spatial import Array
 from shockpc.show.figure.silhouette import Region
 from shockpc.show.figure.style import BANDS, EDGES, INK, PAPER, band, faded
 from shockpc.show.figure.view import Field, View, Window
 
-__all__ = ["MARK", "SIGNS", "Labels", "arrow", "draw_bodies", "draw_marks", "layers", "letter", "outlined"]
+__all__ = ["GOLD", "SIGNS", "Labels", "draw_bodies", "draw_marks", "draw_velocities", "layers", "letter", "outlined", "sign"]
+
+GOLD = "#ffd24d"
+"""Of sensors."""
 
 ARROW_SIGN = Path([(-1, 0), (0.3, 0), (0.3, 0.25), (1, 0), (0.3, -0.25), (0.3, 0)])
 CROSSED = Path.make_compound_path(Path.unit_circle(), Path([[-1, 0], [1, 0], [0, -1], [0, 1]], [1, 2, 1, 2]))
 
-MARK: dict[str, Any] = {"linestyle": "none", "color": INK, "markeredgecolor": INK}
-SIGNS: dict[str, dict[str, Any]] = {
-    "arrow": {"marker": ARROW_SIGN, "markersize": 14.0, "markeredgewidth": 1.5, "zorder": 8,
-        "label": "velocity of the contact before the impact"},
-    "ring": {
-        "marker": "o", "markersize": 12.0, "fillstyle": "none", "markeredgewidth": 1.2, "zorder": 7,
-        "label": "contact that moves perpendicular to the plane",
-    },
-    "centre": {
-        "marker": CROSSED, "markersize": 8.0, "markerfacecolor": PAPER, "markeredgewidth": 1.0, "zorder": 7,
-        "label": "CoPc of the body with this number",
-    },
-    "circle": {"linestyle": (0, (5, 3)), "linewidth": 0.55, "zorder": 0.5, "label": "RoPc: shock is 1 on this circle"},
-    "joint": {"marker": "o", "markersize": 2.6, "markerfacecolor": PAPER, "markeredgewidth": 0.5, "zorder": 4, "label": "joint"},
-    "sensor": {
-        "marker": "D", "markersize": 4.2, "markerfacecolor": "#ffd24d", "markeredgewidth": 0.7, "zorder": 7,
-        "label": "sensor or point",
-    },
-}  # fmt: skip
-"""Look and meaning of every mark; the look of the arrow is for the key."""
+
+def sign(label: str, zorder: float = 7.0, **look: Any) -> dict[str, Any]:
+    """How `Axes.plot` draws a mark, and what it means."""
+    return {"linestyle": "none", "color": INK, "markerfacecolor": PAPER, "label": label, "zorder": zorder, **look}
+
+
+SIGNS = {
+    "arrow": sign("velocity of the contact before the impact", 8.0, marker=ARROW_SIGN, markersize=14.0, markerfacecolor=INK),
+    "ring": sign("contact that moves perpendicular to the plane", marker="o", markersize=12.0, fillstyle="none"),
+    "centre": sign("CoPc of the body with this number", marker=CROSSED, markersize=8.0),
+    "circle": sign("RoPc: shock is 1 on this circle", 0.5, linestyle=(0, (5, 3)), linewidth=0.55),
+    "joint": sign("joint", 4.0, marker="o", markersize=2.6, markeredgewidth=0.5),
+    "sensor": sign("sensor or point", marker="D", markersize=4.2, markerfacecolor=GOLD, markeredgewidth=0.7),
+}
+"""Marks of a landing; the look of the arrow is for the key."""
 
 OUTLINED, BOXED = "body in front of the struck limb", "box of the inertia: there is no shape to draw"
 """Meaning of edges."""
@@ -54,15 +51,15 @@ WHOLE = 0.75
 """Share of the circle of radius RoPc that has to be inside the picture for the circle to be drawn."""
 
 
-def draw_bodies(axes: Axes, view: View) -> None:
-    """Paint every body, farthest first, on axes in plane coordinates [m]."""
+def draw_bodies(axes: Axes, view: View, fine: float = 4000.0) -> None:
+    """Paint every body, farthest first, on axes in plane coordinates [m]; the smallest detail is a part of the robot's size."""
     for order, drawn in enumerate(view.drawn):
         if drawn.region.is_empty:
             continue
         fade, zorder = 0.35 if drawn.far or drawn.outlined else 0.0, 1.0 + 0.01 * order
         style = {"linewidth": 0.5 if fade else 0.7, "linestyle": DOTTED if drawn.box else "solid", "edgecolor": faded(INK, fade)}
         label = BOXED if drawn.box else OUTLINED if drawn.outlined else None
-        edge = outlined(axes, drawn.region, view.size, zorder=zorder + 0.005, label=label, **style)
+        edge = outlined(axes, drawn.region, view.size / fine, zorder=zorder + 0.005, label=label, **style)
         for k, patch in [] if drawn.outlined else layers(drawn.region, drawn.field):
             axes.add_patch(patch).set(facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge)
 
@@ -89,12 +86,11 @@ def layers(region: Region, field: Field) -> list[tuple[int, Patch]]:
     return found
 
 
-def outlined(axes: Axes, region: Region, size: float, **style: Any) -> PathPatch:
-    """Draw the edges of a region, which is not empty, with no more corners than can be seen in a figure of that size [m]."""
-    parts = [
-        Path(ring.coords, closed=True) for ring in shapely.get_rings(shapely.get_parts(shapely.simplify(region, size / 4000.0)))
-    ]
-    patch = PathPatch(Path.make_compound_path(*parts), facecolor="none", joinstyle="round", **style)
+def outlined(axes: Axes, region: Region, detail: float, **style: Any) -> PathPatch:
+    """Draw the edges of a region, which is not empty, up to the smallest detail [m]."""
+    rings = shapely.get_rings(shapely.get_parts(shapely.simplify(region, detail)))
+    path = Path.make_compound_path(*(Path(ring.coords, closed=True) for ring in rings))
+    patch = PathPatch(path, facecolor="none", joinstyle="round", **style)
     axes.add_patch(patch)
     return patch
 
@@ -113,10 +109,12 @@ def draw_marks(axes: Axes, view: View, window: Window, numbers: dict[int, int]) 
     joints = [place for place in view.joints if window.holds(place)]
     for sign, places, room in (("joint", joints, 0.03), ("sensor", view.sensors, 0.06), ("centre", visible.values(), OWN)):
         for place in places:
-            axes.plot(*place, **MARK | SIGNS[sign])
+            axes.plot(*place, **SIGNS[sign])
             labels.keep_free(place, room)
+    draw_velocities(axes, view, window)
     for place, velocity in zip(view.contacts, view.velocities, strict=True):
-        _velocity(axes, place, velocity, labels, window)
+        for share in (0.0, 0.35, 0.7, 1.0):
+            labels.keep_free(place + share * window.arrow * velocity, 0.08)
     _tags(view, numbers, labels)
     groups: list[list[int]] = []
     for i, centre in visible.items():
@@ -125,7 +123,7 @@ def draw_marks(axes: Axes, view: View, window: Window, numbers: dict[int, int]) 
         angle = np.linspace(0.0, 2.0 * np.pi, 181)
         circle = centre + view.radii[i] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         if window.holds(circle).mean() > WHOLE:
-            axes.plot(*circle.T, **MARK | SIGNS["circle"])
+            axes.plot(*circle.T, **SIGNS["circle"])
     for group in groups:
         labels.place(visible[group[0]], ", ".join(str(numbers[i]) for i in group), gap=OWN)
     for k, place in enumerate(view.sensors):
@@ -137,11 +135,33 @@ def letter(index: int) -> str:
     return (letter(index // 26 - 1) if index >= 26 else "") + chr(ord("a") + index % 26)
 
 
-def arrow(axes: Axes, tail: Array, tip: Array, width: float, head: float) -> None:
-    """Draw an arrow between two points (2,)."""
-    style: dict[str, Any] = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "joinstyle": "miter", "posA": tail, "posB": tip}
-    around = [withStroke(linewidth=2.2 * width, foreground=PAPER)]
-    axes.add_patch(FancyArrowPatch(mutation_scale=head, linewidth=width, color=INK, zorder=7.0, path_effects=around, **style))
+def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) -> None:
+    """Draw the velocity of each contact: an arrow, or a ring if it is almost perpendicular to the plane.
+
+    Args:
+        axes: in plane coordinates [m].
+        view: the landing in the plane.
+        window: the part of the plane that the axes show.
+        scale: of the marks.
+    """
+    dot: dict[str, Any] = {
+        "marker": "o",
+        "markersize": 5.0 * scale,
+        "markeredgewidth": 0.6 * scale,
+        "color": INK,
+        "markeredgecolor": PAPER,
+    }
+    for place, velocity in zip(view.contacts, view.velocities, strict=True):
+        axes.plot(*place, zorder=7.5, **dot)
+        speed = float(np.linalg.norm(velocity))
+        if speed < 0.05:
+            axes.plot(*place, **SIGNS["ring"] | {"markersize": 12.0 * scale})
+            continue
+        axes.plot([], [], **SIGNS["arrow"])
+        look: dict[str, Any] = {"shrinkA": 0, "shrinkB": 0, "facecolor": INK, "edgecolor": PAPER, "linewidth": scale, "zorder": 7}
+        look |= {"arrowstyle": "simple,head_length=7.5,head_width=8.5,tail_width=2.9"}
+        tip = place + window.arrow * velocity
+        axes.add_patch(FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look))
 
 
 def _tags(view: View, numbers: dict[int, int], labels: "Labels") -> None:
@@ -154,21 +174,6 @@ def _tags(view: View, numbers: dict[int, int], labels: "Labels") -> None:
                 labels.tag(visible, str(numbers[drawn.body]))
         if not drawn.outlined:
             nearer = shapely.union(nearer, drawn.region)
-
-
-def _velocity(axes: Axes, place: Array, velocity: Array, labels: "Labels", window: Window) -> None:
-    """Draw the velocity of a contact: an arrow, or a ring if it is almost perpendicular to the plane."""
-    axes.plot(*place, "o", markersize=5.0, markerfacecolor=INK, markeredgecolor=PAPER, markeredgewidth=0.6, zorder=7.5)
-    labels.keep_free(place, 0.09)
-    speed = float(np.linalg.norm(velocity))
-    if speed < 0.05:
-        axes.plot(*place, **MARK | SIGNS["ring"])
-        return
-    axes.plot([], [], **MARK | SIGNS["arrow"])
-    tip = place + window.arrow * velocity
-    arrow(axes, place, tip, 1.9, 13.0 * min(1.0, 0.3 + speed))
-    for share in (0.35, 0.7, 1.0):
-        labels.keep_free(place + share * (tip - place), 0.07)
 
 
 class Labels:

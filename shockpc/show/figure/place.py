@@ -12,9 +12,9 @@ from matplotlib.ticker import MaxNLocator
 from shockpc.core.spatial import Array, Plane
 from shockpc.printed import printable
 from shockpc.show.figure.page import LEFT, Page, Rows, metres
-from shockpc.show.figure.picture import MARK, SIGNS, Labels, letter, outlined
+from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
 from shockpc.show.figure.silhouette import silhouette, surface, to_plane
-from shockpc.show.figure.style import BANDS, INK, PAPER
+from shockpc.show.figure.style import BANDS, INK
 from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.header import count, joint_model_text, posture_text
 from shockpc.studies.place.study import PlaceStudy
@@ -31,8 +31,8 @@ NEAR = 0.3
 CELLS = 96
 """Cells along each side of the grid on which shock is contoured."""
 
-STAR = {"marker": "*", "markersize": 9.0, "markerfacecolor": "#ffd24d", "zorder": 7.5, "label": "place found"}
-DOT = {"marker": "o", "markersize": 3.2, "markerfacecolor": PAPER, "zorder": 6, "label": "CoPc of a landing"}
+STAR = sign("place found", 7.5, marker="*", markersize=9.0, markerfacecolor=GOLD, markeredgewidth=0.7)
+DOT = sign("CoPc of a landing", 6.0, marker="o", markersize=3.2, markeredgewidth=0.7)
 
 VIEWS = {"side": (0, 2), "top": (0, 1), "front": (1, 2)}
 """Axes of the body's frame that point to the right and up."""
@@ -54,41 +54,44 @@ def draw_place(study: PlaceStudy) -> Figure:
     copc = copc[np.all((copc > held.min(axis=0) - near) & (copc < held.max(axis=0) + near), axis=1)]
     held = np.concatenate([held, copc])
     low, high = held.min(axis=0), np.maximum(held.max(axis=0), held.min(axis=0) + 0.15 * near)
-    levels = _levels(study, low, high, solid)
-    ramp = LinearSegmentedColormap.from_list("shock", [*BANDS[:5], "#3a6ea8", "#23406e"], N=len(levels) - 1)
-    colours = [to_hex(colour) for colour in ramp(np.arange(len(levels) - 1))]
     extent = high - low
     inch = float(max(extent[0] + extent[1], extent[2] + extent[1])) / (ROOM - GAP - 4.0 * PAD)
     low, high = low - PAD * inch, high + PAD * inch
     width, depth, height = (high - low) / inch
     page = Page(LEFT + width + GAP + depth, FOOT + height + GAP + depth, _heading(study), [_rows(study)], _notes(study, len(copc)))
-    places = {"side": (LEFT, 0.0), "top": (LEFT, height + GAP), "front": (LEFT + width + GAP, 0.0)}
-    for name, (x, y) in places.items():
-        pair = list(VIEWS[name])
-        e1, e2 = np.eye(3)[pair]
-        plane, window = Plane(np.cross(e1, e2), e1, e2), Window(low[pair], high[pair], inch)
-        names = ["xyz"[k] for k in pair]
-        axes = page.picture(x, page.low + FOOT + y, window, names, left=name != "front", bottom=name != "top")
-        region = silhouette(shapes, plane, 1e-3 * inch * max(window.sides))
+    views, seen = [], []
+    lines = np.linspace(low, high, CELLS + 1)
+    for pair in VIEWS.values():
+        e1, e2 = np.eye(3)[list(pair)]
+        plane = Plane(np.cross(e1, e2), e1, e2)
+        region = silhouette(shapes, plane, inch * ROOM / 4000.0)
+        sides = [lines[:, k] if k in pair else study.places[0].position[k : k + 1] for k in range(3)]
+        points = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+        values = study.fields.at(points)
+        seen.append(values[shapely.contains_xy(region, *to_plane(points, plane).T)] if shapes else values)
+        views.append((plane, region, values.reshape(CELLS + 1, CELLS + 1).T))
+    shocks = np.concatenate(seen)
+    levels = MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(shocks.min(), max(shocks.max(), shocks.min() + 1e-9))
+    ramp = LinearSegmentedColormap.from_list("shock", [*BANDS[:5], "#3a6ea8", "#23406e"], N=len(levels) - 1)
+    colours = [to_hex(colour) for colour in ramp(np.arange(len(levels) - 1))]
+    places = (LEFT, 0.0), (LEFT, height + GAP), (LEFT + width + GAP, 0.0)
+    for (name, pair), (x, y), (plane, region, values) in zip(VIEWS.items(), places, views, strict=True):
+        i, j = pair
+        window = Window(low[[i, j]], high[[i, j]], inch)
+        axes = page.picture(x, page.low + FOOT + y, window, "xyz"[i] + "xyz"[j], left=name != "front", bottom=name != "top")
         if not region.is_empty:
-            edge = outlined(axes, region, inch * ROOM, edgecolor=INK, linewidth=0.7, zorder=2.0)
-            across, up = (np.linspace(window.low[k], window.high[k], CELLS + 1) for k in (0, 1))
-            points = np.tile(study.places[0].position, (len(up), len(across), 1))
-            points[..., pair[0]], points[..., pair[1]] = np.meshgrid(across, up)
-            values = study.fields.at(points.reshape(-1, 3)).reshape(len(up), len(across))
-            filled = axes.contourf(
-                across, up, values, levels=levels, colors=[colours[0], *colours, colours[-1]], extend="both", zorder=1.0
-            )
+            edge = outlined(axes, region, inch * ROOM / 4000.0, edgecolor=INK, linewidth=0.7, zorder=2.0)
+            filled = axes.contourf(values, levels=levels, colors=colours, extent=(low[i], high[i], low[j], high[j]), zorder=1.0)
             # Edges of the same colour close the gaps that anti-aliasing leaves between neighbours.
             filled.set(edgecolor="face", linewidth=0.3, clip_path=edge)
         hulls = [shapely.MultiPoint(to_plane(cell.points, plane)).convex_hull.buffer(cell.radius) for cell in cells]
         if hulls:
             style: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.6, "linestyle": (0, (4, 2)), "zorder": 3.0}
-            outlined(axes, shapely.union_all(hulls), inch * ROOM, label="where a sensor may be", **style)
+            outlined(axes, shapely.union_all(hulls), inch * ROOM / 4000.0, label="where a sensor may be", **style)
         _mark(axes, study, plane, Labels(axes, window, region), copc)
         axes.text(0.02, 0.98, name, fontstyle="italic", va="top", transform=axes.transAxes)
     number = "greatest normalised shock over the landings" if study.weights is None else "weighted mean of the normalised shock"
-    page.bar(LEFT, width + GAP + depth, levels.tolist(), colours, f"{number} |Δv| / v_in [-], in the plane through place 1")
+    page.bar(LEFT, width + GAP + depth, levels, colours, f"{number} |Δv| / v_in [-], in the plane through place 1")
     page.key()
     return page.figure
 
@@ -97,30 +100,14 @@ def _mark(axes: Axes, study: PlaceStudy, plane: Plane, labels: Labels, copc: Arr
     """Mark CoPcs (n, 3), today's sensors and the places found, with labels."""
     for place in to_plane(copc, plane):
         labels.keep_free(place, 0.03)
-        axes.plot(*place, **MARK | DOT)
+        axes.plot(*place, **DOT)
     signs = [(to_plane(one.position, plane), SIGNS["sensor"], letter(k)) for k, one in enumerate(study.today)]
     signs += [(to_plane(one.position, plane), STAR, str(k)) for k, one in enumerate(study.places, start=1)]
-    for place, sign, _ in signs:
+    for place, look, _ in signs:
         labels.keep_free(place, 0.07)
-        axes.plot(*place, **MARK | sign)
+        axes.plot(*place, **look)
     for place, _, text in signs:
         labels.place(place, text, gap=0.08)
-
-
-def _levels(study: PlaceStudy, low: Array, high: Array, corners: Array) -> Array:
-    """Round levels from the least to the greatest shock over the body.
-
-    Args:
-        study: where a sensor sees least shock.
-        low: (3,) lower corner of what is drawn [m].
-        high: (3,) upper corner [m].
-        corners: (n, 3) of the body, where shock is greatest [m].
-    """
-    grid = np.stack(np.meshgrid(*np.linspace(low, high, 16).T), axis=-1).reshape(-1, 3)
-    least = min(float(study.fields.at(grid).min()), *(one.combined for one in study.places))
-    most = float(study.fields.at(corners).max())
-    levels = np.asarray(MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(least, max(most, least + 1e-9)))
-    return np.unique(np.maximum(levels, 0.0))
 
 
 def _heading(study: PlaceStudy) -> tuple[str, str, str]:
@@ -137,9 +124,9 @@ def _heading(study: PlaceStudy) -> tuple[str, str, str]:
 def _rows(study: PlaceStudy) -> Rows:
     """Sensors and places: position in the body's frame and shock."""
     rows: Rows = [("", "place", "x", "y", "z [m]", "shock [-]")]
-    signs = [*map(letter, range(len(study.today))), *(str(k + 1) for k in range(len(study.places)))]
-    for sign, one in zip(signs, (*study.today, *study.places), strict=True):
-        rows.append((sign, printable(one.name, 14), *(metres(x, 3) for x in one.position), f"{one.combined:.3g}"))
+    signs = [*map(letter, range(len(study.today))), *map(str, range(1, len(study.places) + 1))]
+    for mark, one in zip(signs, (*study.today, *study.places), strict=True):
+        rows.append((mark, printable(one.name, 14), *(metres(x, 3) for x in one.position), f"{one.combined:.3g}"))
     if study.count > 1:
         rows.append(("", "the better one" if study.count == 2 else "the best one", "", "", "", f"{study.combined:.3g}"))
     return rows

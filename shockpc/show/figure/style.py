@@ -36,10 +36,10 @@ DPI = 160
 """Of the PNG."""
 
 STYLE = {
-    "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans", "Arial", "Helvetica"],
     "font.size": 7.5,
     "text.color": INK,
+    "text.parse_math": False,
     "figure.facecolor": PAPER,
     "figure.titlesize": 10.0,
     "figure.titleweight": "bold",
@@ -51,11 +51,9 @@ STYLE = {
     "axes.spines.right": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 8.0,
-    "xtick.color": INK,
     "xtick.labelsize": 7.0,
     "xtick.major.size": 2.5,
     "xtick.major.width": 0.6,
-    "ytick.color": INK,
     "ytick.labelsize": 7.0,
     "ytick.major.size": 2.5,
     "ytick.major.width": 0.6,
@@ -65,7 +63,6 @@ STYLE = {
     "legend.handlelength": 1.9,
     "legend.handletextpad": 0.6,
     "legend.labelspacing": 0.45,
-    "path.simplify": False,
     "svg.fonttype": "none",
     "svg.hashsalt": "shockpc",
 }
@@ -90,16 +87,10 @@ def new_chart(width: float, height: float, title: str) -> Figure:
     return figure
 
 
-def render(name: str, draw: Callable[[], Figure], formulas: bool = False) -> dict[str, bytes]:
-    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and <name>.png: the same bytes every time.
-
-    Args:
-        name: of the files.
-        draw: makes the figure.
-        formulas: whether texts between dollar signs are formulas, as in the ticks of logarithmic axes.
-    """
+def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
+    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and <name>.png: the same bytes every time."""
     svg, png = io.BytesIO(), io.BytesIO()
-    with style.context({**STYLE, "text.parse_math": formulas}, after_reset=True), warnings.catch_warnings():
+    with style.context(STYLE, after_reset=True), warnings.catch_warnings():
         # A letter that the font lacks is a box in the PNG; in the SVG the viewer's font has it.
         warnings.filterwarnings("ignore", message="Glyph ")
         figure = draw()
