@@ -224,7 +224,7 @@ def test_every_point_has_the_colour_of_its_shock(omega, v):
     for k, patch in layers(BOX, f):
         seen[inside(patch, GRID)] = k
     assert np.all(seen >= 0)
-    shock, edges, slack = f.at(GRID), np.array(EDGES), 1e-3  # a change over the body of up to 1e-4 is left out
+    shock, edges, slack = f.at(GRID), np.array(EDGES), 2e-3  # a change over the body of up to 1e-3 is left out
     assert np.all(edges[seen] - slack <= shock)
     assert np.all(shock <= edges[seen + 1] + slack)
 
@@ -351,7 +351,7 @@ def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):
     outlined = {anymal.bodies[drawn.body] for drawn in view.drawn if drawn.outlined}
     assert {"RF_THIGH", "RF_SHANK"} <= outlined
     assert not any(name.startswith(("LF", "RH", "LH", "base")) for name in outlined)
-    assert [anymal.bodies[i] for i in view.numbered] == ["base", "LF_HIP", "LF_THIGH", "LF_SHANK"]
+    assert [anymal.bodies[i] for i in view.numbers] == ["base", "LF_HIP", "LF_THIGH", "LF_SHANK"]
 
 
 def test_every_centre_of_percussion_is_in_the_table():

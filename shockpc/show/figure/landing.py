@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.robot.geometry import outline
-from shockpc.show.figure.page import LEFT, Page, Rows, metres
+from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import angle_text, joint_model_text, posture_text, strike_text
@@ -29,12 +29,11 @@ def draw_landing(profile: ShockProfile) -> Figure:
     depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
     """
     view = view_of(profile)
-    numbers = {i: n for n, i in enumerate(view.numbered, start=1)}
-    (window,) = windows_of([view], [numbers], (0.15, 0.15), (5.4, 6.4), (3.4, 2.2))
+    (window,) = windows_of([view], (0.15, 0.15), (5.4, 6.4), (3.4, 2.2))
     width, height = window.sides
-    tables = [_body_rows(profile, view, numbers), *([_point_rows(profile)] if profile.points else [])]
-    page = Page(LEFT + width, height + FOOT, _heading(profile), tables, _notes(profile, view, numbers))
-    _picture(page, LEFT, page.low + FOOT, profile, view, window, numbers)
+    tables = [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])]
+    page = Page(LEFT + width, height + FOOT, _heading(profile), tables, _notes(profile, view))
+    _picture(page, LEFT, page.low + FOOT, view, window)
     page.bar(LEFT, width)
     page.key()
     return page.figure
@@ -55,13 +54,12 @@ def draw_panels(
         note: under the tables, in italics.
     """
     views = [view_of(profile) for profile in profiles]
-    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in view.numbered]
+    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in view.numbers]
     number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
     numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
-    windows = windows_of(views, numbers, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0))
-    under = [
-        [*lines, *_outside(*one)] for lines, one in zip(captions, zip(profiles, views, windows, numbers, strict=True), strict=True)
-    ]
+    views = [view._replace(numbers=own) for view, own in zip(views, numbers, strict=True)]
+    windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0))
+    under = [[*lines, *_outside(*one)] for lines, one in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))
     width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
     models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
@@ -74,8 +72,8 @@ def draw_panels(
         [note],
     )
     x, y = LEFT, page.low + foot
-    for k, (profile, view, window) in enumerate(zip(profiles, views, windows, strict=True)):
-        _picture(page, x, y, profile, view, window, numbers[k], left=k == 0)
+    for k, (view, window) in enumerate(zip(views, windows, strict=True)):
+        _picture(page, x, y, view, window, left=k == 0)
         middle = x + window.sides[0] / 2.0
         page.write(middle, y - 0.42, labels[k], 10.0, window.sides[0], fontweight="bold", ha="center")
         for n, text in enumerate(under[k]):
@@ -86,18 +84,11 @@ def draw_panels(
     return page.figure
 
 
-def _picture(
-    page: Page, x: float, y: float, profile: ShockProfile, view: View, window: Window, numbers: dict[int, int], left: bool = True
-) -> None:
+def _picture(page: Page, x: float, y: float, view: View, window: Window, left: bool = True) -> None:
     """Draw a landing with its coordinates, from (x, y) to the right and up [inches]."""
-    plane, directions = profile.scene.plane, (profile.plane.e1, profile.plane.e2)
-    names = plane if isinstance(plane, str) else [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in directions]
-    axes = page.picture(x, y, window, names, left)
+    axes = page.picture(x, y, window, view.names, left)
     draw_bodies(axes, view)
-    draw_marks(axes, view, window, numbers)
-    if all(drawn.region.is_empty for drawn in view.drawn):
-        nothing = "no body of this robot has a shape, or an inertia that a body can have"
-        axes.text(0.5, 0.9, nothing, ha="center", transform=axes.transAxes)
+    draw_marks(axes, view, window)
 
 
 def _heading(profile: ShockProfile) -> tuple[str, str, str]:
@@ -111,15 +102,15 @@ def _heading(profile: ShockProfile) -> tuple[str, str, str]:
     return f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"
 
 
-def _body_rows(profile: ShockProfile, view: View, numbers: dict[int, int]) -> Rows:
+def _body_rows(profile: ShockProfile, view: View) -> Rows:
     """The numbered bodies: name, CoPc, RoPc and shock."""
     axes = profile.scene.plane if isinstance(profile.scene.plane, str) else ("e1", "e2")
     rows: Rows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
-    for i, number in numbers.items():
+    for i, number in view.numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
-        shock = f"{_shock(low)}–{_shock(high)}" if np.isfinite(high) else _shock(profile.shock_com[i])
-        centre = map(metres, view.centres[i]) if i in view.centres else ("none", "")
-        rows.append((str(number), printable(profile.bodies[i], 16), *centre, metres(profile.ropc[i]), shock))
+        shock = f"{short(low)}–{short(high)}" if np.isfinite(high) else short(profile.shock_com[i])
+        centre = map(short, view.centres[i]) if i in view.centres else ("none", "")
+        rows.append((str(number), printable(profile.bodies[i], 16), *centre, short(profile.ropc[i]), shock))
     return rows
 
 
@@ -128,14 +119,14 @@ def _point_rows(profile: ShockProfile) -> Rows:
     rows: Rows = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
     for k, point in enumerate(profile.points):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
-        rows.append((letter(k), printable(point.frame, 24), peak, _shock(point.shock)))
+        rows.append((letter(k), printable(point.frame, 24), peak, short(point.shock)))
     return rows
 
 
-def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[str]:
+def _notes(profile: ShockProfile, view: View) -> list[str]:
     """What limits the picture: motion out of the plane, and bodies that cannot be drawn."""
     notes = []
-    share = {number: float(profile.off_plane[i]) for i, number in numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
+    share = {number: float(profile.off_plane[i]) for i, number in view.numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
     if share:
         notes.append(
             f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the motion is out of the plane; colours "
@@ -160,15 +151,10 @@ def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[Ro
     return [[("", f"sensor or point of {label}"), *rows] for label, rows in zip(labels, tables, strict=True) if rows]
 
 
-def _outside(profile: ShockProfile, view: View, window: Window, numbers: dict[int, int]) -> list[str]:
+def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
     """How the panel's robot is struck, and the centres of percussion outside the panel."""
     lines = [f"strike angle {angle_text(profile)} deg"]
-    for i, number in numbers.items():
+    for i, number in view.numbers.items():
         if i in view.centres and not window.holds(view.centres[i], 0.05):
             lines.append("CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0))
     return lines
-
-
-def _shock(value: float) -> str:
-    """A shock in at most seven characters."""
-    return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
 from shockpc.show.figure.view import Window
 
-__all__ = ["LEFT", "MARGIN", "Page", "Rows", "metres"]
+__all__ = ["LEFT", "MARGIN", "Page", "Rows", "short"]
 
 Rows = list[tuple[str, ...]]
 """A table of texts, its header first: a sign, a name, and numbers."""
@@ -139,6 +139,6 @@ class Page:
         )  # fmt: skip
 
 
-def metres(value: float, digits: int = 2) -> str:
-    """A length with some decimals; long ones to three digits."""
+def short(value: float, digits: int = 2) -> str:
+    """A number with some decimals; large ones to three digits."""
     return f"{round(value, digits) + 0.0:.{digits}f}" if abs(value) < 9.995 else f"{value:.3g}"

@@ -62,6 +62,9 @@ def draw_bodies(axes: Axes, view: View, fine: float = 4000.0) -> None:
         edge = outlined(axes, drawn.region, view.size / fine, zorder=zorder + 0.005, label=label, **style)
         for k, patch in [] if drawn.outlined else layers(drawn.region, drawn.field):
             axes.add_patch(patch).set(facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge)
+    if all(drawn.region.is_empty for drawn in view.drawn):
+        nothing = "no body of this robot has a shape, or an inertia that a body can have"
+        axes.text(0.5, 0.9, nothing, ha="center", transform=axes.transAxes)
 
 
 def layers(region: Region, field: Field) -> list[tuple[int, Patch]]:
@@ -72,7 +75,7 @@ def layers(region: Region, field: Field) -> list[tuple[int, Patch]]:
     x0, y0, x1, y1 = region.bounds
     U, sigma, turn = np.linalg.svd(field.A, full_matrices=False)
     # Over the body, shock does not change visibly along a direction of a smaller singular value.
-    smallest = 1e-4 / max(x1 - x0, y1 - y0)
+    smallest = 1e-3 / max(x1 - x0, y1 - y0)
     middle = np.array([x0 + x1, y0 + y1]) / 2.0
     away = U.T @ (field.c + field.A @ middle) / np.maximum(sigma, smallest)
     centre = middle - turn.T @ np.where(sigma > smallest, away, 0.0)
@@ -95,17 +98,10 @@ def outlined(axes: Axes, region: Region, detail: float, **style: Any) -> PathPat
     return patch
 
 
-def draw_marks(axes: Axes, view: View, window: Window, numbers: dict[int, int]) -> None:
-    """Draw all marks over the bodies.
-
-    Args:
-        axes: in plane coordinates [m].
-        view: the landing in the plane.
-        window: the part of the plane that the axes show.
-        numbers: by index of the body, the number of the body and of its centre of percussion.
-    """
+def draw_marks(axes: Axes, view: View, window: Window) -> None:
+    """Draw all marks over the bodies on axes that show a window."""
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
-    visible = {i: view.centres[i] for i in numbers if i in view.centres and window.holds(view.centres[i], 0.05)}
+    visible = {i: view.centres[i] for i in view.numbers if i in view.centres and window.holds(view.centres[i], 0.05)}
     joints = [place for place in view.joints if window.holds(place)]
     for sign, places, room in (("joint", joints, 0.03), ("sensor", view.sensors, 0.06), ("centre", visible.values(), OWN)):
         for place in places:
@@ -115,7 +111,7 @@ def draw_marks(axes: Axes, view: View, window: Window, numbers: dict[int, int]) 
     for place, velocity in zip(view.contacts, view.velocities, strict=True):
         for share in (0.0, 0.35, 0.7, 1.0):
             labels.keep_free(place + share * window.arrow * velocity, 0.08)
-    _tags(view, numbers, labels)
+    _tags(view, labels)
     groups: list[list[int]] = []
     for i, centre in visible.items():
         near = [group for group in groups if np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch]
@@ -125,7 +121,7 @@ def draw_marks(axes: Axes, view: View, window: Window, numbers: dict[int, int]) 
         if window.holds(circle).mean() > WHOLE:
             axes.plot(*circle.T, **SIGNS["circle"])
     for group in groups:
-        labels.place(visible[group[0]], ", ".join(str(numbers[i]) for i in group), gap=OWN)
+        labels.place(visible[group[0]], ", ".join(str(view.numbers[i]) for i in group), gap=OWN)
     for k, place in enumerate(view.sensors):
         labels.place(place, letter(k), gap=0.06)
 
@@ -136,14 +132,7 @@ def letter(index: int) -> str:
 
 
 def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) -> None:
-    """Draw the velocity of each contact: an arrow, or a ring if it is almost perpendicular to the plane.
-
-    Args:
-        axes: in plane coordinates [m].
-        view: the landing in the plane.
-        window: the part of the plane that the axes show.
-        scale: of the marks.
-    """
+    """Draw the velocity of each contact: an arrow, or a ring if it is almost perpendicular to the plane; marks may be smaller."""
     dot: dict[str, Any] = {
         "marker": "o",
         "markersize": 5.0 * scale,
@@ -164,14 +153,14 @@ def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) 
         axes.add_patch(FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look))
 
 
-def _tags(view: View, numbers: dict[int, int], labels: "Labels") -> None:
+def _tags(view: View, labels: "Labels") -> None:
     """Write the number of every numbered body on its visible part."""
     nearer: Region = shapely.MultiPolygon()
     for drawn in reversed(view.drawn):
-        if drawn.body in numbers:
+        if drawn.body in view.numbers:
             visible = shapely.difference(drawn.region, nearer)
             if visible.area > 0.15 * drawn.region.area:
-                labels.tag(visible, str(numbers[drawn.body]))
+                labels.tag(visible, str(view.numbers[drawn.body]))
         if not drawn.outlined:
             nearer = shapely.union(nearer, drawn.region)
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.printed import printable
-from shockpc.show.figure.page import LEFT, Page, Rows, metres
+from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
 from shockpc.show.figure.silhouette import silhouette, surface, to_plane
 from shockpc.show.figure.style import BANDS, INK
@@ -126,7 +126,7 @@ def _rows(study: PlaceStudy) -> Rows:
     rows: Rows = [("", "place", "x", "y", "z [m]", "shock [-]")]
     signs = [*map(letter, range(len(study.today))), *map(str, range(1, len(study.places) + 1))]
     for mark, one in zip(signs, (*study.today, *study.places), strict=True):
-        rows.append((mark, printable(one.name, 14), *(metres(x, 3) for x in one.position), f"{one.combined:.3g}"))
+        rows.append((mark, printable(one.name, 14), *(short(x, 3) for x in one.position), f"{one.combined:.3g}"))
     if study.count > 1:
         rows.append(("", "the better one" if study.count == 2 else "the best one", "", "", "", f"{study.combined:.3g}"))
     return rows

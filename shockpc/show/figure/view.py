@@ -1,7 +1,7 @@
 """A landing in the plane of the figure: silhouettes and shock of the bodies, places of all marks, the window that holds them."""
 
 import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -67,8 +67,9 @@ class View(NamedTuple):
 
     Attributes:
         drawn: bodies, farthest first.
-        numbered: indices of the bodies that carry a number: all of a small robot; else those between contacts and base, and the
+        numbers: those of bodies and of their CoPc by index: all of a small robot; else those between contacts and base, and the
             heaviest.
+        names: of the directions to the right and up.
         low, high: (2,) lower left and upper right corner of all bodies.
         contacts: (n, 2) contact points.
         velocities: (n, 2) of these before the impact, relative to the speed of the fastest [1].
@@ -79,7 +80,8 @@ class View(NamedTuple):
     """
 
     drawn: tuple[Drawn, ...]
-    numbered: tuple[int, ...]
+    numbers: dict[int, int]
+    names: Sequence[str]
     low: Array
     high: Array
     contacts: Array
@@ -108,7 +110,9 @@ def view_of(profile: ShockProfile) -> View:
         while i > 0:
             struck.add(i)
             i = robot.parents[i]
-    heaviest = max(range(len(robot.bodies)), key=lambda i: robot.bodies[i].mass)
+    masses = [body.mass for body in robot.bodies]
+    chosen = range(len(masses)) if len(masses) <= FEW else sorted({*struck, int(np.argmax(masses))})
+    directions = [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in (plane.e1, plane.e2)]
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
@@ -123,7 +127,8 @@ def view_of(profile: ShockProfile) -> View:
     centres = to_plane(profile.copc_world, plane)
     return View(
         drawn=tuple(drawn),
-        numbered=tuple(range(len(robot.bodies)) if len(robot.bodies) <= FEW else sorted({*struck, heaviest})),
+        numbers={i: n for n, i in enumerate(chosen, start=1)},
+        names=profile.scene.plane if isinstance(profile.scene.plane, str) else directions,
         low=low,
         high=high,
         contacts=to_plane(np.stack([contact.point for contact in profile.contacts]), plane),
@@ -224,7 +229,6 @@ class Window(NamedTuple):
 
 def windows_of(
     views: Sequence[View],
-    numbers: Sequence[Collection[int]],
     near: tuple[float, float],
     most: tuple[float, float],
     least: tuple[float, float],
@@ -236,17 +240,18 @@ def windows_of(
 
     Args:
         views: one for each window.
-        numbers: bodies whose centres of percussion are held if they are near.
-        near: distance of a centre from the robot, sideways and up, as a share of the robot's size, up to which it is near.
+        near: distance of a numbered centre of percussion from the robot, sideways and up, as a share of the robot's size, up to
+            which it is near.
         most: width of all windows together, and their height [inches].
         least: width of each window, and their height [inches].
         pad: room around what a window holds [inches].
     """
     arrow = ARROW * max(view.size for view in views)
     corners = []
-    for view, own in zip(views, numbers, strict=True):
+    for view in views:
         slack = np.array(near) * view.size
-        centres = [c for i, c in view.centres.items() if i in own and np.all((c > view.low - slack) & (c < view.high + slack))]
+        numbered = [centre for i, centre in view.centres.items() if i in view.numbers]
+        centres = [centre for centre in numbered if np.all((centre > view.low - slack) & (centre < view.high + slack))]
         tips = view.contacts + arrow * view.velocities
         held = np.vstack([view.low, view.high, view.contacts, tips, view.sensors, *centres])
         corners.append((held.min(axis=0), held.max(axis=0)))
