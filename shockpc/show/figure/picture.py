@@ -44,8 +44,8 @@ OUTLINED, BOXED = "body in front of the struck limb", "box of the inertia: there
 DOTTED = (0, (4, 1.5, 1, 1.5))
 """Line style of a body that is drawn as the box of its inertia."""
 
-OWN = 0.07
-"""Room that a centre of percussion takes around itself [inches]."""
+LETTERS, TAG, OWN = 7.5, 0.09, 0.07
+"""Size of labels [pt], radius of a ring with a number, and room that a centre of percussion takes around itself [inches]."""
 
 WHOLE = 0.75
 """Share of the circle of radius RoPc that has to be inside the picture for the circle to be drawn."""
@@ -133,15 +133,8 @@ def letter(index: int) -> str:
 
 def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) -> None:
     """Draw the velocity of each contact: an arrow, or a ring if it is almost perpendicular to the plane; marks may be smaller."""
-    dot: dict[str, Any] = {
-        "marker": "o",
-        "markersize": 5.0 * scale,
-        "markeredgewidth": 0.6 * scale,
-        "color": INK,
-        "markeredgecolor": PAPER,
-    }
     for place, velocity in zip(view.contacts, view.velocities, strict=True):
-        axes.plot(*place, zorder=7.5, **dot)
+        axes.plot(*place, "o", color=INK, markersize=5.0 * scale, markeredgecolor=PAPER, markeredgewidth=0.6 * scale, zorder=7.5)
         speed = float(np.linalg.norm(velocity))
         if speed < 0.05:
             axes.plot(*place, **SIGNS["ring"] | {"markersize": 12.0 * scale})
@@ -168,12 +161,6 @@ def _tags(view: View, labels: "Labels") -> None:
 class Labels:
     """Short labels on axes in plane coordinates, placed one after the other so that they cover as little as possible."""
 
-    SIZE = 7.5
-    """Of the letters [pt]."""
-
-    TAG = 0.09
-    """Radius of a ring with a number [inches]."""
-
     def __init__(self, axes: Axes, window: Window, bodies: Region):
         """Args: axes; window: what they show; bodies: all silhouettes together."""
         self._axes, self._inch, self._edges = axes, window.inch, bodies.boundary
@@ -191,15 +178,15 @@ class Labels:
             return
         widest = shapely.maximum_inscribed_circle(free)
         (x, y), centroid = widest.coords[0], region.centroid
-        if free.contains(centroid) and free.boundary.distance(centroid) > 0.6 * min(widest.length, self.TAG * self._inch):
+        if free.contains(centroid) and free.boundary.distance(centroid) > 0.6 * min(widest.length, TAG * self._inch):
             x, y = centroid.x, centroid.y
         self._axes.plot(x, y, "o", markersize=9.5, markerfacecolor=PAPER, markeredgecolor=INK, markeredgewidth=0.5, zorder=6.5)
         self._axes.text(x, y, text, fontsize=6.5, ha="center", va="center_baseline", zorder=6.6)
-        self.keep_free(np.array([x, y]), self.TAG)
+        self.keep_free(np.array([x, y]), TAG)
 
     def place(self, mark: Array, text: str, gap: float) -> None:
         """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""
-        size = np.array([0.62 * len(text) + 0.3, 1.25]) * self.SIZE / 72.0 * self._inch
+        size = np.array([0.62 * len(text) + 0.3, 1.25]) * LETTERS / 72.0 * self._inch
         found = []
         for side in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
             middle = mark + np.array(side) * (gap * self._inch + size / 2.0) * (1.0 if 0 in side else 0.8)
@@ -212,5 +199,5 @@ class Labels:
         self._taken = shapely.union(self._taken, box)
         backing = {"boxstyle": "round,pad=0.06", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8}
         self._axes.text(
-            middle[0], middle[1], text, fontsize=self.SIZE, fontweight="bold", ha="center", va="center", zorder=8, bbox=backing
+            middle[0], middle[1], text, fontsize=LETTERS, fontweight="bold", ha="center", va="center", zorder=8, bbox=backing
         )

@@ -171,8 +171,8 @@ def _silhouettes(
     places = list(zip(state.rotation[0], state.position[0] + state.origin[0], strict=True))
     found = body_shapes(robot)
     shapes = [[shape.placed(*place) for shape in own] for (own, _), place in zip(found, places, strict=True)]
-    alone = [body.com @ rotation.T + position for body, (rotation, position) in zip(robot.bodies, places, strict=True)]
-    world = tuple(surface(own) if own else com[None] for own, com in zip(shapes, alone, strict=True))
+    bodies = zip(shapes, robot.bodies, places, strict=True)
+    world = tuple(surface(own) if own else (body.com @ turn.T + origin)[None] for own, body, (turn, origin) in bodies)
     size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
     # Holes and gaps that are too fine to be seen are closed.
     fine = 2.0 * RESOLUTION * size
