@@ -28,7 +28,7 @@ each view [inches]."""
 NEAR = 0.3
 """Distance of a CoPc from the body, as a share of its size, up to which it is in the views."""
 
-CELLS = 96
+CELLS = 64
 """Cells along each side of the grid on which shock is contoured."""
 
 STAR = sign("place found", 7.5, marker="*", markersize=9.0, markerfacecolor=GOLD, markeredgewidth=0.7)
@@ -65,8 +65,8 @@ def draw_place(study: PlaceStudy) -> Figure:
         e1, e2 = np.eye(3)[list(pair)]
         plane = Plane(np.cross(e1, e2), e1, e2)
         region = silhouette(shapes, plane, inch * ROOM / 4000.0)
-        sides = [lines[:, k] if k in pair else study.places[0].position[k : k + 1] for k in range(3)]
-        points = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
+        coordinates = [lines[:, k] if k in pair else study.places[0].position[k : k + 1] for k in range(3)]
+        points = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1).reshape(-1, 3)
         values = study.fields.at(points)
         seen.append(values[shapely.contains_xy(region, *to_plane(points, plane).T)] if shapes else values)
         views.append((plane, region, values.reshape(CELLS + 1, CELLS + 1).T))
@@ -81,7 +81,8 @@ def draw_place(study: PlaceStudy) -> Figure:
         axes = page.picture(x, page.low + FOOT + y, window, "xyz"[i] + "xyz"[j], left=name != "front", bottom=name != "top")
         if not region.is_empty:
             edge = outlined(axes, region, inch * ROOM / 4000.0, edgecolor=INK, linewidth=0.7, zorder=2.0)
-            filled = axes.contourf(values, levels=levels, colors=colours, extent=(low[i], high[i], low[j], high[j]), zorder=1.0)
+            sides, shades = (low[i], high[i], low[j], high[j]), [colours[0], *colours, colours[-1]]
+            filled = axes.contourf(values, levels=levels, colors=shades, extend="both", extent=sides, zorder=1.0)
             # Edges of the same colour close the gaps that anti-aliasing leaves between neighbours.
             filled.set(edgecolor="face", linewidth=0.3, clip_path=edge)
         hulls = [shapely.MultiPoint(to_plane(cell.points, plane)).convex_hull.buffer(cell.radius) for cell in cells]
