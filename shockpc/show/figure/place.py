@@ -49,7 +49,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     marks = np.concatenate([marks, *(cell.points + s * cell.radius for cell in cells for s in (-1.0, 1.0))])
     solid = surface(shapes) if shapes else marks
     held = np.concatenate([solid, marks])
-    near = NEAR * float(np.ptp(held, axis=0).max())
+    near = NEAR * max(float(np.ptp(held, axis=0).max()), 1e-6)
     copc = np.array([profile.copc[study.body] for profile in study.profiles])
     copc = copc[np.all((copc > held.min(axis=0) - near) & (copc < held.max(axis=0) + near), axis=1)]
     held = np.concatenate([held, copc])
@@ -59,7 +59,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     low, high = low - PAD * inch, high + PAD * inch
     width, depth, height = (high - low) / inch
     page = Page(LEFT + width + GAP + depth, FOOT + height + GAP + depth, _heading(study), [_rows(study)], _notes(study, len(copc)))
-    views, seen = [], []
+    views, seen = [], [study.fields.at(marks)]
     lines = np.linspace(low, high, CELLS + 1)
     for pair in VIEWS.values():
         e1, e2 = np.eye(3)[list(pair)]
