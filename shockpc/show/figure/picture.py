@@ -141,7 +141,7 @@ def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) 
             continue
         axes.plot([], [], **SIGNS["arrow"])
         look: dict[str, Any] = {"shrinkA": 0, "shrinkB": 0, "facecolor": INK, "edgecolor": PAPER, "linewidth": scale, "zorder": 7}
-        look |= {"arrowstyle": "simple,head_length=7.5,head_width=8.5,tail_width=2.9"}
+        look |= {"arrowstyle": "simple,head_length=8.5,head_width=10.0,tail_width=3.0"}
         tip = place + window.arrow * velocity
         axes.add_patch(FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look))
 
