@@ -31,7 +31,7 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     page = Page(MARGIN + max(across * step - GAP, BAR), lines * drop + FOOT, heading)
     for k, row in enumerate(rows):
         x, y = MARGIN + (k % across) * step, page.low + FOOT + (lines - 1 - k // across) * drop + CAPTION + GAP
-        (window,) = windows_of([row.picture], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05)
+        (window,) = windows_of([row.picture], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05, arrow=0.22)
         axes = page.picture(x, y, window)
         draw_bodies(axes, row.picture, 400.0)
         draw_velocities(axes, row.picture, window, 0.5)

@@ -58,7 +58,7 @@ def draw_panels(
     number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
     numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
     views = [view._replace(numbers=own) for view, own in zip(views, numbers, strict=True)]
-    windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0))
+    windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
     under = [[*lines, *_outside(*one)] for lines, one in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))
     width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)

@@ -23,9 +23,6 @@ FEW = 6
 RESOLUTION = 1e-3
 """Largest distance of a silhouette from the true one, as a share of the robot's size in the figure."""
 
-ARROW = 0.13
-"""Length of the arrow of the fastest contact, as a share of the robot's size."""
-
 
 class Field(NamedTuple):
     """Normalised shock of a body over plane coordinates u [m]: |c + A u|, c (3,) [1] and A (3, 2) [1/m].
@@ -233,6 +230,7 @@ def windows_of(
     most: tuple[float, float],
     least: tuple[float, float],
     pad: float = 0.25,
+    arrow: float = 0.62,
 ) -> list[Window]:
     """Windows side by side, on one scale and of one height.
 
@@ -245,19 +243,23 @@ def windows_of(
         most: width of all windows together, and their height [inches].
         least: width of each window, and their height [inches].
         pad: room around what a window holds [inches].
+        arrow: length of the arrow of the fastest contact [inches].
     """
-    arrow = ARROW * max(view.size for view in views)
-    corners = []
-    for view in views:
-        slack = np.array(near) * view.size
-        numbered = [centre for i, centre in view.centres.items() if i in view.numbers]
-        centres = [centre for centre in numbered if np.all((centre > view.low - slack) & (centre < view.high + slack))]
-        tips = view.contacts + arrow * view.velocities
-        held = np.vstack([view.low, view.high, view.contacts, tips, view.sensors, *centres])
-        corners.append((held.min(axis=0), held.max(axis=0)))
-    low, high = np.array(corners).swapaxes(0, 1)
-    low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
-    wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]
-    inch = max(float(wide / (most[0] - 2.0 * pad * len(views))), float(tall / (most[1] - 2.0 * pad)), 1e-9)
+    length = 0.0
+    # An arrow has its length on paper, so the room that it needs depends on the scale, and the scale on that room.
+    for _ in range(4):
+        corners = []
+        for view in views:
+            slack = np.array(near) * view.size
+            numbered = [centre for i, centre in view.centres.items() if i in view.numbers]
+            centres = [centre for centre in numbered if np.all((centre > view.low - slack) & (centre < view.high + slack))]
+            tips = view.contacts + length * view.velocities
+            held = np.vstack([view.low, view.high, view.contacts, tips, view.sensors, *centres])
+            corners.append((held.min(axis=0), held.max(axis=0)))
+        low, high = np.array(corners).swapaxes(0, 1)
+        low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
+        wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]
+        inch = max(float(wide / (most[0] - 2.0 * pad * len(views))), float(tall / (most[1] - 2.0 * pad)), 1e-9)
+        length = arrow * inch
     half = np.maximum((high - low) / 2.0 + pad * inch, np.array(least) * inch / 2.0)
-    return [Window(middle - side, middle + side, inch, arrow) for middle, side in zip((low + high) / 2.0, half, strict=True)]
+    return [Window(middle - side, middle + side, inch, length) for middle, side in zip((low + high) / 2.0, half, strict=True)]
