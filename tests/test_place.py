@@ -11,9 +11,8 @@ from commands import good, run
 from scipy.spatial.transform import Rotation
 
 import shockpc
-from shockpc.robot.geometry import outline
+from shockpc.robot.geometry import facets, half_spaces, outline
 from shockpc.robot.robot import load_robot
-from shockpc.robot.surface import facets, half_spaces
 from shockpc.studies.place.cone import Cell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group
@@ -367,7 +366,7 @@ def test_scene_files_postures_and_weights_on_the_command_line(capfd, tmp_path):
     ("words", "message"),
     [
         (("--vary", "strike-angle=1:2"), "n values from a to b"),
-        (("--vary", "nothing=1,2"), 'no joint "nothing"'),
+        (("--vary", "nothing=1,2"), 'no joint or quantity "nothing"'),
         (("--within", "0:1,0:1"), "X0:X1,Y0:Y1,Z0:Z1"),
         (("--weight", "XX=1"), 'no landing "XX"'),
         (("--drop-height", "0.1", "--vary", "speed=1,2"), "leave that out"),

@@ -23,10 +23,10 @@ def _all() -> str:
     """The list; a robot that cannot be loaded is a row without numbers."""
     from shockpc.cli.progress import progress
     from shockpc.errors import ShockError
-    from shockpc.robot.catalogue import catalogue
+    from shockpc.robot.catalogue import catalogue, own_robots_folder
     from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import catalogue_row, catalogue_sheet
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     rows = []
     entries = catalogue()
@@ -37,7 +37,7 @@ def _all() -> str:
         except ShockError:
             rows.append((entry.name, "–", None, "cannot be loaded", f"why: shockpc robots {entry.name}"))
         show(entry.name)
-    own = sum(entry.source == "shockpc" for entry in entries)
+    own = sum(entry.path.parent == own_robots_folder() for entry in entries)
     return as_text(catalogue_sheet(rows, own))
 
 
@@ -47,7 +47,7 @@ def _one(name: str, options: RobotOptions) -> str:
     from shockpc.robot.checkup import check_robot
     from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import joints_sheet, links_sheet, robot_lines
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     robot = load_robot(name, xacro=dict(options.xacro), packages=dict(options.package))
     lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]
