@@ -23,7 +23,7 @@ from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
 from shockpc.model.equation import Equation
 from shockpc.model.posture import check_rotations
-from shockpc.result import ShockMaps, ShockProfile, Solution
+from shockpc.result import ShockMaps, ShockProfile
 from shockpc.results.proof import proven
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, robot_of
@@ -61,11 +61,13 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
         with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
             equation, impact, jumps = impact_jumps(landing, landing.q[None])
         with trace.stage("proof: the same in ball arithmetic"):
-            choice, proof = proven(landing, equation, impact)
+            proof = proven(landing, equation, impact)
     landing.note_omissions(trace)
     to_body = np.swapaxes(equation.state.rotation[0], -1, -2)[:, None]
     in_body_axes = (to_body @ jumps[0].reshape(-1, 2, 3, 4)).reshape(-1, 6, 4)
-    return ShockProfile(landing, Solution(equation, choice, in_body_axes, impact.impulse[0]), proof, trace)
+    profile = ShockProfile(landing, equation, in_body_axes, proof, trace)
+    _ = profile.v_in  # which refuses a centre of mass at rest
+    return profile
 
 
 def proof_of(landing: Landing) -> Proof:
@@ -76,7 +78,7 @@ def proof_of(landing: Landing) -> Proof:
     """
     with one_thread(landing.robot.model.nv):
         equation, impact, _ = impact_jumps(landing, landing.q[None])
-        return proven(landing, equation, impact)[1]
+        return proven(landing, equation, impact)
 
 
 def shock_maps(landing: Landing, Q: Array) -> ShockMaps:

@@ -61,7 +61,7 @@ def entries(M: arb_mat) -> Balls:
     return out.reshape(M.nrows(), M.ncols())
 
 
-def nearest(values: Balls, size: ArrayLike) -> Array:
+def nearest(values: Balls | arb, size: ArrayLike) -> Array:
     """The doubles nearest to some balls.
 
     Args:

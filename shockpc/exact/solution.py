@@ -266,7 +266,7 @@ class ExactImpact:
         """Rotation (3, 3) to the world and position (3, 1) from the base of every body's frame."""
         return [place_of(self.mechanism, body) for body in range(len(self.inputs.robot.bodies))]
 
-    def points(self, bodies: Sequence[int], r: Array) -> Balls:
+    def points(self, bodies: Sequence[int], r: Array | Balls) -> Balls:
         """Positions (n, 3) of points of bodies, world axes, from the base [m]. Args: r (n, 3) in the bodies' frames [m]."""
         places = (self.places[body] for body in bodies)
         found = [(R * matrix(point[:, None]) + p).entries() for (R, p), point in zip(places, r, strict=True)]

@@ -1,32 +1,21 @@
 """The least and the greatest shock over every body's geometry."""
 
-import numpy as np
-
 from shockpc.core.extremes import Pieces, shock_extremes
 from shockpc.core.spatial import Array
-from shockpc.diagnostic import Diagnostic
+from shockpc.results.solved import Solved
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 
 __all__ = ["body_pieces", "shock_ranges"]
 
 
-def shock_ranges(robot: Robot, jumps: Array, v_in: float) -> tuple[Array, Array, tuple[Diagnostic, ...]]:
-    """Least and greatest shock over every body's collision geometry (its visual one, if the file has no collision geometry).
+def shock_ranges(of: Solved) -> tuple[Array, Array]:
+    """Least and greatest shock (nb,) over the bodies' geometry (collision; visual, if the file has no other) [1]; NaN without any.
 
     Computed in double precision from the proven jumps: right to 1e-15 of |Δv| + |Δω| |r| at the farthest point r of the body.
-
-    Args:
-        robot: the robot.
-        jumps: (nb, 6) of every body, body axes at its frame's origin.
-        v_in: speed by which shock is normalised [m/s].
-
-    Returns: least (nb,), greatest (nb,) [1], NaN for a body without geometry; warnings.
     """
-    seen = body_outline(robot)
-    least, greatest = shock_extremes(jumps[:, :3], jumps[:, 3:], seen.pieces, v_in)
-    warnings = tuple(Diagnostic("geometry", robot.name, None, text) for text in seen.warnings)
-    return np.asarray(least), np.asarray(greatest), warnings
+    jumps = of.proof.jumps[..., 3]
+    return shock_extremes(jumps[:, :3], jumps[:, 3:], body_outline(of.robot).pieces, of.v_in)
 
 
 def body_pieces(robot: Robot, body: int) -> Pieces:

@@ -6,9 +6,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.exact.balls import entries, nearest
-from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
-from shockpc.landing import Landing
+from shockpc.results.solved import Solved
 
 __all__ = ["JointLoad", "joint_loads"]
 
@@ -30,33 +29,26 @@ class JointLoad(NamedTuple):
     along: float | None
 
 
-def joint_loads(landing: Landing, proof: Proof) -> tuple[JointLoad, ...]:
-    """Impulse through every joint between bodies, for the scene's own strike.
+def joint_loads(of: Solved) -> tuple[JointLoad, ...]:
+    """Impulses through the joints between bodies, for the scene's own strike.
 
     Where rows depend on one another (redundant contacts, a planar loop closed in space) the loads are those of the contact impulses
     of least norm.
     """
-    robot = landing.robot
-    chosen = [(i, joint) for i, joint in enumerate(robot.joints) if not (robot.free_base and i == 0)]
+    chosen = list(enumerate(of.robot.joints))[of.robot.free_base :]
 
-    def loads(impact: ExactImpact) -> tuple[Array, Array, Array]:
-        forces, moments, along = [], [], []
+    def read(impact: ExactImpact) -> Array:
+        loads = []
         for i, joint in chosen:
             node = impact.mechanism.tree.carrier[i]
             own = impact.joint_loads[node]
-            R = impact.mechanism.poses[node].rotation
-            wrench = entries(own)[:, 0]
-            turned = entries(R)
-            moments.append(turned @ wrench[:3])
-            forces.append(turned @ wrench[3:])
-            S = impact.mechanism.tree.nodes[node].S
-            along.append((S.transpose() * own)[0, 0] if joint.axis is not None else own[0, 0])
-        force, moment = (np.array(part, dtype=object).reshape(-1, 3) for part in (forces, moments))
-        size = float(np.abs(np.concatenate([force, moment]).astype(float)).max(initial=0.0))
-        return nearest(force, size), nearest(moment, size), nearest(np.array(along, dtype=object), size)
+            moment, force = entries(impact.mechanism.poses[node].rotation) @ entries(own).reshape(2, 3, 1)
+            drive = impact.mechanism.tree.nodes[node].S.transpose() * own
+            loads.append([*force[:, 0], *moment[:, 0], drive[0, 0] if joint.axis is not None else own[0, 0]])
+        found = np.array(loads, dtype=object).reshape(-1, 7)
+        return nearest(found, np.abs(found[:, :6].astype(float)).max(initial=0.0))
 
-    forces, moments, along = proof.enclosure.read(loads)
     return tuple(
-        JointLoad(joint.name, force, moment, float(part) if joint.axis is not None else None)
-        for (_, joint), force, moment, part in zip(chosen, forces, moments, along, strict=True)
+        JointLoad(joint.name, load[:3], load[3:6], None if joint.axis is None else load[6].item())
+        for (_, joint), load in zip(chosen, of.read(read), strict=True)
     )

@@ -32,7 +32,7 @@ from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.percussion import robot_length
 from shockpc.results.points import Spot
-from shockpc.results.speed import speed_in
+from shockpc.results.solved import speed_in
 from shockpc.robot.robot import Joint, Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.question import moving_spot, strike_angle
