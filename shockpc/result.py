@@ -56,7 +56,7 @@ class ShockMaps(NamedTuple):
         return v + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
 
 
-def part(read: "Callable[[ShockProfile], T]") -> cached_property[T]:
+def _part(read: "Callable[[ShockProfile], T]") -> cached_property[T]:
     """A part of something else that the profile holds; arrays cannot be written to."""
 
     def protected(profile: "ShockProfile") -> T:
@@ -106,47 +106,47 @@ class ShockProfile(Solved):
         health: how far to trust the numbers (sensitivity to the data, warnings).
     """
 
-    scene = part(lambda profile: profile.landing.scene)
-    bodies = part(lambda profile: tuple(body.name for body in profile.robot.bodies))
-    plane = part(lambda profile: profile.landing.plane)
-    q = part(lambda profile: profile.landing.q)
-    joint_model = part(lambda profile: profile.landing.joint_model.name)
-    assembly = part(lambda profile: profile.landing.assembly)
+    scene = _part(lambda profile: profile.landing.scene)
+    bodies = _part(lambda profile: tuple(body.name for body in profile.robot.bodies))
+    plane = _part(lambda profile: profile.landing.plane)
+    q = _part(lambda profile: profile.landing.q)
+    joint_model = _part(lambda profile: profile.landing.joint_model.name)
+    assembly = _part(lambda profile: profile.landing.assembly)
 
     _frames = derived(body_frames)
-    position = part(lambda profile: profile._frames[0])
-    rotation = part(lambda profile: profile._frames[1])
-    delta_qd = part(lambda profile: profile.proof.delta_qd[:, 3])
-    maps = part(lambda profile: profile.proof.jumps[..., :3])
-    delta_omega = part(lambda profile: profile.proof.jumps[:, :3, 3])
-    delta_v = part(lambda profile: profile.proof.jumps[:, 3:, 3])
-    moved = part(lambda profile: _moved(profile.proof.jumps[..., 3]))
-    strike = part(lambda profile: profile.speed.strike)
+    position = _part(lambda profile: profile._frames[0])
+    rotation = _part(lambda profile: profile._frames[1])
+    delta_qd = _part(lambda profile: profile.proof.delta_qd[:, 3])
+    maps = _part(lambda profile: profile.proof.jumps[..., :3])
+    delta_omega = _part(lambda profile: profile.proof.jumps[:, :3, 3])
+    delta_v = _part(lambda profile: profile.proof.jumps[:, 3:, 3])
+    moved = _part(lambda profile: _moved(profile.proof.jumps[..., 3]))
+    strike = _part(lambda profile: profile.speed.strike)
 
     percussion = derived(body_percussion)
-    copc = part(lambda profile: profile.percussion.copc)
-    copc_world = part(lambda profile: profile.percussion.copc_world)
-    ropc = part(lambda profile: profile.percussion.ropc)
-    translates = part(lambda profile: profile.percussion.translates)
-    pitch = part(lambda profile: profile.percussion.pitch)
-    off_plane = part(lambda profile: profile.percussion.off_plane)
-    shock_com = part(lambda profile: profile.percussion.shock_com)
+    copc = _part(lambda profile: profile.percussion.copc)
+    copc_world = _part(lambda profile: profile.percussion.copc_world)
+    ropc = _part(lambda profile: profile.percussion.ropc)
+    translates = _part(lambda profile: profile.percussion.translates)
+    pitch = _part(lambda profile: profile.percussion.pitch)
+    off_plane = _part(lambda profile: profile.percussion.off_plane)
+    shock_com = _part(lambda profile: profile.percussion.shock_com)
 
     _range = derived(shock_ranges)
-    shock_min = part(lambda profile: profile._range[0])
-    shock_max = part(lambda profile: profile._range[1])
+    shock_min = _part(lambda profile: profile._range[0])
+    shock_max = _part(lambda profile: profile._range[1])
     points = derived(point_shocks)
     directions = derived(com_directions)
 
     contacts = derived(contact_impulses)
     stance = derived(stance_impulses)
     _total = derived(total_impulse)
-    total_impulse = part(lambda profile: profile._total[0])
-    total_moment = part(lambda profile: profile._total[1])
+    total_impulse = _part(lambda profile: profile._total[0])
+    total_moment = _part(lambda profile: profile._total[1])
     loads = derived(joint_loads)
     _energy = derived(energy)
-    energy_lost = part(lambda profile: profile._energy[0])
-    energy_share = part(lambda profile: profile._energy[1])
+    energy_lost = _part(lambda profile: profile._energy[0])
+    energy_share = _part(lambda profile: profile._energy[1])
     bracket = derived(joint_bracket)
 
     @derived

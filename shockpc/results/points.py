@@ -103,17 +103,17 @@ def _point_shock(of: Solved, spot: Spot) -> PointShock:
         )
 
     position, delta_v, shock, speed = of.read(read)
-    directions = ExtremeDirections(*(part[0] for part in directions_of(of, bodies, r[None])))
+    directions = ExtremeDirections(*(part[0] for part in _directions_of(of, bodies, r[None])))
     peak_g = None if pulse is None else peak_acceleration(speed.item(), pulse) / GRAVITY
     return PointShock(label, of.robot.bodies[frame.body].name, position, delta_v, shock.item(), directions, peak_g)
 
 
 def com_directions(of: Solved) -> ExtremeDirections:
     """Most and least severe impact directions of the bodies' centres of mass."""
-    return directions_of(of, range(len(of.robot.bodies)), of.robot.coms)
+    return _directions_of(of, range(len(of.robot.bodies)), of.robot.coms)
 
 
-def directions_of(of: Solved, bodies: Sequence[int], r: Array) -> ExtremeDirections:
+def _directions_of(of: Solved, bodies: Sequence[int], r: Array) -> ExtremeDirections:
     """The extreme directions of points of bodies, right to 1e-15 of the largest shock. Args: r (n, 3) in the bodies' frames [m]."""
 
     def maps(impact: ExactImpact) -> Array:

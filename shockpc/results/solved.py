@@ -40,7 +40,7 @@ class Speed(NamedTuple):
     strike: Array
 
 
-def normalising_speed(of: "Solved") -> Speed:
+def _normalising_speed(of: "Solved") -> Speed:
     """Speeds before the impact.
 
     Raises:
@@ -75,7 +75,7 @@ class Solved:
     proof: Proof = field(repr=False)
     trace: Trace | None = field(default=None, repr=False)
 
-    speed = derived(normalising_speed)
+    speed = derived(_normalising_speed)
 
     @property
     def robot(self) -> Robot:
