@@ -42,6 +42,7 @@ __all__ = [
     "scene_schema",
     "scene_table",
     "scene_text",
+    "with_paths",
 ]
 
 GRAVITY = 9.80665
@@ -285,7 +286,7 @@ def scene_from(table: Mapping[str, Any], folder: Path, key: str = "") -> Scene:
     if scene is None or faults:
         raise SceneError("; ".join(faults))
     try:
-        return _with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
+        return with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
     except ValueError as refusal:
         raise SceneError(str(refusal)) from None
 
@@ -300,7 +301,7 @@ def scene_text(scene: Scene, folder: Path) -> str:
         clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
         return path if clear else os.path.join(os.curdir, path)
 
-    return "\n".join(toml_lines(scene_table(_with_paths(scene, relative)))) + "\n"
+    return "\n".join(toml_lines(scene_table(with_paths(scene, relative)))) + "\n"
 
 
 def scene_schema() -> dict[str, Any]:
@@ -328,7 +329,7 @@ def scene_table(record: Any) -> dict[str, Any]:
     return table
 
 
-def _with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
+def with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
     """The scene with every path in it changed; a robot's name is not a path."""
     robot = scene.robot
     if os.sep in robot or Path(robot).suffix:

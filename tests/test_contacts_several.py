@@ -343,7 +343,7 @@ STAND = mjcf('<body name="stand" pos="0 0 1">' + body("arm") + "</body>")
 @pytest.mark.parametrize(
     ("changes", "names"),
     [
-        ({"contact": LEFT * 2}, ('"LF_FOOT" and "LF_FOOT"', "offset")),
+        ({"contact": LEFT * 2}, ('"LF_FOOT" and contact "LF_FOOT"', "offset")),
         ({"contact": LEFT, "stance": ("RF_FOOT",) * 2}, ('"RF_FOOT"', "stance")),
         ({"contact": LEFT, "stance": ("LF_FOOT",)}, ('"LF_FOOT"', "contact", "stance")),
         ({"strike": MOTIONS["a swinging leg"], "joints": Joints(locked=("LF_KFE",))}, ('"LF_KFE"', "-4 rad/s")),

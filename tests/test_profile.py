@@ -119,7 +119,7 @@ def test_one_point_twice_is_refused():
     """The same point of the same body is one contact, whatever the frames are called."""
     contacts = [Contact(frame="box", offset=(0.3, 0.0, -0.1))] * 2
     assert refusal(box(), contacts, kind=SceneError) == (
-        'contacts "box" and "box" are at one point of one body, so they are one contact; '
+        'contact "box" and contact "box" are at one point of one body, which strikes or stands once; '
         "leave one of them out, or move it by an offset"
     )
 

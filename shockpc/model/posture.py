@@ -9,12 +9,21 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.errors import SceneError, UnknownName
+from shockpc.errors import SceneError, ShockError, UnknownName
 from shockpc.model import CHECKED
 from shockpc.printed import listed
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["STANDING", "Posture", "check_rotations", "configuration", "held_joints", "outside_limits", "reference_name"]
+__all__ = [
+    "STANDING",
+    "Posture",
+    "check_rotations",
+    "configuration",
+    "held_joints",
+    "outside_limits",
+    "reference_name",
+    "settable_joints",
+]
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""
@@ -73,10 +82,11 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     q = np.array(robot.postures[name]) if name in robot.postures else np.array(robot.start)
     q = _with_rotations(robot, name, q)
     _set_base(robot, posture, q)
-    for pattern, value in posture.joints.items():
-        _set_joints(robot, pattern, value, q, 1.0)
-    for pattern, value in posture.joints_deg.items():
-        _set_joints(robot, pattern, value, q, math.pi / 180.0)
+    given = [(pattern, value, 1.0) for pattern, value in posture.joints.items()]
+    given += [(pattern, value, math.pi / 180.0) for pattern, value in posture.joints_deg.items()]
+    for pattern, value, unit in given:
+        for joint in settable_joints(robot, pattern):
+            _set(joint, value if joint.kind == "prismatic" else value * unit, q)
     for mimic in robot.mimics:
         led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
         _set(robot.joint(mimic.joint), led + mimic.offset, q)
@@ -131,22 +141,26 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         q[3:7] = np.asarray(posture.base_quaternion) / length
 
 
-def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float) -> None:
-    """Set every joint that a name or a glob means."""
-    names = robot.match_joints(pattern)
-    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
-    for name in names:
-        if name in followers:
-            if name == pattern:
-                raise SceneError(f'joint "{name}" follows {followers[name]}, so it cannot be set by itself; set that')
-            continue
-        joint = robot.joint(name)
+def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneError) -> tuple[Joint, ...]:
+    """The joints that a name or a glob means, without those that follow others.
+
+    Args:
+        robot: the robot.
+        pattern: the name or glob.
+        error: raised where one number cannot set them: a joint follows another, or has several degrees of freedom.
+
+    Raises:
+        UnknownName: no joint fits.
+    """
+    names, followers = robot.match_joints(pattern), {mimic.joint: mimic.led for mimic in robot.mimics}
+    joints = tuple(robot.joint(name) for name in names if name not in followers)
+    if not joints:
+        raise error(f'joint "{names[0]}" follows {followers[names[0]]}, so it cannot be set by itself; name that instead')
+    for joint in joints:
         if joint.axis is None:
             degrees = joint.v.stop - joint.v.start
-            raise SceneError(
-                f'joint "{name}" has {degrees} degrees of freedom, so one number cannot set it; use a reference posture instead'
-            )
-        _set(joint, value if joint.kind == "prismatic" else value * unit, q)
+            raise error(f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set it; leave it out')
+    return joints
 
 
 def _set(joint: Joint, value: float, q: Array) -> None:
