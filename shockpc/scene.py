@@ -89,46 +89,32 @@ class Strike:
         Raises:
             SceneError: it is given in two ways at once, the speed is out of range, or an angle is given in a horizontal plane.
         """
-        ways = [
-            self.speed is not None or self.strike_angle_deg is not None,
-            self.velocity is not None,
-            self.drop_height is not None,
-        ]
-        if sum(ways) > 1:
+        by_speed = self.speed is not None or self.strike_angle_deg is not None
+        if by_speed + (self.velocity is not None) + (self.drop_height is not None) > 1:
             raise SceneError("the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height")
+        theta = math.radians(self.strike_angle_deg or 0.0)
         if self.velocity is not None:
-            velocity = np.array(self.velocity, dtype=float)
-            if velocity.any():
-                _check_speed(float(np.abs(velocity).max()))
-            return velocity
-        up = np.array([0.0, 0.0, 1.0])
-        if self.drop_height is not None:
-            if not self.drop_height > 0.0:
-                raise SceneError(f"a drop height of {self.drop_height:g} m gives no impact; it has to be above zero")
-            fall = math.sqrt(2.0 * GRAVITY * self.drop_height)
-            _check_speed(fall)
-            return -fall * up
-        speed = 1.0 if self.speed is None else self.speed
-        if not speed > 0.0:
-            raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
-        _check_speed(speed)
-        degrees = self.strike_angle_deg or 0.0
-        if not abs(degrees) <= 180.0:
-            raise SceneError(f"a strike angle of {degrees:g} deg is no angle; it lies between -180 and 180 deg")
-        if degrees == 0.0:
-            return -speed * up
-        if abs(plane.normal[2]) > 1.0 - 1e-9:
-            raise SceneError("a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity")
-        theta = math.radians(degrees)
-        return np.asarray(speed * (math.sin(theta) * plane.forward - math.cos(theta) * up))
-
-
-def _check_speed(speed: float) -> None:
-    """Refuse a speed out of range."""
-    if not SLOWEST <= speed <= FASTEST:
-        raise SceneError(
-            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
-        )
+            speed = max(map(abs, self.velocity))
+        else:
+            what, unit, size = "strike speed", "m/s", 1.0 if self.speed is None else self.speed
+            if self.drop_height is not None:
+                what, unit, size = "drop height", "m", self.drop_height
+            if not size > 0.0:
+                raise SceneError(f"a {what} of {size:g} {unit} gives no impact; it has to be above zero")
+            speed = size if self.drop_height is None else math.sqrt(2.0 * GRAVITY * size)
+            if not abs(theta) <= math.pi:
+                raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
+            if theta and abs(plane.normal[2]) > 1.0 - 1e-9:
+                raise SceneError(
+                    "a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity"
+                )
+        if not (speed == 0.0 or SLOWEST <= speed <= FASTEST):
+            raise SceneError(
+                f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
+            )
+        if self.velocity is not None:
+            return np.array(self.velocity, dtype=float)
+        return np.asarray(speed * (math.sin(theta) * plane.forward - math.cos(theta) * np.array([0.0, 0.0, 1.0])))
 
 
 @dataclass(frozen=True, kw_only=True)
