@@ -22,14 +22,15 @@ if TYPE_CHECKING:
     from shockpc.studies.batch import batch
     from shockpc.studies.compare import Design, compare
     from shockpc.studies.place.study import PlaceStudy, place
-    from shockpc.studies.sweep.study import Chunk, sweep
+    from shockpc.studies.sweep.rows import Chunk
+    from shockpc.studies.sweep.study import sweep
     from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "Bracket": "results.bracket",
-    "Chunk": "studies.sweep.study",
+    "Chunk": "studies.sweep.rows",
     "Closure": "model.closure",
     "Contact": "model.contact",
     "ContactImpulse": "results.contacts",

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from shockpc.core.percussion import shock_at
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, jump_at
 from shockpc.diagnostic import Diagnostic
 from shockpc.results.accuracy import Health, data_warnings, double_error
 from shockpc.results.balance import energy, gained, total_impulse
@@ -51,9 +51,7 @@ class ShockMaps(NamedTuple):
 
     def at(self, body: int, point: Array) -> Array:
         """Maps (N, 3, 3) from strike to jump of a point of a body, world axes. Args: point (3,) in the body's frame [m]."""
-        x, y, z = ((self.rotation[:, body] @ point)[:, i, None] for i in range(3))
-        (a, b, c), v = (self.maps[:, body, i] for i in range(3)), self.maps[:, body, 3:]
-        return v + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+        return np.asarray(jump_at(self.maps[:, body], self.rotation[:, body] @ point))
 
 
 def _part(read: "Callable[[ShockProfile], T]") -> cached_property[T]:

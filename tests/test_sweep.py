@@ -19,7 +19,8 @@ from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.results.geometry import body_pieces
 from shockpc.robot.variant import changed_link, link_mass
 from shockpc.studies.sweep.columns import proven_columns
-from shockpc.studies.sweep.study import Sweep, sweep, sweep_of
+from shockpc.studies.sweep.rows import Sweep
+from shockpc.studies.sweep.study import sweep, sweep_of
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 

@@ -29,7 +29,8 @@ from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
 from shockpc.show.parts import open_sweep, write_parts
 from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.studies.sweep.study import Sweep, sweep_of
+from shockpc.studies.sweep.rows import Sweep
+from shockpc.studies.sweep.study import sweep_of
 
 __all__ = ["package_costs", "sweep_costs"]
 

@@ -14,7 +14,7 @@ from shockpc.cli.parse import Variable, path, variable
 from shockpc.cli.streams import complain
 
 if TYPE_CHECKING:
-    from shockpc.studies.sweep.study import Sweep
+    from shockpc.studies.sweep.rows import Sweep
 
 __all__ = ["SweepOptions", "sweep"]
 

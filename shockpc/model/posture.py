@@ -1,7 +1,7 @@
 """Where the joints and the base stand when the foot strikes: names, angles and limits → q."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +22,7 @@ __all__ = [
     "held_joints",
     "outside_limits",
     "reference_name",
+    "set_joints",
     "settable_joints",
 ]
 
@@ -84,13 +85,18 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     _set_base(robot, posture, q)
     given = [(pattern, value, 1.0) for pattern, value in posture.joints.items()]
     given += [(pattern, value, math.pi / 180.0) for pattern, value in posture.joints_deg.items()]
-    for pattern, value, unit in given:
-        for joint in settable_joints(robot, pattern):
-            _set(joint, value if joint.kind == "prismatic" else value * unit, q)
+    values = [(joint, value, unit) for pattern, value, unit in given for joint in settable_joints(robot, pattern)]
+    set_joints(robot, [(joint, value if joint.kind == "prismatic" else value * unit) for joint, value, unit in values], q)
+    return q
+
+
+def set_joints(robot: Robot, values: Iterable[tuple[Joint, float]], q: Array) -> None:
+    """Set joints of one coordinate in a configuration q (nq,), and those that follow others. Args: values of joints [rad, m]."""
+    for joint, value in values:
+        _set(joint, value, q)
     for mimic in robot.mimics:
         led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
         _set(robot.joint(mimic.joint), led + mimic.offset, q)
-    return q
 
 
 def _with_rotations(robot: Robot, name: str, q: Array) -> Array:

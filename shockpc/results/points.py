@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.directions import ExtremeDirections, extreme_directions
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.diagnostic import Diagnostic
 from shockpc.exact.balls import balls, nearest
 from shockpc.exact.solution import ExactImpact
@@ -117,8 +117,7 @@ def _directions_of(of: Solved, bodies: Sequence[int], r: Array) -> ExtremeDirect
     """The extreme directions of points of bodies, right to 1e-15 of the largest shock. Args: r (n, 3) in the bodies' frames [m]."""
 
     def maps(impact: ExactImpact) -> Array:
-        turning, moving = np.split(np.swapaxes(impact.body_jumps[bodies][..., :3], 1, 2), 2, axis=2)
-        found = np.swapaxes(velocity_at(turning, moving, balls(r)[:, None]), 1, 2)
+        found = jump_at(impact.body_jumps[bodies][..., :3], balls(r))
         return nearest(found, np.abs(found.astype(float)).max(axis=(1, 2), keepdims=True) + 1e-300)
 
     return extreme_directions(of.read(maps), of.landing.up)

@@ -23,7 +23,8 @@ from shockpc.scene import scene_table
 from shockpc.show.files import make_folder, write_text
 from shockpc.show.tables.sheets import Sheet
 from shockpc.show.tables.text import as_csv
-from shockpc.studies.sweep.study import Chunk, Sweep, with_sweep
+from shockpc.studies.sweep.rows import Chunk, Sweep
+from shockpc.studies.sweep.study import with_sweep
 
 __all__ = ["DESCRIPTION", "Format", "describe", "open_sweep", "read_column", "write_parts"]
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.show.tables.text import as_csv, as_markdown, as_text
-from shockpc.studies.sweep.study import Sweep
+from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.summary import SweepSummary
 
 __all__ = ["sweep_files", "sweep_text"]
