@@ -9,7 +9,7 @@ import dataclasses
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -300,18 +300,14 @@ def scene_schema() -> dict[str, Any]:
 
 def scene_table(record: Any) -> dict[str, Any]:
     """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are left out."""
-    table: dict[str, Any] = {}
-    for item in fields(record):
-        value = getattr(record, item.name)
-        if is_dataclass(value):
-            value = scene_table(value)
-        elif isinstance(value, tuple):
-            value = [scene_table(part) if is_dataclass(part) else list(part) if isinstance(part, tuple) else part for part in value]
-        elif isinstance(value, Mapping):
-            value = {key: scene_table(part) if is_dataclass(part) else part for key, part in value.items()}
-        if value is None or value in ({}, []):
-            continue
-        table[item.name] = value
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            parts = {key: plain(part) for key, part in value.items()}
+            return {key: part for key, part in parts.items() if part is not None and part not in ({}, [])}
+        return [plain(part) for part in value] if isinstance(value, tuple) else value
+
+    table: dict[str, Any] = plain(dataclasses.asdict(record))
     return table
 
 
