@@ -13,9 +13,8 @@ from shockpc.results.accuracy import Health, data_warnings, double_error
 from shockpc.results.balance import energy, gained, total_impulse
 from shockpc.results.bracket import joint_bracket
 from shockpc.results.contacts import contact_impulses, pulled, stance_impulses
-from shockpc.results.geometry import shock_ranges
 from shockpc.results.loads import joint_loads
-from shockpc.results.percussion import body_percussion
+from shockpc.results.percussion import body_percussion, shock_ranges
 from shockpc.results.plausibility import implausible
 from shockpc.results.points import com_directions, point_shocks, saturated
 from shockpc.results.proof import nearly_singular

@@ -4,14 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.extremes import shock_extremes
 from shockpc.core.percussion import off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.exact.balls import balls, nearest
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.results.solved import Solved, shock_in, speed_in, world
+from shockpc.robot.geometry import body_outline
 
-__all__ = ["ROUNDED", "BodyPercussion", "body_percussion", "robot_length"]
+__all__ = ["ROUNDED", "BodyPercussion", "body_percussion", "robot_length", "shock_ranges"]
 
 ROUNDED = 1e-9
 """Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths
@@ -72,3 +74,12 @@ def body_percussion(of: Solved) -> BodyPercussion:
     copc, copc_world, ropc, pitch, off_plane, shock_com = of.read(reduce)
     copc[translates], copc_world[translates], ropc[translates], pitch[still] = np.nan, np.nan, np.inf, np.nan
     return BodyPercussion(copc, copc_world, ropc, translates, pitch, off_plane, shock_com)
+
+
+def shock_ranges(of: Solved) -> tuple[Array, Array]:
+    """Least and greatest shock (nb,) over the bodies' geometry (collision; visual, if the file has no other) [1]; NaN without any.
+
+    Computed in double precision from the proven jumps: right to 1e-15 of |Δv| + |Δω| |r| at the farthest point r of the body.
+    """
+    jumps = of.proof.jumps[..., 3]
+    return shock_extremes(jumps[:, :3], jumps[:, 3:], body_outline(of.robot).pieces, of.v_in)

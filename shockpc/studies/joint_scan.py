@@ -17,7 +17,7 @@ from shockpc.landing import Landing
 from shockpc.model.assembly import assemble
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import held_joints, set_joints
-from shockpc.profile import ILL_CONDITIONED, SWIFT, proof_of, shock_maps
+from shockpc.profile import ILL_CONDITIONED, SWIFT, profile_of, shock_maps
 from shockpc.results.points import Spot
 from shockpc.results.proof import UNPHYSICAL
 from shockpc.robot.robot import Joint
@@ -123,7 +123,7 @@ class JointScan:
         for k in np.flatnonzero(singular).tolist():
             there = replace(landing, q=Q[k], state=dynamics(landing.robot, Q[k][None], landing.joint_model.armature))
             try:
-                jumps = proof_of(there).jumps[body, :, :3]
+                jumps = profile_of(there).proof.jumps[body, :, :3]
             except ShockError as refusal:
                 E[k], refused[k] = np.nan, str(refusal)
                 continue

@@ -8,9 +8,10 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
+from shockpc.core.extremes import Pieces
 from shockpc.errors import StudyError, UnknownName
 from shockpc.executor import InProcess, in_order
-from shockpc.results.geometry import body_pieces
+from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 from shockpc.scene import Point, Scene, plane_of, robot_of
 from shockpc.studies.question import moving_spot
@@ -143,7 +144,8 @@ def _targets(robot: Robot, points: tuple[Point, ...], names: Sequence[str], grea
     if not chosen and not indices:
         indices = [0]
     indices = list(dict.fromkeys(indices))
-    return Targets(chosen, tuple(indices), tuple(body_pieces(robot, i) for i in indices) if greatest else ())
+    shapes = [body_outline(robot).shapes[i] for i in indices] if greatest else []
+    return Targets(chosen, tuple(indices), tuple(Pieces.of([[(one.points, one.radius) for one in own]]) for own in shapes))
 
 
 def _all_joints(robot: Robot) -> list[Variation]:
