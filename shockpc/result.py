@@ -18,9 +18,8 @@ from shockpc.results.percussion import body_percussion, shock_ranges
 from shockpc.results.plausibility import implausible
 from shockpc.results.points import com_directions, point_shocks, saturated
 from shockpc.results.proof import nearly_singular
-from shockpc.results.solved import Solved, body_frames
+from shockpc.results.solved import Solved, body_frames, derived
 from shockpc.robot.geometry import body_outline
-from shockpc.trace import derived
 
 __all__ = ["ShockMaps", "ShockProfile"]
 

@@ -56,14 +56,7 @@ class ContactImpulse(NamedTuple):
 
 
 class StanceImpulse(NamedTuple):
-    """What the ground does at a foot that stands already.
-
-    Attributes:
-        frame: its name.
-        point: (3,) where it stands, world [m].
-        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several feet is determined.
-        friction_needed: tangential over normal impulse [1]; None without an impulse, or where the ground would have to pull.
-    """
+    """What the ground does at a foot that stands already; the attributes are as in `ContactImpulse`."""
 
     frame: str
     point: Array

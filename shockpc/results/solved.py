@@ -3,6 +3,7 @@
 Shock is normalised by v_in, the speed of the fastest contact or of the centre of mass (shock paper, Section 3.3).
 """
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
@@ -19,11 +20,24 @@ from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.model.equation import Equation
 from shockpc.robot.robot import Robot
-from shockpc.trace import Trace, derived
+from shockpc.trace import Trace
 
-__all__ = ["Solved", "Speed", "body_frames", "shock_in", "speed_in", "world"]
+__all__ = ["Solved", "Speed", "body_frames", "derived", "shock_in", "speed_in", "world"]
 
 T = TypeVar("T")
+S = TypeVar("S", bound="Solved")
+
+
+def derived(compute: Callable[[S], T]) -> functools.cached_property[T]:
+    """A property that is computed when it is first read; its time counts as a stage of the trace, named as its docstring begins."""
+    label = (compute.__doc__ or "").partition(".")[0].partition(" (")[0]
+
+    @functools.wraps(compute)
+    def timed(owner: S) -> T:
+        with owner.trace.stage(label):
+            return compute(owner)
+
+    return functools.cached_property(timed)
 
 
 class Speed(NamedTuple):
@@ -66,14 +80,14 @@ class Solved:
         equation: Eq. 4 in the scene's posture, in double precision.
         double_jumps: (nb, 6, 4) its solution, the jump (Δω, Δv) of every body in body coordinates, as in `Proof`.
         proof: enclosures of the exact solution.
-        trace: collects what each part cost, if one is kept.
+        trace: collects what each part cost.
     """
 
     landing: Landing
     equation: Equation = field(repr=False)
     double_jumps: Array = field(repr=False)
     proof: Proof = field(repr=False)
-    trace: Trace | None = field(default=None, repr=False)
+    trace: Trace = field(repr=False)
 
     speed = derived(_normalising_speed)
 
