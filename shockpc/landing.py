@@ -27,7 +27,7 @@ from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 
-__all__ = ["Landing", "contact_velocity", "ground_normal", "pulse_of", "resolve"]
+__all__ = ["Landing", "contact_velocity", "pulse_of", "resolve"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +166,8 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
     pulse_of(scene)
     plane = plane_of(scene)
     velocity = scene.strike.vector(plane)
-    up = ground_normal(plane, velocity)
+    # Where the plane is seen from above and struck within it, the ground is vertical.
+    up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
     joints = joint_model(robot, scene.joints)
     contacts = tuple(contact_point(robot, contact, up) for contact in scene.contact)
     stance = tuple(stance_block(robot, frame) for frame in scene.stance)
@@ -200,12 +201,6 @@ def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:
     """Velocity (N, 3) of a contact point before the impact, world axes [m/s]."""
     twist = twist_before(state, landing.before, block.body)
     return np.asarray(twist[:, 3:] + np.cross(twist[:, :3], block_point(state, block)))
-
-
-def ground_normal(plane: Plane, velocity: Array) -> Array:
-    """(3,) world z; in a plane seen from above, and struck within it, the plane's own upward direction. Args: velocity (3,)."""
-    level = abs(plane.normal[2]) > 1.0 - 1e-9
-    return plane.e2 if level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 
 
 def _rotation(scene: Scene, plane: Plane) -> Array:

@@ -117,7 +117,7 @@ class ShockProfile(Solved):
     delta_omega = _part(lambda profile: profile.proof.jumps[:, :3, 3])
     delta_v = _part(lambda profile: profile.proof.jumps[:, 3:, 3])
     moved = _part(lambda profile: _moved(profile.proof.jumps[..., 3]))
-    strike = _part(lambda profile: profile.speed.strike)
+    strike = _part(lambda profile: profile.approach[np.argmax(np.linalg.norm(profile.approach, axis=1))])
 
     percussion = derived(body_percussion)
     copc = _part(lambda profile: profile.percussion.copc)

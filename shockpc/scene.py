@@ -104,7 +104,7 @@ class Strike:
             speed = size if self.drop_height is None else math.sqrt(2.0 * GRAVITY * size)
             if not abs(theta) <= math.pi:
                 raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
-            if theta and abs(plane.normal[2]) > 1.0 - 1e-9:
+            if theta and plane.level:
                 raise SceneError(
                     "a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity"
                 )

@@ -133,7 +133,7 @@ def _with_contacts(scene: Scene, options: SceneOptions, frames: tuple[str, ...] 
     """The scene of one landing."""
     directions = None
     if options.slide:
-        horizontal = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9
+        horizontal = plane_of(scene).level
         velocity = scene.strike.velocity
         # In the plane seen from above, and with a velocity in it, up is the world's y.
         directions = ("y",) if horizontal and velocity is not None and velocity[2] == 0.0 else ("z",)

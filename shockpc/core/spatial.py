@@ -28,6 +28,11 @@ class Plane(NamedTuple):
     e2: Array
 
     @property
+    def level(self) -> bool:
+        """Whether it is seen from above, so that it holds no vertical."""
+        return abs(float(self.normal[2])) > 1.0 - 1e-9
+
+    @property
     def forward(self) -> Array:
         """(3,) unit vector along e1 or against it, whichever points to world x, or to world y in a plane across x."""
         x, y = self.e1[:2]

@@ -71,7 +71,7 @@ def contact_impulses(of: Solved) -> tuple[ContactImpulse, ...]:
         block, own, unique = _block(of, k)
         point, impulse, friction = _impulse(of, k)
         moment = of.proof.impulse[own, 3][len(block.forces) :] @ block.moments if len(block.moments) and unique.all() else None
-        found.append(ContactImpulse(contact.frame, point, impulse, moment, friction, of.speed.approach[k], *_resistance(of, k)))
+        found.append(ContactImpulse(contact.frame, point, impulse, moment, friction, of.approach[k], *_resistance(of, k)))
     return tuple(found)
 
 

@@ -6,7 +6,7 @@ Shock is normalised by v_in, the speed of the fastest contact or of the centre o
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from shockpc.model.equation import Equation
 from shockpc.robot.robot import Robot
 from shockpc.trace import Trace
 
-__all__ = ["Solved", "Speed", "body_frames", "derived", "shock_in", "speed_in", "world"]
+__all__ = ["Solved", "body_frames", "derived", "shock_in", "speed_in", "world"]
 
 T = TypeVar("T")
 S = TypeVar("S", bound="Solved")
@@ -40,35 +40,21 @@ def derived(compute: Callable[[S], T]) -> functools.cached_property[T]:
     return functools.cached_property(timed)
 
 
-class Speed(NamedTuple):
-    """Speeds before the impact.
-
-    Attributes:
-        v_in: by which shock is normalised [m/s].
-        approach: (n, 3) velocity of every contact point, world axes [m/s].
-        strike: (3,) that of the fastest one.
-    """
-
-    v_in: float
-    approach: Array
-    strike: Array
-
-
-def _normalising_speed(of: "Solved") -> Speed:
-    """Speeds before the impact.
-
-    Raises:
-        SceneError: the speed of the centre of mass is asked for, and it is at rest.
-    """
-    before = of.landing.before
-    fastest = float(np.abs(np.concatenate(before)).max())
-    approach = of.read(lambda impact: nearest(_approach_in(impact, of.landing), fastest))
+def _normalising_speed(of: "Solved") -> float:
+    """Speed by which shock is normalised."""
+    fastest = float(np.abs(np.concatenate(of.landing.before)).max())
     v_in = of.read(lambda impact: nearest(speed_in(impact, of.landing), 1e-12 * fastest)).item()
     if not v_in > 0.0:
         raise SceneError(
             'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
         )
-    return Speed(v_in, approach, approach[np.argmax(np.linalg.norm(approach, axis=1))])
+    return v_in
+
+
+def _approach(of: "Solved") -> Array:
+    """Velocities of the contact points before the impact."""
+    fastest = float(np.abs(np.concatenate(of.landing.before)).max())
+    return of.read(lambda impact: nearest(_approach_in(impact, of.landing), fastest))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +67,8 @@ class Solved:
         double_jumps: (nb, 6, 4) its solution, the jump (Δω, Δv) of every body in body coordinates, as in `Proof`.
         proof: enclosures of the exact solution.
         trace: collects what each part cost.
+        v_in: speed by which shock is normalised, of the fastest contact or of the centre of mass [m/s].
+        approach: (n, 3) velocity of every contact point before the impact, world axes [m/s].
     """
 
     landing: Landing
@@ -89,17 +77,13 @@ class Solved:
     proof: Proof = field(repr=False)
     trace: Trace = field(repr=False)
 
-    speed = derived(_normalising_speed)
+    v_in = derived(_normalising_speed)
+    approach = derived(_approach)
 
     @property
     def robot(self) -> Robot:
         """The robot."""
         return self.landing.robot
-
-    @property
-    def v_in(self) -> float:
-        """Speed by which shock is normalised: of the fastest contact, or of the centre of mass [m/s]."""
-        return self.speed.v_in
 
     @property
     def choice(self) -> RowChoice:

@@ -283,7 +283,7 @@ def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[floa
     Raises:
         StudyError: it is empty, or holds strikes that do not approach the ground.
     """
-    if abs(plane.normal[2]) > 1.0 - 1e-9:
+    if plane.level:
         raise StudyError("a plane seen from above holds no vertical to measure strike angles from; choose another plane")
     low, high = given or (math.radians(STRIKES[0]), math.radians(STRIKES[1]))
     most = math.radians(STEEPEST) * (1.0 + 1e-12)

@@ -3,7 +3,6 @@
 import math
 
 from shockpc.core.directions import ExtremeDirections
-from shockpc.landing import ground_normal
 from shockpc.result import ShockProfile
 from shockpc.show.header import count
 from shockpc.show.tables.sheets import Cell, Sheet
@@ -33,7 +32,7 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
         profile: the result.
         most: rows to show, those of the greatest shock; sensors and points always.
     """
-    up = ground_normal(profile.plane, profile.scene.strike.vector(profile.plane))
+    up = profile.landing.up
 
     def row(place: str, found: ExtremeDirections) -> tuple[Cell, ...]:
         way = "parallel" if abs(found.least_severe @ up) < PARALLEL else "towards"
