@@ -74,7 +74,8 @@ def profile_of(landing: Landing, trace: Trace | None = None) -> ShockProfile:
             proof = proven(landing, equation, impact)
     to_body = np.swapaxes(equation.state.rotation[0], -1, -2)[:, None]
     profile = ShockProfile(landing, equation, (to_body @ jumps[0].reshape(-1, 2, 3, 4)).reshape(-1, 6, 4), proof, trace)
-    _ = profile.v_in  # which refuses a centre of mass at rest
+    if landing.scene.v_in == "com":
+        _ = profile.v_in  # which refuses a centre of mass at rest
     return profile
 
 

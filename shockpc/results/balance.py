@@ -40,7 +40,9 @@ def total_impulse(of: Solved) -> tuple[Array, Array]:
 
 
 def energy(of: Solved) -> tuple[float, float | None]:
-    """Kinetic energy that the impact takes, −½ λᵀ (v⁻ + v⁺): with v⁺ = −e v⁻ = v⁻ − b that is −½ λᵀ b (1 − e) / (1 + e).
+    """Kinetic energy that the impact takes.
+
+    It is −½ λᵀ (v⁻ + v⁺): with v⁺ = −e v⁻ = v⁻ − b that is −½ λᵀ b (1 − e) / (1 + e).
 
     Returns: energy [J], and its share of that before the impact [1]; None where that is not determined (fixed base, standing feet).
     """

@@ -34,7 +34,7 @@ class Bracket(NamedTuple):
 
 
 def joint_bracket(of: Solved) -> tuple[Bracket, ...]:
-    """Shock with free, modelled and locked joints, at the heaviest body's centre of mass and at every sensor and point."""
+    """Shock with free, modelled and locked joints: at the heaviest body's centre of mass and at every sensor and point."""
     robot, heaviest = of.robot, int(np.argmax(of.robot.masses))
     places = [(robot.bodies[heaviest].name, heaviest, robot.coms[heaviest])]
     places += [(label, frame.body, r) for label, frame, r in spots(robot, of.landing.scene.point) if frame.body >= 0]

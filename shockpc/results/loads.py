@@ -30,9 +30,9 @@ class JointLoad(NamedTuple):
 
 
 def joint_loads(of: Solved) -> tuple[JointLoad, ...]:
-    """Impulses through the joints between bodies, for the scene's own strike.
+    """Impulses through the joints between bodies.
 
-    Where rows depend on one another (redundant contacts, a planar loop closed in space) the loads are those of the contact impulses
+    They are those of the scene's own strike. Where rows depend on one another (redundant contacts, a planar loop closed in space) the loads are those of the contact impulses
     of least norm.
     """
     chosen = list(enumerate(of.robot.joints))[of.robot.free_base :]

@@ -77,8 +77,9 @@ def body_percussion(of: Solved) -> BodyPercussion:
 
 
 def shock_ranges(of: Solved) -> tuple[Array, Array]:
-    """Least and greatest shock (nb,) over the bodies' geometry (collision; visual, if the file has no other) [1]; NaN without any.
+    """Least and greatest shock over the bodies' geometry.
 
+    Returns: least (nb,), greatest (nb,) [1]; NaN without geometry. Of a file without collision geometry the visual one is taken.
     Computed in double precision from the proven jumps: right to 1e-15 of |Δv| + |Δω| |r| at the farthest point r of the body.
     """
     jumps = of.proof.jumps[..., 3]

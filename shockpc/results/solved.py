@@ -30,7 +30,7 @@ S = TypeVar("S", bound="Solved")
 
 def derived(compute: Callable[[S], T]) -> functools.cached_property[T]:
     """A property that is computed when it is first read; its time counts as a stage of the trace, named as its docstring begins."""
-    label = (compute.__doc__ or "").partition(".")[0].partition(" (")[0]
+    label = (compute.__doc__ or "").partition(".")[0].partition(":")[0].partition(" (")[0]
 
     @functools.wraps(compute)
     def timed(owner: S) -> T:
