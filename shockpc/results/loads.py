@@ -32,8 +32,8 @@ class JointLoad(NamedTuple):
 def joint_loads(of: Solved) -> tuple[JointLoad, ...]:
     """Impulses through the joints between bodies.
 
-    They are those of the scene's own strike. Where rows depend on one another (redundant contacts, a planar loop closed in space) the loads are those of the contact impulses
-    of least norm.
+    They are those of the scene's own strike. Where rows depend on one another (redundant contacts, a planar loop closed in space)
+    they are those of the contact impulses of least norm.
     """
     chosen = list(enumerate(of.robot.joints))[of.robot.free_base :]
 
