@@ -21,12 +21,12 @@ from shockpc.model import CHECKED
 from shockpc.model.closure import Closure
 from shockpc.model.columns import Base
 from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
+from shockpc.model.joint_model import LARGEST, Joints
 from shockpc.model.posture import Posture
 from shockpc.paths import usable_path
 from shockpc.printed import printable
 from shockpc.robot.robot import Robot, load_robot
-from shockpc.toml import checked, inline, reading, toml_lines
+from shockpc.toml import checked, inline, numbers, reading, toml_lines
 
 __all__ = [
     "GRAVITY",
@@ -208,7 +208,7 @@ def plane_of(scene: Scene) -> Plane:
 
 
 def check_scene(scene: Scene) -> Scene:
-    """Check a scene built in Python as a file is checked.
+    """Check a scene built in Python as a file is checked, and the range of its numbers.
 
     Returns: the scene with every list and array as a tuple of floats.
 
@@ -223,6 +223,10 @@ def check_scene(scene: Scene) -> Scene:
     found: Scene | None = checked(scene, Scene, "", faults)
     if found is None:
         raise SceneError("; ".join(faults))
+    for key, number in numbers(found, ""):
+        rate = key.startswith(("strike.angular_velocity", "strike.joint_velocities"))
+        if abs(number) > FASTEST if rate else abs(number) > LARGEST and not key.startswith("strike."):
+            raise SceneError(f"{key} is {number:g}, which is out of range; give a number up to {FASTEST if rate else LARGEST:g}")
     return found
 
 

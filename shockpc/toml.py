@@ -8,6 +8,7 @@ import dataclasses
 import difflib
 import functools
 import json
+import math
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -21,10 +22,7 @@ import numpy as np
 
 from shockpc.paths import read_file
 
-__all__ = ["LARGEST", "checked", "inline", "reading", "toml_lines", "unknown_key"]
-
-LARGEST = 1e12
-"""Largest number of a record, in whatever unit: beyond it squares run out of range."""
+__all__ = ["checked", "inline", "numbers", "reading", "toml_lines", "unknown_key"]
 
 
 @contextmanager
@@ -114,8 +112,10 @@ def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
 def _leaf(value: Any, kind: Any) -> Any:
     """A text, a number, a word or a vector; None if it does not fit."""
     if kind is float:
-        fits = isinstance(value, Real) and not isinstance(value, bool)
-        return float(value) if fits and abs(value) <= LARGEST else None
+        try:
+            return float(value) if isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) else None
+        except OverflowError:
+            return None
     if kind is str:
         return os.fspath(value) if isinstance(value, str | Path) else None
     if get_origin(kind) is Literal:
@@ -140,10 +140,10 @@ def _wanted(kind: Any) -> str:
             return f"a list of tables, each begun with [[{parts[0].__name__.lower()}]]"
         return f"a list, each of its entries {_wanted(parts[0])}"
     if origin is tuple:
-        return f"a list of {len(parts)} numbers up to {LARGEST:g}"
+        return f"a list of {len(parts)} finite numbers"
     if parts:
         return " or ".join(_wanted(part) for part in parts)
-    return f"a number up to {LARGEST:g}" if kind is float else "text in quotes"
+    return "a finite number" if kind is float else "text in quotes"
 
 
 def _shown(value: Any) -> str:
@@ -153,6 +153,18 @@ def _shown(value: Any) -> str:
     except ValueError:
         return "an integer of thousands of digits"
     return text if len(text) <= 60 else text[:59] + "…"
+
+
+def numbers(value: Any, key: str) -> Iterator[tuple[str, float]]:
+    """All numbers of a checked record with their keys."""
+    if isinstance(value, float):
+        yield key, value
+    elif isinstance(value, tuple):
+        for k, part in enumerate(value):
+            yield from numbers(part, f"{key}[{k}]")
+    elif isinstance(value, Mapping) or is_dataclass(value):
+        for name, part in (value if isinstance(value, Mapping) else vars(value)).items():
+            yield from numbers(part, f"{key}.{name}" if key else name)
 
 
 def toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:

@@ -15,9 +15,11 @@ from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.printed import listed
 from shockpc.robot.robot import Robot
-from shockpc.toml import LARGEST
 
-__all__ = ["JointModel", "Joints", "Rotor", "joint_model"]
+__all__ = ["LARGEST", "JointModel", "Joints", "Rotor", "joint_model"]
+
+LARGEST = 1e12
+"""Largest reflected inertia, and largest number that a scene may hold, in whatever unit: beyond it squares run out of range."""
 
 
 @dataclass(frozen=True, kw_only=True)
