@@ -8,8 +8,8 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 
 from shockpc.core.impulse import RowChoice
-from shockpc.core.spatial import Array, Plane
-from shockpc.exact.balls import Balls, matrix
+from shockpc.core.spatial import Array, Plane, velocity_at
+from shockpc.exact.balls import Balls, balls, matrix
 from shockpc.exact.equation import Mechanism, Response, SingularError, articulate, place_of, respond, wrenches
 from shockpc.exact.kinematics import Tree, poses
 from shockpc.model.columns import Base
@@ -274,13 +274,9 @@ class ExactImpact:
 
     def velocities_before(self, bodies: Sequence[int], r: Array) -> Balls:
         """Velocities (n, 3) of points of bodies before the impact, world axes [m/s]. Args: as for `points`."""
-        found = []
-        for body, point in zip(bodies, r, strict=True):
-            a, b, c, u, v, w = self.body_twists_before[body]
-            x, y, z = (arb(value) for value in point.tolist())
-            local = [[u + b * z - c * y], [v + c * x - a * z], [w + a * y - b * x]]
-            found.append((self.places[body][0] * arb_mat(local)).entries())
-        return np.array(found, dtype=object).reshape(-1, 3)
+        twists = np.array([self.body_twists_before[body] for body in bodies], dtype=object)
+        local = velocity_at(twists[:, :3], twists[:, 3:], balls(r))
+        return np.asarray(np.sum(self.orientations[list(bodies)] * local[:, None], axis=-1))
 
     @cached_property
     def orientations(self) -> Balls:
