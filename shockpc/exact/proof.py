@@ -101,9 +101,8 @@ def prove(inputs: Inputs, length: Array) -> Proof:
 
 def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
     """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
-    found = [jump.entries() for jump in impact.jumps]
-    values = np.array([[float(x) for x in jump] for jump in found]).reshape(-1, 6, 4)
-    radii = np.array([[float(x.rad()) for x in jump] for jump in found]).reshape(-1, 6, 4)
+    values = impact.body_jumps.astype(float)
+    radii = np.array([float(x.rad()) for x in impact.body_jumps.ravel()]).reshape(values.shape)
     size, width = motion(values, length), motion(radii, length)
     own = np.maximum(size[:, 3], AT_REST * size[:, 3].max())
     if np.any(width[:, 3] > 2.0**-70 * own) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):

@@ -186,20 +186,17 @@ class ExactImpact:
         return found
 
     @cached_property
-    def body_twists_before(self) -> list[list[arb]]:
-        """Twist (6,) of every body before the impact in its own frame, for the scene's own motion."""
+    def body_twists_before(self) -> Balls:
+        """Twist (nb, 6) of every body before the impact in its own frame, for the scene's own motion."""
         tree = self.mechanism.tree
         carried = [self.twists_before[node] for node in tree.carrier]
         found = [twist if frame is None else frame * twist for twist, frame in zip(carried, tree.frame, strict=True)]
-        return [[row[3] for row in twist.table()] for twist in found]
+        return np.array([twist.table() for twist in found], dtype=object)[..., 3]
 
     @cached_property
     def body_jumps(self) -> Balls:
         """The jumps (nb, 6, 4) as an array."""
-        out = np.empty((len(self.jumps), 24), dtype=object)
-        for i, jump in enumerate(self.jumps):
-            out[i] = jump.entries()
-        return out.reshape(-1, 6, 4)
+        return np.array([jump.table() for jump in self.jumps], dtype=object)
 
     @cached_property
     def speeds(self) -> arb_mat:
@@ -250,12 +247,9 @@ class ExactImpact:
         """All joint velocities (nv, m) of a response to m impulses, Pinocchio's layout."""
         found = [[arb(0)] * m for _ in range(self.inputs.robot.model.nv)]
         for rate, v, twist in zip(response.rates, self.mechanism.v, response.twists, strict=True):
-            if not rate.nrows():
-                continue
-            if v[0] < 0:
+            if rate.nrows() and v[0] < 0:
                 # A planar base: its twist in its own frame, linear part first.
-                table = twist.table()
-                found[: len(table)] = [*table[3:], *table[:3]]
+                found[:6] = [*twist.table()[3:], *twist.table()[:3]]
                 continue
             for column, row in zip(v, rate.table(), strict=True):
                 found[column] = row
@@ -274,7 +268,7 @@ class ExactImpact:
 
     def velocities_before(self, bodies: Sequence[int], r: Array) -> Balls:
         """Velocities (n, 3) of points of bodies before the impact, world axes [m/s]. Args: as for `points`."""
-        twists = np.array([self.body_twists_before[body] for body in bodies], dtype=object)
+        twists = self.body_twists_before[list(bodies)]
         local = velocity_at(twists[:, :3], twists[:, 3:], balls(r))
         return np.asarray(np.sum(self.orientations[list(bodies)] * local[:, None], axis=-1))
 
