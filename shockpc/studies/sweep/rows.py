@@ -252,8 +252,11 @@ class Sweep:
         moved = {one: x[own, 0].astype(float) for one, x in values.items() if one.stage == 1}
         angles = {one.kind: x for one, x in moved.items() if one.kind != "joint"}
         if angles:
+            from scipy.spatial.transform import Rotation
+
             given = dict(zip(ATTITUDE, landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True)) | angles
-            Q[:, 3:7] = _quaternion(*(0.5 * DEG * np.broadcast_to(given[kind], len(own)) for kind in ATTITUDE))
+            rpy = np.stack([np.broadcast_to(given[kind], len(own)) for kind in ATTITUDE], axis=1)
+            Q[:, 3:7] = Rotation.from_euler("xyz", rpy, degrees=True).as_quat()
         for one, x in moved.items():
             for joint in one.joints(self.robot) if one.kind == "joint" else ():
                 _set(Q, joint.q, joint.kind, x if joint.kind == "prismatic" else x * DEG)
@@ -293,12 +296,6 @@ def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dic
 def _set(Q: Array, place: slice, kind: str, x: Array) -> None:
     """Set a joint of one coordinate in many postures [rad, m]."""
     Q[:, place] = np.stack([np.cos(x), np.sin(x)] if kind == "continuous" else [x], axis=1)
-
-
-def _quaternion(roll: Array, pitch: Array, yaw: Array) -> Array:
-    """Quaternions (n, 4) in the order x, y, z, w, from half the angles about the world's fixed x, y and z [rad]."""
-    (a, b, c), (x, y, z) = (np.cos(half) for half in (roll, pitch, yaw)), (np.sin(half) for half in (roll, pitch, yaw))
-    return np.stack([x * b * c - a * y * z, a * y * c + x * b * z, a * b * z - x * y * c, a * b * c + x * y * z], axis=-1)
 
 
 def _hypercube(n: int, d: int, k: int, parts: int, seed: Sequence[int], rng: np.random.Generator) -> Array:
