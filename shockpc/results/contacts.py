@@ -175,15 +175,7 @@ def _largest(A: BallMatrix) -> float:
 
 
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
-    """The world axes along which a point can move independently, by elimination of its mobility with the largest pivot first.
-
-    Args:
-        A: (3, 3) mobility [1/kg].
-        whole: a mobility of which A is a part [1/kg].
-
-    Raises:
-        PrecisionError: a pivot is too wide to tell.
-    """
+    """The world axes along which a point of mobility A, part of a whole, moves independently: elimination, largest pivot first."""
     S, n = A.table(), A.nrows()
     least = STRUCTURAL * max(_largest(A), STRUCTURAL * whole)
     chosen: list[int] = []

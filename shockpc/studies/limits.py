@@ -96,12 +96,8 @@ class ShockLimits:
         own: the value and the strike angle of the scene [rad, m; rad].
         strikes: least and greatest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
-        values: (n,) values of the scan; less than the range where a loop cannot be closed [rad, m].
-        gram: (n, 2, 2) EᵀE of every posture: with u = (sin θ, cos θ), uᵀ gram u is the square of the shock.
+        scan: the postures and their shock.
         limits: at the scene's own strike angle, at others one by one, and last at all strike angles of the range.
-        unreachable: (least value, greatest value, reason) of the ranges in which a loop cannot be closed or the landing has no
-            result; there `gram` is NaN.
-        inaccurate: number of postures in which rounding may show above 1e-9.
     """
 
     profile: ShockProfile = field(repr=False)
@@ -114,24 +110,21 @@ class ShockLimits:
     own: tuple[float, float]
     strikes: tuple[float, float]
     step: float
-    values: Array = field(repr=False)
-    gram: Array = field(repr=False)
+    scan: JointScan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
-    unreachable: tuple[tuple[float, float, str], ...]
-    inaccurate: int
 
     def shock(self, strikes: Array) -> Array:
         """The shock (n, k) of every posture of the scan. Args: strikes (k,) strike angles [rad]."""
-        return np.stack([greatest_shock(self.gram, (angle, angle))[0] for angle in np.asarray(strikes).tolist()], axis=1)
+        return np.stack([greatest_shock(self.scan.gram, (angle, angle))[0] for angle in np.asarray(strikes).tolist()], axis=1)
 
     @property
     def most_severe(self) -> tuple[Array, Array]:
         """The greatest shock (n,) of every posture over the range of strike angles [1], and the strike angle (n,) of it [rad]."""
-        return greatest_shock(self.gram, self.strikes)
+        return greatest_shock(self.scan.gram, self.strikes)
 
     def allowed_strikes(self, k: int) -> tuple[tuple[float, float], ...]:
         """The strike angles of the range that keep the bound in posture k of the scan, as intervals [rad]."""
-        m, r, phi = (float(part[0]) for part in wave(self.gram[k : k + 1]))
+        m, r, phi = (float(part[0]) for part in wave(self.scan.gram[k : k + 1]))
         low, high = self.strikes
         if math.isnan(m):
             return ()
@@ -217,9 +210,8 @@ def limits(
         )
     here = (joints[0].value(landing.q), own)
     return ShockLimits(
-        profile, spot.label, names, unit, max_shock, (low, high), file_limits, here, angles, step, scan.values, scan.gram,
-        tuple(found), scan.unreachable, scan.inaccurate,
-    )  # fmt: skip
+        profile, spot.label, names, unit, max_shock, (low, high), file_limits, here, angles, step, scan, tuple(found)
+    )
 
 
 def _limits(scan: JointScan, strikes: tuple[float, float], bound: float, ends: tuple[End, End], fine: float) -> StrikeLimits:
@@ -262,11 +254,7 @@ def _extremum(excess: Callable[[float], float], low: float, high: float, sign: f
 
 
 def _range(pattern: str, file: tuple[float, float], given: tuple[float, float] | None, unit: str) -> tuple[float, float]:
-    """The range of the scan.
-
-    Raises:
-        StudyError: it is empty, or the file gives a prismatic joint no limits.
-    """
+    """The range of the scan [rad, m]."""
     turn = math.pi
     # Files write "no limit" in many ways; a whole turn holds every posture of a joint that turns.
     whole = (max(file[0], -turn), min(file[1], turn)) if unit == "rad" else file
@@ -278,11 +266,7 @@ def _range(pattern: str, file: tuple[float, float], given: tuple[float, float] |
 
 
 def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[float, float]:
-    """The range of strike angles [rad].
-
-    Raises:
-        StudyError: it is empty, or holds strikes that do not approach the ground.
-    """
+    """The range of strike angles [rad], all of which approach the ground."""
     if plane.level:
         raise StudyError("a plane seen from above holds no vertical to measure strike angles from; choose another plane")
     low, high = given or (math.radians(STRIKES[0]), math.radians(STRIKES[1]))

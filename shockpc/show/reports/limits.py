@@ -79,15 +79,15 @@ def _document(found: ShockLimits) -> dict[str, Any]:
         ],
         "postures": [
             {
-                "value": value(float(found.values[k])),
+                "value": value(float(found.scan.values[k])),
                 "most_severe_shock": plain(greatest[k]),
                 "most_severe_strike_angle_deg": degrees((at[k],))[0],
                 "allowed_strike_angles_deg": [degrees(part) for part in found.allowed_strikes(k)],
             }
-            for k in range(0, len(found.values), _every(found, 100))
+            for k in range(0, len(found.scan.values), _every(found, 100))
         ],
-        "unreachable": [{"low": value(a), "high": value(b), "reason": reason} for a, b, reason in found.unreachable],
-        "inaccurate_postures": found.inaccurate,
+        "unreachable": [{"low": value(a), "high": value(b), "reason": reason} for a, b, reason in found.scan.unreachable],
+        "inaccurate_postures": found.scan.inaccurate,
     }
 
 
@@ -119,13 +119,13 @@ def _postures(found: ShockLimits, most: int | None = None) -> Sheet:
     every = 1 if most is None else _every(found, most)
     rows: list[tuple[Cell, ...]] = [
         (
-            f"{_number(found, float(found.values[k])):.2f}",
+            f"{_number(found, float(found.scan.values[k])):.2f}",
             float(own[k]),
             float(greatest[k]),
             f"{math.degrees(at[k]):.1f}",
             ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes(k)) or "none",
         )
-        for k in range(0, len(found.values), every)
+        for k in range(0, len(found.scan.values), every)
     ]
     low, high = (math.degrees(angle) for angle in found.strikes)
     notes = () if every == 1 else (f"every {every}th posture of the scan; --out writes all",)
@@ -166,11 +166,11 @@ def _warnings(found: ShockLimits) -> list[str]:
     warnings = [f"warning: {warning}" for warning in found.profile.health.warnings]
     warnings += [
         f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no result: {reason}"
-        for low, high, reason in found.unreachable
+        for low, high, reason in found.scan.unreachable
     ]
-    if found.inaccurate:
+    if found.scan.inaccurate:
         warnings.append(
-            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned; "
+            f"warning: in {found.scan.inaccurate} of {len(found.scan.values)} postures the equations are ill-conditioned; "
             "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
         )
     return warnings
@@ -178,7 +178,7 @@ def _warnings(found: ShockLimits) -> list[str]:
 
 def _every(found: ShockLimits, most: int) -> int:
     """Step through the scan with at most about so many rows, at round values where the scan has them."""
-    n = len(found.values) - 1
+    n = len(found.scan.values) - 1
     least = max(math.ceil(n / most), 1)
     return next((k for k in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if k >= least), least)
 
