@@ -330,7 +330,7 @@ def test_a_massless_link_in_between_is_no_obstacle():
 def test_a_profile_is_read_only():
     """No array of it can be written to."""
     profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
-    for name in ("q", "delta_qd", "maps", "position", "rotation", "delta_omega", "delta_v"):
+    for name in ("q", "delta_qd", "maps", "position", "rotation", "delta_omega", "delta_v", "copc", "ropc", "total_impulse"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(profile, name)[...] = 0
 
