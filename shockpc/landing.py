@@ -22,8 +22,7 @@ from shockpc.model.posture import configuration, held_joints, outside_limits, re
 from shockpc.model.rows import Block, block_point, block_wrenches, row_jacobian, slices_of
 from shockpc.printed import listed
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.couplings import Loop
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 

@@ -15,7 +15,7 @@ from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import Posture, configuration
 from shockpc.model.rows import row_jacobian
 from shockpc.profile import shock_profile
-from shockpc.robot.couplings import Mimic
+from shockpc.robot.robot import Mimic
 from shockpc.scene import Scene
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY

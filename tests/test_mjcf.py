@@ -337,8 +337,8 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
     assert robot.warnings == (
-        'dog.xml holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), "door" (1 kg) '
-        "left out",
+        'dog.xml: it holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), '
+        '"door" (1 kg) left out',
     )
     assert [found.name for found in robot.bodies] == ["base", "b"]
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
@@ -372,7 +372,7 @@ def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
     assert '"door" (1 kg) left out' in robot.warnings[0]
     whole = mujoco.MjModel.from_xml_string(mjcf(arms))
     assert_equal(robot, whole, drawn_at_random(whole, 3))
-    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and a floating base can'):
+    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and with a floating base'):
         from_text(tmp_path, TWO.replace("<keyframe>", tie.format("door", "b") + "<keyframe>"))
 
 
@@ -435,7 +435,7 @@ def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
 def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """It is an optional dependency: the message says how to install it."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(RobotError, match=r'^dog\.xml is an MJCF file, .* pip install "shockpc\[mjcf\]"$'):
+    with pytest.raises(RobotError, match=r'^dog\.xml: an MJCF file is read by MuJoCo.* pip install "shockpc\[mjcf\]"$'):
         from_text(tmp_path, READ["plain"])
 
 
@@ -459,7 +459,7 @@ REFUSED = {
     mjcf(floating(body("b", at='pos="0 -inf 0"'))): ('body "b": pos is "0 -inf 0"', "finite"),
     mjcf(floating(body("b", at='euler="NaN(1) 0 0"'))): ('body "b": euler is "NaN(1) 0 0"', "finite"),
     mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): ("elements", "20000", "count"),
-    mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j": armature -0.1 is negative',),
+    mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j" has an armature that is not computed',),
     mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): (CANNOT, "repeated name 'b'"),
     mjcf(floating(body("b", joints='<joint class="leg"/>'))): (CANNOT, "unknown default class", "leg"),
     mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="m.stl"/></asset>'): (
@@ -487,13 +487,15 @@ REFUSED = {
         '<equality><tendon name="belt" tendon1="t"/></equality>',
     ): ('the equality "belt" couples tendons that are not fixed', 'active="false"'),
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'the equality ties "k", but equalities before it make',
+        'the equality ties "k", but each of these follows already',
     ),
-    among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): ('tendon "t" has armature 0.5',),
+    among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): (
+        'tendon "t" has an armature that is not computed',
+    ),
     among(
         '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>'
         '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'
-    ): ('actuator "a" has armature and does not act on a hinge or slide joint',),
+    ): ('actuator "a" has an armature that is not computed',),
     mjcf(floating(body("b", joints='<joint name="j+i"/><joint name="k" axis="0 1 0"/>'))): ('joint "j+i+k"', "rename"),
 }
 
@@ -525,10 +527,10 @@ def test_includes_stay_inside(tmp_path: Path):
     (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
     (folder / "a.xml").write_text('<mujocoinclude><include file="a.xml"/></mujocoinclude>')
     told = {
-        '<include file="none.xml"/>': 'dog.xml includes "none.xml", which does not exist',
+        '<include file="none.xml"/>': 'dog.xml: "none.xml" is missing',
         '<include file="a.xml"/>': 'dog.xml includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
         '<include file="../secret.xml"/>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}", outside the folders',
-        '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>': 'dog.xml: <flexcomp> names the file "../x.obj"',
+        '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>': 'dog.xml: flexcomp: file is "../x.obj"',
         '<asset><model name="s" file="../secret.xml"/></asset>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}"',
     }
     for element, message in told.items():

@@ -55,7 +55,7 @@ FILES: dict[str | bytes, str] = {
     ),
     '<?xml version="1.0"?>\n<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]>\n<robot>&a;</robot>': (
         "dog.urdf: line 2: a DOCTYPE can define entities, and those are never expanded here; "
-        "delete the DOCTYPE and write out what its entities stand for"
+        "delete it and write out what they stand for"
     ),
     "<robot>" * 900: "dog.urdf: line 1: elements are nested more than 490 deep",
     '<sdf version="1.7"/>': (
@@ -69,8 +69,9 @@ FILES: dict[str | bytes, str] = {
     "<note/>": (
         "dog.urdf begins with <note>: no kind of robot known here. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
     ),
-    '<robot name="r"><group_state name="standing" group="all"/></robot>': (
-        "dog.urdf is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with --srdf dog.urdf"
+    SRDF: (
+        "dog.urdf: it has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
+        "them; if it is an SRDF, give the URDF, and this file with --srdf"
     ),
 }
 
@@ -126,8 +127,8 @@ def test_declared_encodings(tmp_path: Path):
     text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
     for name in ("dog.urdf", "dog.xacro"):
         assert loaded(tmp_path, text.encode("iso-8859-1"), name).model.existFrame("Fuß")
-    assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC")) == (
-        "dog.urdf is in the encoding EBCDIC, which is not read; save the file as UTF-8 text"
+    assert refusal(tmp_path, text.replace("ISO-8859-1", "EBCDIC").encode("iso-8859-1")) == (
+        "dog.urdf: line 1: byte 0xdf is not UTF-8; save the file as UTF-8 text"
     )
 
 
@@ -142,9 +143,9 @@ def test_srdf(tmp_path: Path):
     given = written(folder, SRDF, "poses.xml")
     assert read(folder, arm(), srdf=given).srdf == folder / "poses.xml"
     assert refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf")) == (
-        "other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
+        "dog.urdf: other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
     )
-    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no SRDF file "{folder / "none.srdf"}"'
+    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'dog.urdf: no SRDF file "{folder / "none.srdf"}"'
 
 
 def test_arguments_without_effect_are_refused(tmp_path: Path):
@@ -156,8 +157,8 @@ def test_arguments_without_effect_are_refused(tmp_path: Path):
     robot = mjcf(floating(body("b")))
     assert read(tmp_path, robot, "dog.xml").srdf is None
     assert refusal(tmp_path, robot, "dog.xml", srdf=srdf) == (
-        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf has no effect; leave it out, or write "
-        "its postures as <key> elements of a <keyframe>"
+        "dog.xml is an MJCF, so the SRDF dog.srdf has no effect; leave it out, or write its "
+        "postures as <key> elements of a <keyframe>"
     )
 
 

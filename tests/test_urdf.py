@@ -25,9 +25,6 @@ def test_what_carries_no_meaning_is_corrected(tmp_path: Path, capfd: pytest.Capt
 
 MIMIC = '<mimic joint="{}"/>'
 CORRECTED = {
-    arm(tip=link("tip", more='<visual><geometry><box size="1 x 1"/></geometry></visual>')): (
-        'link "tip": a <visual> without a valid shape is left out; it is missing in figures and extremes; no other number changes'
-    ),
     arm(elbow=joint("elbow", "base", "tip", more=LIMIT + MIMIC.format("nobody"))): (
         'joint "elbow" mimics "nobody", which does not exist; it is computed as a joint that moves freely'
     ),
@@ -76,7 +73,8 @@ def chain(count: int) -> str:
 
 
 TREE = {
-    urdf(): " has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them",
+    urdf(): ": it has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
+    "them; if it is an SRDF, give the URDF, and this file with --srdf",
     urdf('<link name="a"/>'): ": no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
     urdf(link("a", mass="0")): ": no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
     urdf(link("a"), "<link/>"): ": <link> number 2 has no name; give it one",
@@ -103,13 +101,13 @@ TREE = {
         ': 7 links have no parent: "a", "b", "c", "d", "e" and 2 more; a robot has one root, so join the others to it'
     ),
     urdf(link("a"), link("b"), joint("j", "a", "b"), joint("k", "b", "a")): (
-        ': joints "j", "k" form a circle that no root link carries; a URDF is a tree, so remove one of its joints'
+        ': a circle that no root link carries holds "j", "k"; a URDF is a tree, so remove one of these joints'
     ),
     urdf(link("a"), link("b"), link("c"), joint("j", "b", "c"), joint("k", "c", "b")): (
-        ': joints "j", "k" form a circle that no root link carries; a URDF is a tree, so remove one of its joints'
+        ': a circle that no root link carries holds "j", "k"; a URDF is a tree, so remove one of these joints'
     ),
     urdf(link("a"), link("b"), joint("j", "b", "b")): (
-        ': joint "j" forms a circle that no root link carries; a URDF is a tree, so remove one of its joints'
+        ': a circle that no root link carries holds "j"; a URDF is a tree, so remove one of these joints'
     ),
     urdf(link("a"), link("b"), link("c"), joint("j", "a", "b"), joint("k", "a", "c"), joint("l", "b", "c")): (
         ': link "c" is the child of two joints, "k" and "l"; a URDF is a tree, so cut the loop at one of them'
@@ -123,59 +121,57 @@ TREE = {
 
 NUMBERS = {
     **{
-        arm(tip=link("tip", mass=mass)): f': link "tip": mass is "{mass}"; it has to be one finite number, such as 0.5'
+        arm(tip=link("tip", mass=mass)): f': link "tip": <mass> value is "{mass}"; it has to be one finite number, such as 0.5'
         for mass in ("inf", "1e999", "0x10", "${m}")
     },
     **{
         arm(tip=link("tip", mass=mass)): (
-            f': link "tip": mass is {mass} kg, which cannot be computed with; give numbers up to 1e+24, and masses of at least '
-            "1e-15 kg, or 0"
+            f': link "tip": <mass> value is {mass} kg, which cannot be computed with; give numbers up to 1e+24, and masses of '
+            "at least 1e-15 kg, or 0"
         )
         for mass in ("1e+25", "1e-19")
     },
     arm(elbow=joint("elbow", "base", "tip", more=f'<origin xyz="0 -1e+25 0"/>{LIMIT}')): (
-        ': joint "elbow": <joint> origin xyz is -1e+25 m, which cannot be computed with; give numbers up to 1e+24, and masses of '
+        ': joint "elbow": <origin> xyz is -1e+25 m, which cannot be computed with; give numbers up to 1e+24, and masses of '
         "at least 1e-15 kg, or 0"
     ),
     arm(elbow=joint("elbow", "base", "tip", more=LIMIT + 2 * MIMIC.format("lead"))): (
         ': joint "elbow" has several <mimic>, and a joint can follow only one; keep one'
     ),
-    arm(tip=link("tip", mass="nan")): ': link "tip": mass is "nan"; it has to be one finite number, such as 0.5',
+    arm(tip=link("tip", mass="nan")): ': link "tip": <mass> value is "nan"; it has to be one finite number, such as 0.5',
     **{
-        arm(tip=link("tip", mass=mass)): f': link "tip": mass is "{mass}"; it has to be one finite number, such as 0.5'
-        for mass in ("1e400", "1e-320", "1e-400", "\u0661")  # beyond doubles, and a digit that is not ASCII
+        arm(tip=link("tip", mass=mass)): f': link "tip": <mass> value is "{mass}"; it has to be one finite number, such as 0.5'
+        for mass in ("1e400", "1_0")
     },
     urdf(
         link("l0"), *(f"{link(f'l{k}')}{joint(f'j{k}', 'l0', f'l{k}', 'floating', more='')}" for k in range(1, 102))
-    ): " moves with 612 velocities, and up to 606 are computed; fix joints that do not matter",
-    arm(tip=link("tip", mass="1,5")): ': link "tip": mass is "1,5"; it has to be one finite number, such as 0.5',
+    ): ": it moves with 612 velocities, and up to 606 are computed; fix joints that do not matter",
+    arm(tip=link("tip", mass="1,5")): ': link "tip": <mass> value is "1,5"; it has to be one finite number, such as 0.5',
     arm(tip=link("tip", mass="-1")): ': link "tip": mass -1 kg is negative; give the mass that the body has, or 0',
     arm(tip=link("tip").replace('<mass value="1"/>', "<mass/>")): (
-        ': link "tip": mass is missing; it has to be one finite number, such as 0.5'
+        ': link "tip": <mass> value is missing; it has to be one finite number, such as 0.5'
     ),
     arm(tip=link("tip").replace('<mass value="1"/>', "")): (
-        ': link "tip": its <inertial> has no <mass>; add it, or drop the <inertial> of a link without mass'
+        ': link "tip": <mass> value is missing; it has to be one finite number, such as 0.5'
     ),
-    arm(tip=link("tip", inertia="")): (
-        ': link "tip": its <inertial> has no <inertia>; add it, or drop the <inertial> of a link without mass'
-    ),
+    arm(tip=link("tip", inertia="")): (': link "tip": <inertia> ixx is missing; it has to be one finite number, such as 0.5'),
     arm(tip=link("tip", inertia=INERTIA.replace('ixy="0"', ""))): (
-        ': link "tip": ixy is missing; it has to be one finite number, such as 0.5'
+        ': link "tip": <inertia> ixy is missing; it has to be one finite number, such as 0.5'
     ),
     arm(tip=link("tip", inertia=INERTIA.replace('iyy="0.1"', 'iyy="-0.1"'))): (
         ': link "tip": iyy = -0.1 kg m² is negative; give the moment of inertia that the body has'
     ),
     arm(tip=link("tip", inertia='<origin xyz="0 0"/>' + INERTIA)): (
-        ': link "tip": <inertial> origin xyz is "0 0"; it has to be 3 finite numbers, such as 0 0 0.5'
+        ': link "tip": <origin> xyz is "0 0"; it has to be 3 finite numbers, such as 0 0 0.5'
     ),
     arm(elbow=joint("elbow", "base", "tip", axis="0 0 0")): (
-        ': joint "elbow": its axis is 0 0 0, so it has no direction; give it one'
+        ': joint "elbow": its axis is 0 0 0, so it has no direction; give it one, of length 1'
     ),
     arm(elbow=joint("elbow", "base", "tip", axis="0 nan 0")): (
-        ': joint "elbow": axis is "0 nan 0"; it has to be 3 finite numbers, such as 0 0 0.5'
+        ': joint "elbow": <axis> xyz is "0 nan 0"; it has to be 3 finite numbers, such as 0 0 0.5'
     ),
     arm(elbow=joint("elbow", "base", "tip", more=f'<origin rpy="0 x 0"/>{LIMIT}')): (
-        ': joint "elbow": <joint> origin rpy is "0 x 0"; it has to be 3 finite numbers, such as 0 0 0.5'
+        ': joint "elbow": <origin> rpy is "0 x 0"; it has to be 3 finite numbers, such as 0 0 0.5'
     ),
     arm(elbow=joint("elbow", "base", "tip", more="")): (
         ': joint "elbow" is revolute and has no <limit>, which URDF requires; add one, or make it continuous'
@@ -183,18 +179,12 @@ NUMBERS = {
     arm(elbow=joint("elbow", "base", "tip", "prismatic", more="")): (
         ': joint "elbow" is prismatic and has no <limit>, which URDF requires; add one'
     ),
-    arm(elbow=joint("elbow", "base", "tip", more='<limit lower="-1" upper="1" velocity="1"/>')): (
-        ': joint "elbow": <limit> effort is missing; it has to be one finite number, such as 0.5'
-    ),
-    arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<dynamics damping="x"/>')): (
-        ': joint "elbow": <dynamics> damping is "x"; it has to be one finite number, such as 0.5'
-    ),
     arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="other" multiplier="nan"/>')).replace(
         "</robot>", f"{link('third')}{joint('other', 'base', 'third')}</robot>"
     ): ': joint "elbow": <mimic> multiplier is "nan"; it has to be one finite number, such as 0.5',
     arm(elbow=joint("elbow", "base", "tip", "planar", axis="0 1 0", more="")): (
-        ': joint "elbow": planar with the normal 0 1 0 (1 0 0 where none is written); Pinocchio moves every planar joint in x and '
-        'y. Turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
+        ': joint "elbow": planar with the normal 0 1 0 (1 0 0 where none is written), but Pinocchio moves it in x and y; '
+        'turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
     ),
 }
 
@@ -223,7 +213,8 @@ def test_sizes_are_limited(tmp_path: Path):
     )
     star = urdf(*(link(f"l{k}") for k in range(2001)), *(joint(f"j{k}", "l0", f"l{k}") for k in range(1, 2001)))
     assert (
-        refusal(tmp_path, star) == "dog.urdf has 2001 links, and up to 2000 are read; leave out those that neither move nor weigh"
+        refusal(tmp_path, star)
+        == "dog.urdf: it has 2001 links, and up to 2000 are read; leave out those that neither move nor weigh"
     )
 
 
