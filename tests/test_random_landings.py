@@ -35,7 +35,7 @@ def test_no_error_is_above_the_reported_bound_on_hard_cases(name):
             profile = shock_profile(scene, robot)
         except ShockError:
             continue
-        exact = maximal_jumps(profile.landing, profile.solution.choice.rows)
+        exact = maximal_jumps(profile.landing, profile.choice.rows)
         assert excess(profile, exact) <= 1.0, case[:3]
         assert exact.missed.max(initial=0.0) <= MET, case[:3]
 
@@ -48,7 +48,7 @@ def test_two_libraries_of_long_numbers_agree(number):
         profile = shock_profile(scene, robot)
     except ShockError:
         return
-    balls, numbers = (maximal_jumps(profile.landing, profile.solution.choice.rows, kind) for kind in (BALLS, MPMATH))
+    balls, numbers = (maximal_jumps(profile.landing, profile.choice.rows, kind) for kind in (BALLS, MPMATH))
     with flint.ctx.workdps(DIGITS), mpmath.workdps(DIGITS):
         size = max(abs(value.mid()) for value in balls.jumps.ravel())
         for ball, value in zip(balls.jumps.ravel(), numbers.jumps.ravel(), strict=True):
@@ -58,7 +58,7 @@ def test_two_libraries_of_long_numbers_agree(number):
 def solved(robot, scene):
     """The independent solution of a scene, and its profile."""
     profile = shock_profile(scene, robot)
-    return maximal_jumps(profile.landing, profile.solution.choice.rows), profile
+    return maximal_jumps(profile.landing, profile.choice.rows), profile
 
 
 def test_a_single_body_has_its_closed_form():

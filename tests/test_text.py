@@ -18,7 +18,7 @@ from shockpc import Contact, Point, Posture, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.model.joint_model import Joints, Rotor
 from shockpc.printed import printable
-from shockpc.result import ContactImpulse, StanceImpulse
+from shockpc.results.contacts import ContactImpulse, StanceImpulse
 from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_text
 from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text, fits
