@@ -120,12 +120,6 @@ def test_a_planar_loop_closed_by_a_point_in_space_repeats_a_row(name):
     assert (health.rank, health.rows, health.warnings) == (5, 6, ())
 
 
-def test_directions_leave_the_repeated_row_out():
-    other = closed(closure=(dataclasses.replace(LOOP, directions=("x", "z")),))
-    assert (other.health.rank, other.health.rows) == (5, 5)
-    assert_close(other.delta_qd, closed().delta_qd)
-
-
 @pytest.mark.parametrize("again", ["beside", "swapped"])
 def test_what_holds_the_same_gives_the_same_shock(again):
     """A hinge made of two points is that of one where the loop is planar; and the ends of a closure can be exchanged."""
@@ -149,15 +143,6 @@ def test_the_ends_of_a_loop_stay_together(e):
     for place in (LOOP.a, LOOP.b):
         jump = dense.velocity(profile, profile.bodies.index(place.frame), place.offset)
         np.testing.assert_allclose(jump, -(1.0 + e) * np.array(FALL.velocity), atol=1e-12)
-
-
-def test_an_open_loop_is_another_robot():
-    """The same posture without the closure takes another shock at the base."""
-    whole = closed()
-    values = dict(zip("abc", map(float, whole.q[7:]), strict=True))
-    opened = closed(closure=(), assemble=(), posture=Posture(joints=values))
-    assert opened.assembly is None
-    assert abs(whole.shock_com[0] / opened.shock_com[0] - 1.0) > 0.05
 
 
 def test_a_frame_closure_welds_two_bodies():

@@ -141,15 +141,6 @@ def test_a_flat_contact_takes_a_moment_of_its_own():
 # The total impulse
 
 
-def test_four_feet_of_a_locked_robot_are_three():
-    """Rank 6 of 12: the jump and the total impulse are unique, and the robot stops."""
-    four, three = (anymal(feet, joints=LOCKED) for feet in (FEET, FEET[:3]))
-    assert (four.health.rank, four.health.rows) == (6, 12)
-    np.testing.assert_allclose(four.delta_v, three.delta_v, atol=1e-11)
-    np.testing.assert_allclose(four.total_impulse, -four.robot.mass * np.array(V), rtol=1e-12)
-    np.testing.assert_allclose(four.total_moment, three.total_moment, atol=1e-10)
-
-
 TOTALS = {
     "two feet": {},
     "four feet": {"contact": FEET},
