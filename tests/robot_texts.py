@@ -1,5 +1,6 @@
 """Small robot texts for the tests of readers: written out, so that one slip at a time can be put into them."""
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -74,8 +75,14 @@ def loaded(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any
     return load_robot(written(folder, text, name), **given)
 
 
+def refused(error: type[Exception], parts: Iterable[str], act: Callable[..., object], *given: Any) -> str:
+    """The text of the error that a call raises, which has to have all these parts."""
+    with pytest.raises(error) as caught:
+        act(*given)
+    assert [part for part in parts if part not in str(caught.value)] == [], str(caught.value)
+    return str(caught.value)
+
+
 def refusal(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any) -> str:
     """The text of the error that loading this file raises."""
-    with pytest.raises(RobotError) as caught:
-        loaded(folder, text, name, **given)
-    return str(caught.value)
+    return refused(RobotError, (), lambda: loaded(folder, text, name, **given))
