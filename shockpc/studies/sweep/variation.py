@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from shockpc.errors import StudyError
+from shockpc.errors import StudyError, UnknownName
 from shockpc.model.contact import landing_frames
 from shockpc.robot.robot import Robot
 from shockpc.robot.variant import link_mass
@@ -15,7 +15,7 @@ STRIKE = {"strike-angle": "deg", "speed": "m/s"}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
-WORDS = (*STRIKE, *ATTITUDE, *OFFSET, "contact", *(f"{kind}:LINK" for kind in OF_A_LINK), "armature:JOINT", "JOINT")
+WORDS = (*STRIKE, *ATTITUDE, *OFFSET, "contact", *(f"{kind}:LINK" for kind in OF_A_LINK), "armature:JOINT")
 FORM = "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between)"
 
 
@@ -121,6 +121,9 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
         return subject, ""
     if subject in OF_A_LINK or subject == "armature":
         raise StudyError(f"{subject} of what? Write {subject}:{'JOINT' if subject == 'armature' else 'LINK'}=VALUES")
+    if not any(sign in subject for sign in "*?[") and subject not in robot.joint_names:
+        known = (*robot.joint_names, *WORDS)
+        raise UnknownName("joint or quantity", subject, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     return "joint", subject
 
 
