@@ -6,7 +6,6 @@ import io
 import json
 import os
 import stat
-import tempfile
 from pathlib import Path
 
 import pytest
@@ -60,72 +59,49 @@ def test_nothing_is_left_of_a_file_that_fails(tmp_path, monkeypatch, stop):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_rename_that_fails_leaves_nothing(tmp_path):
-    """A folder stands where the file should go."""
-    (tmp_path / "profile.json").mkdir()
+REFUSED = [
+    (lambda: check_folder(Path("file"), "--out"), '"file" is a file; name a folder with --out'),
+    (
+        lambda: check_folder(Path("file/a/b"), "--out"),
+        '"file/a/b" would be inside "file", which is a file; name a folder with --out',
+    ),
+    (lambda: make_folder(Path("file")), 'folder "file" cannot be made: File exists'),
+    (lambda: write_text(Path("b.csv"), "b"), '"b.csv" cannot be written: Is a directory'),
+    (lambda: write_text(Path("away/a.txt"), "a"), '"away/a.txt" cannot be written: No such file or directory'),
+    (
+        lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}),
+        '"b.csv" is a folder, but a file has to be written there; move it, or name another with --out',
+    ),
+    *(
+        (act, '"a\\x00b" cannot be the path of a file: it holds a NUL character')
+        for act in (
+            lambda: check_folder(Path("a\0b"), "--out"),
+            lambda: make_folder(Path("a\0b")),
+            lambda: write_text(Path("a\0b"), "a"),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("act", "text"), REFUSED, ids=range(len(REFUSED)))
+def test_what_cannot_be_written_is_refused_and_nothing_is_left(tmp_path, monkeypatch, act, text):
+    """A folder in the place of a file, or a file in that of a folder, stops before anything is written."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "b.csv").mkdir()
     with pytest.raises(OutputError) as refusal:
-        write_text(tmp_path / "profile.json", "{}")
-    assert str(refusal.value) == f'"{tmp_path}/profile.json" cannot be written: Is a directory'
-    assert [file.name for file in tmp_path.iterdir()] == ["profile.json"]
+        act()
+    assert str(refusal.value) == text
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "b.csv"}
 
 
-def test_file_in_no_folder(tmp_path):
-    with pytest.raises(OutputError) as refusal:
-        write_text(tmp_path / "away" / "a.txt", "a")
-    assert str(refusal.value) == f'"{tmp_path}/away/a.txt" cannot be written: No such file or directory'
-
-
-def test_folder_is_tried_and_left_as_it_was(tmp_path):
-    check_folder(tmp_path, "--out")
-    check_folder(tmp_path / "a" / "b", "--out")
+def test_folders_are_tried_and_left_as_they_were_or_made_with_those_above(tmp_path):
+    for folder in (tmp_path, tmp_path / "a" / "b"):
+        check_folder(folder, "--out")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("place", "text"),
-    [
-        ("file", '"HERE/file" is a file; name a folder with --out'),
-        ("file/a/b", '"HERE/file/a/b" would be inside "HERE/file", which is a file; name a folder with --out'),
-    ],
-)
-def test_folder_that_is_a_file(tmp_path, place, text):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError) as refusal:
-        check_folder(tmp_path / place, "--out")
-    assert str(refusal.value) == text.replace("HERE", str(tmp_path))
-
-
-@pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOSPC])
-def test_folder_that_cannot_be_written(tmp_path, monkeypatch, code):
-    def refuse(**_):
-        raise failure(code)
-
-    monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
-    with pytest.raises(OutputError) as refusal:
-        check_folder(tmp_path / "new", "--out")
-    assert str(refusal.value) == (
-        f'nothing can be written in folder "{tmp_path}/new": {os.strerror(code)}; '
-        "name another with --out, or change its permissions"
-    )
-
-
-def test_folder_is_made_with_those_above_it(tmp_path):
-    make_folder(tmp_path / "a" / "b")
-    make_folder(tmp_path / "a" / "b")
+    for _ in range(2):
+        make_folder(tmp_path / "a" / "b")
     assert (tmp_path / "a" / "b").is_dir()
-    (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError) as refusal:
-        make_folder(tmp_path / "file")
-    assert str(refusal.value) == f'folder "{tmp_path}/file" cannot be made: File exists'
-
-
-@pytest.mark.parametrize(
-    "act", [lambda path: check_folder(path, "--out"), make_folder, lambda path: write_text(path / "a.txt", "a")]
-)
-def test_a_path_with_a_nul_character_is_refused(act):
-    """No file system accepts it; the message shows where it is."""
-    with pytest.raises(OutputError, match=r'^"a\\x00b.* cannot be the path of a file: it holds a NUL character$'):
-        act(Path("a\0b"))
 
 
 # A folder of results
@@ -157,16 +133,6 @@ def test_a_list_of_files_cannot_reach_out_of_its_folder(tmp_path, name):
     (tmp_path / "out" / MANIFEST).write_text(f"{name}\n{outside}\n")
     write_folder(tmp_path / "out", {"a.csv": "1"})
     assert outside.read_text() == "mine"
-
-
-def test_a_folder_in_the_place_of_a_file_stops_before_anything_is_written(tmp_path):
-    (tmp_path / "b.csv").mkdir()
-    with pytest.raises(OutputError) as refusal:
-        write_folder(tmp_path, {"a.csv": "1", "b.csv": "2"})
-    assert str(refusal.value) == (
-        f'"{tmp_path}/b.csv" is a folder, but a file has to be written there; move it, or name another with --out'
-    )
-    assert listing(tmp_path) == set()
 
 
 # The folder of a landing
@@ -212,14 +178,3 @@ def test_several_landings_and_then_one(tmp_path, profile):
     assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in FILES} | {"summary.csv", "summary.md"}
     write_landings([profile], ["a"], tmp_path)
     assert listing(tmp_path) == FILES
-
-
-def test_pattern_narrows_the_report_and_its_bodies(tmp_path, profile):
-    """Tables of bodies, for people and for spreadsheets alike; the other files are whole."""
-    write_landings([profile], ["lf_foot"], tmp_path, "lf_*")
-    assert (tmp_path / "report.md").read_text(encoding="utf-8") == landing_report(profile, "lf_*").markdown("shock.svg")
-    assert (tmp_path / "profile.json").read_text(encoding="utf-8") == to_json([profile])
-    narrow = rows(tmp_path / "bodies.csv")
-    assert [row[0] for row in narrow] == ["body", "lf_leg"]
-    write_landings([profile], ["lf_foot"], tmp_path)
-    assert narrow == [row for row in rows(tmp_path / "bodies.csv") if row[0] in ("body", "lf_leg")]
