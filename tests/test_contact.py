@@ -91,16 +91,6 @@ def test_contact_rows_are_the_derivative_of_the_point(seed):
     np.testing.assert_allclose(J_c, dense.point_rows(robot.model, q, frame, offset), atol=1e-13)
 
 
-def test_an_offset_is_in_the_frame_s_own_axes():
-    """The contact lies where Pinocchio places that point of that frame."""
-    contact = Contact(frame="lf_foot", offset=(0.1, -0.2, 0.3))
-    profile = land(contact, "hyq", posture=Posture(base_rpy_deg=(10.0, 20.0, 30.0)))
-    model, data = profile.robot.model, profile.robot.model.createData()
-    pin.framesForwardKinematics(model, data, profile.q)
-    expected = data.oMf[model.getFrameId("lf_foot")].act(np.array(contact.offset))
-    np.testing.assert_allclose(profile.contacts[0].point, expected, atol=1e-14)
-
-
 def shape(geometry, origin="0 0 0", rpy="0 0 0"):
     return f'<collision><origin xyz="{origin}" rpy="{rpy}"/><geometry>{geometry}</geometry></collision>'
 

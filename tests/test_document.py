@@ -2,12 +2,11 @@
 
 import json
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from altered import Altered, health
-from commands import ROBOTS, STICK, good, python
+from commands import ROBOTS, python
 from pydantic import TypeAdapter
 
 import shockpc
@@ -43,7 +42,13 @@ SCENES = {
         v_in="com",
         stance=("rh_foot",),
     ),
-    "talos": Scene(robot="talos", contact=(Contact(frame="left_sole_link"), Contact(frame="right_sole_link")), plane="yz"),
+    "talos on its soles": Scene(
+        robot="talos", contact=(Contact(frame="left_sole_link", kind="flat"), Contact(frame="right_sole_link")), plane="yz"
+    ),
+    "dog on all feet, locked": Scene(**DOG, contact=FEET, joints=Joints(model="locked")),
+    "beam that is pulled": Scene(
+        robot="beam", contact=tuple(Contact(frame=frame, directions=("z",)) for frame in ("percussion", "tip"))
+    ),
 }
 
 NUMBER = float
@@ -198,6 +203,17 @@ def test_document_is_the_profile(profile):
     assert read["assembly"] == (assembly and {"gap": assembly.gap, "turn": assembly.turn, "moved": moved})
 
 
+def test_nulls_stand_where_things_do_not_exist():
+    """Centres of what only translates; impulses, moments and loads that are not unique; friction where the ground would pull."""
+    names = "beam that translates", "dog on all feet, locked", "beam that is pulled"
+    beam, dog, pulled = (document(shock_profile(SCENES[name])) for name in names)
+    assert [beam["bodies"][0][key] for key in ("copc", "copc_world", "ropc", "pitch", "shock_max")] == [None] * 4 + [1.0]
+    assert (dog["loads_unique"], pulled["loads_unique"], dog["health"]["rank"], dog["health"]["rows"]) == (False, True, 6, 12)
+    assert [(contact["impulse"], contact["friction_needed"]) for contact in dog["contacts"]] == [(None, None)] * 4
+    assert [contact["impulse"][2] for contact in pulled["contacts"]] == pytest.approx([1.5, -0.5])
+    assert [contact["friction_needed"] for contact in pulled["contacts"]] == [0.0, None]
+
+
 def same_strikes(row, found):
     """The most and the least severe direction of a row are those of the profile; they are taken out of it."""
     most_severe, most_severe_shock, least_severe, least_severe_shock = found
@@ -209,49 +225,6 @@ def same_strikes(row, found):
         assert strike["shock"] == shock
 
 
-def test_nulls_stand_where_things_do_not_exist():
-    """A body that only translates has no CoPc, RoPc or pitch; contacts that repeat one another have no impulses of their own."""
-    (beam,) = document(shock_profile(SCENES["beam that translates"]))["bodies"]
-    assert beam["translates"] is True
-    assert [beam[key] for key in ("copc", "copc_world", "ropc", "pitch")] == [None] * 4
-    assert (beam["shock_com"], beam["shock_min"], beam["shock_max"]) == (1.0, 1.0, 1.0)
-    read = document(shock_profile(Scene(**DOG, contact=FEET)))
-    assert [contact["impulse"] for contact in read["contacts"]] == [None] * 4
-    assert [contact["friction_needed"] for contact in read["contacts"]] == [None] * 4
-    assert read["health"]["rank"] < read["health"]["rows"] == 12
-
-
-def test_body_without_geometry_has_no_extremes(tmp_path):
-    (tmp_path / "stick.urdf").write_text(STICK)
-    read = document(shock_profile(Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),))))
-    assert [(body["shock_min"], body["shock_max"]) for body in read["bodies"]] == [(None, None)] * 2
-
-
-def test_pulling_contact_needs_no_friction_but_has_an_impulse():
-    """Where the ground would have to pull, friction means nothing, and a warning says so."""
-    slides = [Contact(frame=frame, directions=("z",)) for frame in ("percussion", "tip")]
-    read = document(shock_profile(Scene(robot="beam", contact=tuple(slides))))
-    assert [contact["impulse"][2] for contact in read["contacts"]] == pytest.approx([1.5, -0.5])
-    assert [contact["friction_needed"] for contact in read["contacts"]] == [0.0, None]
-    assert read["health"]["warnings"] == [
-        'contact "tip" would have to be pulled down by 0.5 N s to keep to the ground; a real foot lifts off there, so leave it out'
-    ]
-
-
-def test_moments_stand_where_a_contact_is_flat():
-    """A flat sole has a moment of its own; a point has none, nor has a sole whose share is not determined."""
-    sole, other = (Contact(frame=f"{side}_sole_link", kind="flat") for side in ("left", "right"))
-    read = document(shock_profile(Scene(robot="talos", contact=(sole,))))
-    assert misfits(VECTOR, read["contacts"][0]["moment"]) == []
-    assert read["total"]["impulse"] == pytest.approx(read["contacts"][0]["impulse"], rel=1e-12)
-    (point,) = document(shock_profile(Scene(robot="talos", contact=(Contact(frame="left_sole_link"),))))["contacts"]
-    assert point["impulse"] is not None
-    assert point["moment"] is None
-    locked = document(shock_profile(Scene(robot="talos", contact=(sole, other), joints=Joints(model="locked"))))
-    assert [(contact["impulse"], contact["moment"]) for contact in locked["contacts"]] == [(None, None)] * 2
-    assert misfits(SHAPE["total"], locked["total"]) == []
-
-
 def test_scene_in_the_document_is_the_whole_scene(profile):
     """Its `scene` alone computes the same bytes again; strike, base and posture are there even if nobody named them."""
     read = json.loads(to_json([profile]))
@@ -259,36 +232,6 @@ def test_scene_in_the_document_is_the_whole_scene(profile):
     assert "reference" in read["scene"]["posture"]
     again = TypeAdapter(Scene).validate_python(read["scene"])
     assert to_json([shock_profile(again)]) == to_json([profile])
-
-
-def test_defaults_are_written_out():
-    assert document(shock_profile(SCENES["beam that translates"]))["scene"] == {
-        "robot": "beam",
-        "base": "free",
-        "plane": "xz",
-        "posture": {"reference": "neutral"},
-        "strike": {"speed": 1.0, "strike_angle_deg": 0.0},
-        "contact": [
-            {
-                "frame": "center",
-                "offset": [0.0, 0.0, 0.0],
-                "at": "frame",
-                "directions": ["x", "y", "z"],
-                "kind": "point",
-                "restitution": 0.0,
-            }
-        ],
-        "v_in": "contact",
-    }
-
-
-def test_several_landings_are_a_list(capfd):
-    """A pattern that means several contacts gives a list of documents; one contact gives the document itself."""
-    words = ("analyze", "anymal_b", "--format", "json", "--contact")
-    several = json.loads(good(capfd, *words, "*_foot"))
-    assert [misfits(SHAPE, one) for one in several] == [[]] * 4
-    assert [one["contacts"][0]["frame"] for one in several] == ["LF_FOOT", "LH_FOOT", "RF_FOOT", "RH_FOOT"]
-    assert json.loads(good(capfd, *words, "RF_FOOT")) == several[2]
 
 
 def test_same_bytes_every_time():
@@ -312,16 +255,8 @@ def test_text_of_numbers(profile):
 
 def test_health_without_a_number_is_null():
     """What was not computed, or is without bound, is null; warnings are their texts."""
-    profile = shock_profile(SCENES["beam that translates"])
+    profile = shock_profile(SCENES["beam that is pulled"])
     warned = health(error_bound=math.inf, body_error_bounds=(math.inf,), data_sensitivity=None, warnings=(ValueError("a record"),))
     found = document(Altered(profile, health=warned))["health"]
     assert [found[key] for key in ("error_bound", "body_error_bounds", "data_sensitivity")] == [None, [None], None]
     assert found["warnings"] == ["a record"]
-
-
-def test_loads_that_are_not_unique_are_marked():
-    """Four feet of a locked robot share the impulse as they like; one foot carries it alone."""
-    feet = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
-    locked = Scene(robot="anymal_b", contact=feet, joints=Joints(model="locked"))
-    found = [document(shock_profile(scene))["loads_unique"] for scene in (locked, replace(locked, contact=feet[:1]))]
-    assert found == [False, True]

@@ -134,13 +134,6 @@ def test_what_a_joint_carries_and_how_it_moves(joints, name):
             assert load.along == pytest.approx(-(0.05 if name == "geared" else 0.0) * rate, abs=1e-12)
 
 
-def test_a_robot_with_locked_joints_is_one_rigid_body():
-    """All joints of Go2 locked, every body has one angular velocity."""
-    profile = go2(LOCKED)
-    omega = (profile.rotation @ profile.delta_omega[..., None])[..., 0]
-    np.testing.assert_allclose(omega, np.broadcast_to(omega[0], omega.shape), atol=1e-12)
-
-
 # Rotors beside the robot: an SRDF's <rotor_params>
 
 BELOW = f'<origin xyz="0.05 0.02 -0.3" rpy="0 0.3 0"/>{LIMIT}'

@@ -112,14 +112,6 @@ def test_a_rounded_rotation_is_normalised():
     assert one.health.warnings == other.health.warnings == ()
 
 
-def test_keyframes_of_an_mjcf_are_postures():
-    """A keyframe's quaternion is w x y z in MuJoCo and x y z w here."""
-    key = '<keyframe><key name="home" qpos="1 2 3 0.8 0.6 0 0 0.25"/></keyframe>'
-    robot = robot_from(mjcf(floating(body("leg")), after=key), ".xml")
-    assert reference_name(robot, None) == "home"
-    np.testing.assert_allclose(configuration(robot, Posture()), [1.0, 2.0, 3.0, 0.6, 0.0, 0.0, 0.8, 0.25], atol=1e-15)
-
-
 # Joints
 
 
