@@ -51,106 +51,50 @@ SCENES = {
     ),
 }
 
-NUMBER = float
-VECTOR = [NUMBER] * 3
-STRIKE = {"direction": VECTOR, "shock": NUMBER}
-SHAPE = {
-    "schema": str,
-    "shockpc": str,
-    "pinocchio": str,
-    "robot": {"name": str, "file": str, "mass": NUMBER, "n_bodies": int, "nv": int},
-    "scene": dict,
-    "v_in": NUMBER,
-    "bodies": (
-        {
-            "body": str,
-            "links": (str,),
-            "placement": {"position": VECTOR, "rotation": [VECTOR] * 3},
-            "delta_omega": VECTOR,
-            "delta_v": VECTOR,
-            "copc": {None, "VECTOR"},
-            "copc_world": {None, "VECTOR"},
-            "ropc": {None, "NUMBER"},
-            "translates": bool,
-            "pitch": {None, "NUMBER"},
-            "off_plane": NUMBER,
-            "shock_com": NUMBER,
-            "shock_min": {None, "NUMBER"},
-            "shock_max": {None, "NUMBER"},
-            "most_severe": STRIKE,
-            "least_severe": STRIKE,
-        },
-    ),
-    "points": (
-        {
-            "frame": str,
-            "body": str,
-            "delta_v": VECTOR,
-            "shock": NUMBER,
-            "most_severe": STRIKE,
-            "least_severe": STRIKE,
-            "peak_g": {None, "NUMBER"},
-        },
-    ),
-    "contacts": (
-        {
-            "frame": str,
-            "point": VECTOR,
-            "impulse": {None, "VECTOR"},
-            "friction_needed": {None, "NUMBER"},
-            "approach": VECTOR,
-            "mass_sticking": {None, "NUMBER"},
-            "mass_frictionless": {None, "NUMBER"},
-            "mitigation": {None, "NUMBER"},
-            "moment": {None, "VECTOR"},
-        },
-    ),
-    "joint_model": str,
-    "health": {
-        "rank": int,
-        "rows": int,
-        "error_bound": {None, "NUMBER"},
-        "body_error_bounds": ({None, "NUMBER"},),
-        "double_error": NUMBER,
-        "data_sensitivity": {None, "NUMBER"},
-        "bits": int,
-        "warnings": (str,),
-    },
-    "stance": ({"frame": str, "point": VECTOR, "impulse": {None, "VECTOR"}, "friction_needed": {None, "NUMBER"}},),
-    "total": {"impulse": VECTOR, "moment": VECTOR},
-    "energy": {"lost": NUMBER, "share": {None, "NUMBER"}},
-    "joints": ({"joint": str, "force": VECTOR, "moment": VECTOR, "along": {None, "NUMBER"}},),
-    "bracket": ({"place": str, "free": {None, "NUMBER"}, "as_modelled": NUMBER, "locked": {None, "NUMBER"}},),
-    "assembly": {None, "ASSEMBLY"},
-    "loads_unique": bool,
+STRIKES = "most_severe:strike least_severe:strike"
+FOOT = "frame:str point:vector impulse:vector? friction_needed:float?"
+RECORDS = {
+    "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
+    "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
+    "assembly:assembly? loads_unique:bool",
+    "robot": "name:str file:str mass:float n_bodies:int nv:int",
+    "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
+    f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES}",
+    "placement": "position:vector rotation:matrix",
+    "strike": "direction:vector shock:float",
+    "point": f"frame:str body:str delta_v:vector shock:float {STRIKES} peak_g:float?",
+    "contact": f"{FOOT} approach:vector mass_sticking:float? mass_frictionless:float? mitigation:float? moment:vector?",
+    "health": "rank:int rows:int error_bound:float? body_error_bounds:float?* double_error:float data_sensitivity:float? bits:int "
+    "warnings:str*",
+    "foot": FOOT,
+    "total": "impulse:vector moment:vector",
+    "energy": "lost:float share:float?",
+    "joint": "joint:str force:vector moment:vector along:float?",
+    "row": "place:str free:float? as_modelled:float locked:float?",
+    "assembly": "gap:float turn:float moved:step*",
+    "step": "joint:str by:float",
 }
-"""Keys in their order. A tuple is a list of any length, a list one of that length, a set what may be null instead."""
+"""The keys of every record in their order, and what they hold; ? may be null, * is a list."""
+LISTS = {"vector": "float", "matrix": "vector"}
+"""What is a list of three."""
 
 
-PARTS = {
-    "VECTOR": VECTOR,
-    "NUMBER": NUMBER,
-    "ASSEMBLY": {"gap": NUMBER, "turn": NUMBER, "moved": ({"joint": str, "by": NUMBER},)},
-}
-
-
-def misfits(shape: object, value: object, place: str = "document") -> list[str]:
-    """Where a value is not of a shape."""
-    if isinstance(shape, set):
-        (name,) = shape - {None}
-        return [] if value is None else misfits(PARTS[name], value, place)
-    if isinstance(shape, dict):
-        if not isinstance(value, dict) or list(value) != list(shape):
-            return [f"{place} has the keys {list(value) if isinstance(value, dict) else value}"]
-        return [fault for key, part in shape.items() for fault in misfits(part, value[key], f"{place}.{key}")]
-    if isinstance(shape, list | tuple):
-        if not isinstance(value, list) or (isinstance(shape, list) and len(value) != len(shape)):
+def misfits(kind: str, value: object, place: str = "document") -> list[str]:
+    """Where a value is not of a kind."""
+    if kind.endswith("?") and value is None:
+        return []
+    kind = kind.removesuffix("?")
+    if kind.endswith("*") or kind in LISTS:
+        if not isinstance(value, list) or (kind in LISTS and len(value) != 3):
             return [f"{place} is {value}"]
-        parts = shape if isinstance(shape, list) else shape * len(value)
-        return [fault for k, part in enumerate(value) for fault in misfits(parts[k], part, f"{place}[{k}]")]
-    if type(value) is not shape:
-        return [f"{place} is {value!r}"]
-    return [f"{place} is not finite"] if isinstance(value, float) and not math.isfinite(value) else []
+        return [fault for k, part in enumerate(value) for fault in misfits(LISTS.get(kind, kind[:-1]), part, f"{place}[{k}]")]
+    if kind in RECORDS:
+        keys = dict(word.split(":") for word in RECORDS[kind].split())
+        if not isinstance(value, dict) or list(value) != list(keys):
+            return [f"{place} is {value}"]
+        return [fault for key, part in keys.items() for fault in misfits(part, value[key], f"{place}.{key}")]
+    right = type(value).__name__ == kind and (kind != "float" or math.isfinite(value))
+    return [] if right else [f"{place} is {value!r}"]
 
 
 @pytest.fixture(scope="module", params=SCENES)
@@ -161,7 +105,7 @@ def profile(request):
 def test_document_fits_its_schema(profile):
     """Every key is there, in its order, with a value of its kind; and no other key."""
     written = to_json([profile])
-    assert misfits(SHAPE, json.loads(written)) == []
+    assert misfits("document", json.loads(written)) == []
     assert written.endswith("}\n")
 
 
