@@ -200,16 +200,6 @@ POST = mjcf('<body name="post">' + body("leg") + "</body>")
         ({"frame": "foot", "at": "lowest"}, SceneError, ("collision geometry", "offset")),
         ({"frame": "post"}, SceneError, ("world",)),
     ],
-    ids=[
-        "no length",
-        "no direction",
-        "along the ground",
-        "below 0",
-        "above 1",
-        "no such frame",
-        "no geometry",
-        "fixed to the world",
-    ],
 )
 def test_a_contact_that_cannot_be_is_refused(contact, error, names):
     """The message names the contact and what would be valid."""

@@ -210,19 +210,6 @@ def test_a_planar_landing_stays_in_its_plane(landing):
 # Chains of the paper (Section 3.4)
 
 
-def slender_chain(rng, bodies):
-    """Uniform rods hinged end to end in x–z."""
-    length, mass = rng.uniform(0.1, 1.0, bodies), 10.0 ** rng.uniform(-1.0, 1.0, bodies)
-    angle = rng.uniform(-math.pi, math.pi, bodies)
-    along = np.stack([np.cos(angle), np.zeros(bodies), np.sin(angle)], axis=1)
-    ends = np.concatenate([np.zeros((1, 3)), np.cumsum(length[:, None] * along, axis=0)])
-    across = np.eye(3) - along[:, :, None] * along[:, None, :]
-    inertia = (mass * length**2 / 12.0)[:, None, None] * (across + 1e-4 * np.eye(3))
-    inertia[:, 1, 1] = mass * length**2 / 12.0
-    joints = tuple(Joint(i, i + 1, "revolute", ends[i + 1], np.array([0.0, 1.0, 0.0])) for i in range(bodies - 1))
-    return Mechanism(mass, ends[:-1] + 0.5 * length[:, None] * along, inertia, joints), ends, along, length
-
-
 @given(trees.landings(planar=True, kinds=("revolute",), hits=1, sticking=True))
 def test_a_leaf_has_its_copc_where_eq_1_puts_it(landing):
     """Any leaf that is not struck: from its hinge, along the line to its centre of mass, c (p − c) = r_g²; ⅔ of a slender rod."""
@@ -239,27 +226,23 @@ def test_a_leaf_has_its_copc_where_eq_1_puts_it(landing):
                 assert (profile.copc_world[i] - joint.point) @ arm / c == pytest.approx(p, rel=1e-7)
 
 
-@given(st.integers(2, 6), SEEDS)
-def test_a_foot_struck_perpendicularly_scales_everything_above_by_one_factor(bodies, seed):
+@given(trees.landings(planar=True, kinds=("revolute",), hits=1, sticking=True, restitution=False), SEEDS)
+def test_a_foot_struck_perpendicularly_scales_everything_above_by_one_factor(landing, seed):
     """A strike perpendicular to the line from ball to ankle arrives at the ankle in the same direction: only its size changes."""
-    rng = np.random.default_rng(seed)
-    chain, ends, _, _ = slender_chain(rng, bodies)
-    strike = np.array([rng.uniform(-1.0, 1.0), 0.0, -rng.uniform(0.1, 1.0)])
-    above = trees.twists(land(Landing(chain, (Hit(0, ends[0]),), strike)))
-
-    forward = np.array([-strike[2], 0.0, strike[0]]) / np.linalg.norm(strike)
-    length, mass = rng.uniform(0.05, 0.3), 10.0 ** rng.uniform(-1.0, 1.0)
-    ball = ends[0] + length * forward
-    foot = Joint(0, bodies, "revolute", ends[0], np.array([0.0, 1.0, 0.0]))
+    rng, m, (hit,) = np.random.default_rng(seed), landing.mechanism, landing.hits
+    above = trees.twists(land(landing))
+    forward = np.array([-landing.strike[2], 0.0, landing.strike[0]]) / np.linalg.norm(landing.strike)
+    length, mass, foot = rng.uniform(0.05, 0.3), 10.0 ** rng.uniform(-1.0, 1.0), len(m.mass)
     longer = Mechanism(
-        np.append(chain.mass, mass),
-        np.vstack([chain.com, ends[0] + rng.uniform(0.1, 0.9) * length * forward]),
-        np.concatenate([chain.inertia, mass * length**2 / 12.0 * np.eye(3)[None]]),
-        (*chain.joints, foot),
+        np.append(m.mass, mass),
+        np.vstack([m.com, hit.point + rng.uniform(0.1, 0.9) * length * forward]),
+        np.concatenate([m.inertia, mass * length**2 / 12.0 * np.eye(3)[None]]),
+        (*m.joints, Joint(hit.body, foot, "revolute", hit.point, np.array([0.0, 1.0, 0.0]))),
     )
-    with_foot = trees.twists(land(Landing(longer, (Hit(bodies, ball),), strike)))[:-1]
-    factor = np.sum(with_foot * above) / np.sum(above**2)
-    np.testing.assert_allclose(with_foot, factor * above, rtol=0, atol=1e-9 * np.abs(above).max())  # chains of up to six rods
+    with_foot = trees.twists(land(Landing(longer, (Hit(foot, hit.point + length * forward),), landing.strike)))[:-1]
+    np.testing.assert_allclose(
+        with_foot, np.sum(with_foot * above) / np.sum(above**2) * above, rtol=0, atol=1e-8 * np.abs(above).max()
+    )
 
 
 @given(trees.landings(hits=1, sticking=True, restitution=False))

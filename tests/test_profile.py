@@ -14,7 +14,6 @@ from shockpc.errors import SceneError, SolveError
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
 from shockpc.profile import shock_maps, shock_profile
-from shockpc.results.percussion import ROUNDED
 from shockpc.scene import GRAVITY, Point, Scene, Strike
 
 
@@ -216,19 +215,6 @@ def test_a_profile_is_read_only():
     for name in ("q", "delta_qd", "maps", "position", "rotation", "delta_omega", "delta_v"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(profile, name)[...] = 0
-
-
-@pytest.mark.parametrize(
-    ("share", "translates", "speed"), [(0.5, True, 1e-3), (0.5, True, 1e3), (2.0, False, 1e-3), (2.0, False, 1e3)]
-)
-def test_a_rotation_within_the_rounding_of_files_is_a_translation(share, translates, speed):
-    """A box struck so near its centre that its own size rotates by a share of ROUNDED, at every speed."""
-    gyration = math.sqrt(0.1 / 2.0)
-    beside = share * ROUNDED * gyration
-    profile = land(box(), [Contact(frame="box", offset=(beside, 0.0, 0.0))], (0.0, 0.0, -speed))
-    assert profile.translates.tolist() == [translates]
-    assert profile.ropc[0] == (math.inf if translates else pytest.approx(gyration / (share * ROUNDED), rel=1e-12))
-    assert np.isnan(profile.copc).all() == np.isnan(profile.pitch[0]) == translates
 
 
 def test_wrong_calls_are_refused_in_words(tmp_path):
