@@ -56,28 +56,10 @@ def closed(**changes):
     return shock_profile(four_bar(**changes), FOUR_BAR)
 
 
-def followers():
-    """Joints that follow others in a chain."""
-    follow = '<mimic joint="{}" multiplier="{}" offset="{}"/>' + WIDE
-    place = '<origin xyz="0.05 0.02 -0.3" rpy="0.1 0.2 0.3"/>'
-    joints = [
-        joint("j1", "a", "b", more=place + WIDE),
-        joint("j2", "b", "c", axis="0.3 1 0", more=place + follow.format("j1", -1.5, 0.2)),
-        joint("j3", "c", "d", axis="0 1 0.4", more=place + follow.format("j2", 0.5, -0.1)),
-    ]
-    return robot_from(urdf(*map(link, "abcd"), *joints, name="followers"))
-
-
-def chain():
-    contact = (Contact(frame="d", offset=(0.1, 0.0, -0.2)),)
-    return Scene(robot="f.urdf", contact=contact, posture=Posture(joints={"j1": 0.4}), strike=FALL)
-
-
 CASES = {
     "four-bar": lambda: (four_bar(), FOUR_BAR),
     "Skippy": lambda: (scene("fig3"), robot_of(scene("fig3"))),
     "five-bar": lambda: (scene("five_bar"), robot_of(scene("five_bar"))),
-    "followers": lambda: (chain(), followers()),
 }
 
 
@@ -92,32 +74,23 @@ def closure_rows(model, q, closure):
 
 @pytest.mark.parametrize("name", CASES)
 def test_rows_and_independent_coordinates_agree(name):
-    """Section 3.1.1: stacking the ties under the contact, or leaving dependent velocities out, gives the profile's jump."""
+    """Section 3.1.1: stacking the ties under the contact, or leaving dependent velocities out, gives the profile's jump.
+
+    Two of the three rows of a planar closure are independent; that is normal, and only the rank says so.
+    """
     found, robot = CASES[name]()
     profile = shock_profile(found, robot)
+    assert (profile.health.rank, profile.health.rows, profile.health.warnings) == (5, 6, ())
     model, q = robot.model, profile.q
     H = dense.inertia(model, q) + np.diag(profile.landing.joint_model.armature)
     J = np.concatenate([dense.point_rows(model, q, contact.frame, contact.offset) for contact in found.contact])
     b = np.concatenate([contact.approach for contact in profile.contacts])
-    K = [closure_rows(model, q, closure) for closure in found.closure]
-    for mimic in robot.mimics:
-        row = np.zeros((1, model.nv))
-        for name, factor in {mimic.joint: -1.0, **mimic.leaders}.items():
-            row[:, robot.joint(name).v] = factor
-        K.append(row)
-    K = np.concatenate(K)
+    K = np.concatenate([closure_rows(model, q, closure) for closure in found.closure])
     stacked, _ = dense.solve(H, np.concatenate([J, K]), np.concatenate([b, np.zeros(len(K))]))
     G = dense.nullspace(K)
     assert G.shape[1] == model.nv - 2
     assert_close(profile.delta_qd, stacked, 1e-11)
     assert_close(profile.delta_qd, G @ dense.solve(G.T @ H @ G, J @ G, b)[0], 1e-11)
-
-
-@pytest.mark.parametrize("name", ["four-bar", "Skippy", "five-bar"])
-def test_a_planar_loop_closed_by_a_point_in_space_repeats_a_row(name):
-    """Two of the three rows of a planar closure are independent; that is normal, and only the rank says so."""
-    health = shock_profile(*CASES[name]()).health
-    assert (health.rank, health.rows, health.warnings) == (5, 6, ())
 
 
 @pytest.mark.parametrize("again", ["beside", "swapped"])
@@ -201,7 +174,7 @@ def test_a_slot_is_the_same_wherever_its_origin_lies_along_it():
 
 
 def test_the_posture_is_projected_onto_the_loop():
-    """The gap before, the joints that moved and by how much; joints that may not move do not."""
+    """The gap before, the joints that moved and by how much; joints that may not move do not, nor any where it is closed."""
     profile = closed()
     loop, (gap, turn, moved) = loop_of(FOUR_BAR, LOOP), profile.assembly[1:]
     before = np.array(profile.q)
@@ -212,18 +185,11 @@ def test_the_posture_is_projected_onto_the_loop():
     step = pin.difference(FOUR_BAR.model, before, profile.q)
     assert step[6] == 0.0
     assert moved == (("b", pytest.approx(step[7], rel=1e-9), "rad"), ("c", pytest.approx(step[8], rel=1e-9), "rad"))
-
-
-def test_a_closed_posture_is_left_alone():
-    values = dict(zip("abc", map(float, closed().q[7:]), strict=True))
-    again = closed(posture=Posture(joints=values)).assembly
+    again = closed(posture=Posture(joints=dict(zip("abc", map(float, profile.q[7:]), strict=True)))).assembly
     assert again.gap < 1e-12
     assert again.moved == ()
-
-
-def test_without_assemble_all_joints_may_move_that_the_posture_does_not_set():
-    moved = closed(assemble=(), posture=Posture(joints_deg={"a": 40.0})).assembly.moved
-    assert {name for name, *_ in moved} == {"b", "c"}
+    # Without `assemble` all joints may move that the posture does not set.
+    assert {name for name, *_ in closed(assemble=(), posture=Posture(joints_deg={"a": 40.0})).assembly.moved} == {"b", "c"}
 
 
 WELD = Closure(a=Place(frame="rod"), b=Place(frame="crank", offset=(0.0, 0.0, -0.2)), kind="frame")

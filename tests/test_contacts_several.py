@@ -48,13 +48,6 @@ def world_moment(profile):
 # At once
 
 
-def test_two_contacts_are_not_two_landings():
-    """Landing on two feet is not the sum of landing on each: each foot loads the other through the trunk."""
-    both, *apart = (anymal(contact, joints=Joints(armature={"*": 0.05})) for contact in (DIAGONAL, DIAGONAL[:1], DIAGONAL[1:]))
-    assert np.abs(both.delta_v - sum(one.delta_v for one in apart)).max() > 0.02
-    np.testing.assert_allclose(after(both), 0.0, atol=1e-12)
-
-
 def test_each_contact_has_its_own_directions_and_restitution():
     """−e of the approach along each direction that is kept, and an impulse along these alone."""
     slanted = np.array([0.6, 0.0, 0.8])

@@ -28,19 +28,6 @@ ENDS = 'fromto="0.1 0.2 -0.3 0.4 -0.1 0.2"'
 
 READ = {
     "joint free": mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint type="free"/>')),
-    "default armature": mjcf(floating(body("b")), "<default><joint armature='0.2'/></default>"),
-    "classes": mjcf(
-        floating(body("b", at='pos="1 0 0" childclass="c"', joints='<joint/><joint class="d" pos="0 1 0"/>')),
-        '<default><joint axis="1 0 0"/><default class="c"><joint armature=".2"/><default class="d"><joint axis="0 0 1"/>'
-        "</default></default></default>",
-    ),
-    "compiler twice": mjcf(floating(body("b", at='euler=".1 .2 .3"')), '<compiler autolimits="true"/><compiler angle="radian"/>'),
-    "inertias from geoms": mjcf(floating(body("b", BODY + BOX)), '<compiler inertiafromgeom="true"/>'),
-    "inertias from some geoms": mjcf(
-        floating(body("b", BOX.replace("/>", ' group="1"/>') + BOX.replace("/>", ' group="3"/>'))),
-        '<compiler inertiagrouprange="1 2"/>',
-    ),
-    "xyaxes": mjcf(floating(body("b", at='xyaxes="1 1 0 0 1 1"'))),
     "inertial over a mesh": mjcf(floating(body("b", BODY + '<geom type="mesh" mesh="m"/>')), MESH),
     "weightless mesh": mjcf(floating(body("b", BOX + '<geom type="mesh" mesh="m" density="0"/>')), MESH),
     "nameless bodies": mjcf(floating(body("b").replace('name="b"', "")).replace('name="base"', "")),
@@ -58,16 +45,7 @@ READ = {
     "fixed base in a frame of the world": mjcf(
         f"<frame {TURNED}>{floating(body('b'), at=TURNED)}</frame>".replace('<freejoint name="root"/>', "")
     ),
-    "replicas": mjcf(floating(f'<replicate count="3" offset="1 0 0" euler="0 0 10">{body("b")}</replicate>')),
-    "total mass": mjcf(floating(body("b")), "<compiler settotalmass='10'/>"),
-    "balanced inertia": mjcf(
-        floating(body("b", '<inertial pos="0 0 0" mass="1" diaginertia=".1 .2 .9"/>')), "<compiler balanceinertia='true'/>"
-    ),
     "mass of a mesh": mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), MESH),
-    "mass of a shell": mjcf(floating(body("b", '<geom type="box" size="1 1 1" shellinertia="true"/>'))),
-    "mass of geoms that do not collide": mjcf(
-        floating(body("b", '<geom size=".1" mass="3.8"/><geom size=".2" mass="5" contype="0" conaffinity="0" group="2"/>'))
-    ),
     "armature of a free joint": mjcf(
         floating(body("b")).replace('<freejoint name="root"/>', '<joint name="root" type="free"/>'),
         '<default><joint armature="0.2"/></default>',
