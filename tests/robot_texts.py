@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from shockpc.errors import RobotError
-from shockpc.robot.robot import Robot, load_robot
+from shockpc import Robot, RobotError, load_robot
 from shockpc.robot.source import RobotSource, read_source
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'

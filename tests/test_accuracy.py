@@ -17,15 +17,10 @@ from random_landings import random_landing
 from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
+from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Strike, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import FAMILIES, chain
-from shockpc.errors import ShockError, SolveError
-from shockpc.landing import resolve
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import ILL_CONDITIONED, shock_maps, shock_profile
+from shockpc.profile import ILL_CONDITIONED
 from shockpc.results.accuracy import double_error, rotation_lengths
-from shockpc.scene import Scene, Strike
 
 ROUNDING = 2.3e-16
 X, Y, Z = np.eye(3)

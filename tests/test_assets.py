@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from robot_texts import arm, refused
 
-from shockpc.errors import RobotError
+from shockpc import RobotError
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.source import RobotSource, read_source
 

@@ -9,11 +9,8 @@ from commands import good, run
 from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints, joint_model
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc import Contact, Joints, Posture, Scene, Strike, shock_profile
+from shockpc.model.joint_model import joint_model
 from shockpc.show.document import document
 
 SCENE = Scene(

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from robot_texts import refused
 
-from shockpc.errors import RobotError, UnknownName
+from shockpc import RobotError, UnknownName
 from shockpc.robot.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, loaded, mjcf, urdf
 
+from shockpc import Robot, load_robot
 from shockpc.robot.checkup import Finding, check_robot
-from shockpc.robot.robot import Robot, load_robot
 
 FREE = Finding(
     "note",

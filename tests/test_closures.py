@@ -9,17 +9,11 @@ import pytest
 from robot_texts import LIMIT, joint, link, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError, UnknownName
-from shockpc.landing import resolve
-from shockpc.model.closure import Closure, Place, closure_block, closure_gap, loop_of
-from shockpc.model.contact import Contact
+from shockpc import Closure, Contact, Joints, Place, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
+from shockpc.model.closure import closure_block, closure_gap, loop_of
 from shockpc.model.dynamics import dynamics
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
 from shockpc.model.rows import row_jacobian
 from shockpc.paper.landings import land, robot_of, scene
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
 WIDE = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'

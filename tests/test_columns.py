@@ -12,13 +12,8 @@ from hypothesis import strategies as st
 from robot_texts import LIMIT, body, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError, SolveError
-from shockpc.landing import resolve
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import impact_jumps, shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc import Contact, Joints, Posture, Scene, SceneError, SolveError, Strike, resolve, shock_profile
+from shockpc.profile import impact_jumps
 
 V = np.array([0.3, 0.1, -1.0])
 POINT = (0.05, 0.02, -0.1)

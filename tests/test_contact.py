@@ -11,13 +11,11 @@ from hypothesis import strategies as st
 from robot_texts import body, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError, UnknownName
-from shockpc.model.contact import Contact, contact_block, contact_point, match_frames
+from shockpc import Contact, Posture, Scene, SceneError, Strike, UnknownName, shock_profile
+from shockpc.model.contact import contact_block, contact_point, match_frames
 from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import Posture, configuration
+from shockpc.model.posture import configuration
 from shockpc.model.rows import block_point, row_jacobian
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
 
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = st.tuples(*[st.floats(-180.0, 180.0)] * 3)

@@ -10,14 +10,8 @@ import pytest
 from robot_texts import body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError
-from shockpc.landing import contact_velocity, resolve
-from shockpc.model.closure import Closure, Place
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc import Closure, Contact, Joints, Place, Posture, Scene, SceneError, Strike, resolve, shock_profile
+from shockpc.landing import contact_velocity
 
 FEET = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
 LEFT = FEET[:1]

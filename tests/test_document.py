@@ -10,10 +10,8 @@ from commands import ROBOTS, python
 from pydantic import TypeAdapter
 
 import shockpc
-from shockpc import Contact, Point, Posture, Scene, Strike, shock_profile
-from shockpc.model.closure import Closure, Place
+from shockpc import Closure, Contact, Joints, Place, Point, Posture, Scene, Strike, shock_profile
 from shockpc.model.dynamics import PINOCCHIO
-from shockpc.model.joint_model import Joints
 from shockpc.show.document import document, to_json
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}

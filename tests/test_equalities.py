@@ -7,16 +7,13 @@ import pytest
 from robot_texts import BODY, body, mjcf, refused
 from trees import robot_from
 
-from shockpc.errors import RobotError
+from shockpc import Contact, Posture, RobotError, Scene, shock_profile
 from shockpc.model.closure import closure_block, closure_gap
 from shockpc.model.columns import free_columns
-from shockpc.model.contact import Contact
 from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import Posture, configuration
+from shockpc.model.posture import configuration
 from shockpc.model.rows import row_jacobian
-from shockpc.profile import shock_profile
 from shockpc.robot.couplings import Mimic
-from shockpc.scene import Scene
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 

@@ -7,8 +7,7 @@ import re
 import pytest
 
 import shockpc
-from shockpc import errors
-from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
+from shockpc import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName, errors
 
 CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
 

@@ -19,14 +19,11 @@ from matplotlib.text import Text
 
 import shockpc
 import shockpc.show.figure.view
+from shockpc import Contact, Joints, Scene, Strike, shock_profile
 from shockpc.core.spatial import plane_from
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
 from shockpc.paper.figures import FIGURES
-from shockpc.profile import shock_profile
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
-from shockpc.scene import Scene, Strike
 from shockpc.show.figure.bodies import layers
 from shockpc.show.figure.canvas import STYLE, render
 from shockpc.show.figure.field import Field, below, field_of

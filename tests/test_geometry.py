@@ -10,10 +10,11 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, LIMIT, body, floating, joint, link, loaded, mjcf, urdf
 
+from shockpc import load_robot
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.geometry import inertia_box, outline
 from shockpc.robot.meshes import hull_corners, read_mesh
-from shockpc.robot.robot import Body, load_robot
+from shockpc.robot.robot import Body
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)

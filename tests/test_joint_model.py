@@ -9,12 +9,9 @@ import pytest
 from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import RobotError, SceneError, UnknownName
-from shockpc.model.contact import Contact
+from shockpc import Contact, Joints, RobotError, Rotor, Scene, SceneError, Strike, UnknownName, shock_profile
 from shockpc.model.dynamics import dynamics
-from shockpc.model.joint_model import Joints, Rotor, joint_model
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc.model.joint_model import joint_model
 
 FRONT = tuple(Contact(frame=foot) for foot in ("FL_foot", "FR_foot"))
 FREE, LOCKED = Joints(model="free"), Joints(model="locked")

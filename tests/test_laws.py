@@ -11,9 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from trees import MJCF_KINDS, SLIDES, Hit, Joint, Landing, Mechanism
 
+from shockpc import Strike, shock_profile
 from shockpc.core.beam import centre_of_percussion
-from shockpc.profile import shock_profile
-from shockpc.scene import Strike
 
 CLOSE = 1e-9  # masses over three decades in trees of 15 bodies: the reference loses up to four digits of 2e-16
 SEEDS = st.integers(0, 2**32 - 1)

@@ -11,14 +11,9 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
 
-from shockpc.errors import RobotError, UnknownName
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc import Contact, Joints, Posture, Robot, RobotError, Scene, Strike, UnknownName, shock_profile
 from shockpc.robot.mjcf import compiled
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike, robot_of
+from shockpc.scene import robot_of
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'

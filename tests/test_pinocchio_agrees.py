@@ -8,9 +8,7 @@ import trees
 from hypothesis import given
 from trees import MJCF_KINDS, known_robot
 
-from shockpc.model.contact import Contact
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc import Contact, Scene, Strike, shock_profile
 
 FEET = {
     "a1": ("FL_foot", "RR_foot"),

@@ -10,12 +10,9 @@ from hypothesis import strategies as st
 from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, random_rotations, robot_from
 
-from shockpc.errors import SceneError, UnknownName
-from shockpc.model.contact import Contact
+from shockpc import Contact, Posture, Scene, SceneError, UnknownName, shock_profile
 from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import STANDING, Posture, configuration, outside_limits, reference_name
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene
+from shockpc.model.posture import STANDING, configuration, outside_limits, reference_name
 
 ANGLES = st.floats(-180.0, 180.0)
 

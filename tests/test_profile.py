@@ -10,11 +10,8 @@ from hypothesis import strategies as st
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError, SolveError
-from shockpc.model.contact import Contact
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_maps, shock_profile
-from shockpc.scene import GRAVITY, Point, Scene, Strike
+from shockpc import Contact, Point, Posture, Scene, SceneError, SolveError, Strike, shock_maps, shock_profile
+from shockpc.scene import GRAVITY
 
 
 def box():

@@ -9,10 +9,7 @@ from proof_check import body_errors, check, excess
 from random_landings import random_landing
 from trees import known_robot
 
-from shockpc.errors import ShockError
-from shockpc.model.contact import Contact
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc import Contact, Scene, ShockError, Strike, shock_profile
 
 BLOCKS, EACH = 12, 30
 

@@ -9,14 +9,10 @@ import pytest
 from robot_texts import refused
 from trees import known_robot, robot_from
 
+from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, Strike, shock_profile
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
-from shockpc.errors import SceneError
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
 from shockpc.paper.landings import land, robot_of, scene
-from shockpc.profile import shock_profile
-from shockpc.scene import GRAVITY, Point, Scene, Strike
+from shockpc.scene import GRAVITY
 
 FEET = {
     "anymal_b": ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),

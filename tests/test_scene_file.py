@@ -18,9 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import refused
 
-from shockpc import Contact, Point, Posture, Scene, SceneError, Strike, read_scene, shock_profile
-from shockpc.model.closure import Closure, Place
-from shockpc.model.joint_model import Joints, Rotor
+from shockpc import Closure, Contact, Joints, Place, Point, Posture, Rotor, Scene, SceneError, Strike, read_scene, shock_profile
 from shockpc.scene import check_scene, scene_schema, scene_table, scene_text
 
 EVERY_KEY = """\

@@ -9,9 +9,8 @@ from unittest.mock import Mock
 import pytest
 from robot_texts import arm, body, floating, link, loaded, mjcf, read, refusal, refused, urdf, written
 
-from shockpc.errors import RobotError, UnknownName
+from shockpc import RobotError, UnknownName, load_robot
 from shockpc.robot.catalogue import catalogue
-from shockpc.robot.robot import load_robot
 from shockpc.robot.source import read_source
 
 NOT_ROBOTS = {"ur3_empty", "hector_macro", "hector_xacro"}  # files of the data package that hold none

@@ -6,9 +6,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from shockpc import Scene, SceneError
 from shockpc.core.spatial import cross_matrix, plane_from, velocity_at
-from shockpc.errors import SceneError
-from shockpc.scene import Scene, plane_of
+from shockpc.scene import plane_of
 
 VECTORS = arrays(float, 3, elements=st.floats(-10.0, 10.0, allow_subnormal=False))
 X, Y, Z = np.eye(3)

@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 from robot_texts import joint, link, urdf
 from trees import robot_from
 
-from shockpc import Contact, Point, Posture, Scene, Strike, shock_profile
+from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
-from shockpc.model.joint_model import Joints, Rotor
 from shockpc.printed import printable
-from shockpc.result import ContactImpulse, StanceImpulse
+from shockpc.result import StanceImpulse
 from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import landing_report, landings_text
 from shockpc.show.tables.design import directions_sheet

@@ -14,13 +14,8 @@ import numpy as np
 import pinocchio as pin
 from hypothesis import strategies as st
 
+from shockpc import Contact, Posture, Robot, Scene, ShockProfile, Strike, load_robot, shock_profile
 from shockpc.core.spatial import cross_matrix
-from shockpc.model.contact import Contact
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene, Strike
 
 URDF_KINDS = ("revolute", "continuous", "prismatic")
 MJCF_KINDS = ("revolute", "prismatic", "spherical", "planar")
