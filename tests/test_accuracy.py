@@ -42,7 +42,7 @@ def nearly_straight(bend, pitch, strike=0.0):
         robot="quadruped",
         base="fixed",
         posture=posture,
-        contact=(Contact(frame="hind_foot", directions=("x", "z")),),
+        contact=Contact(frame="hind_foot", directions=("x", "z")),
         strike=Strike(strike_angle_deg=strike),
     )
 
@@ -112,7 +112,7 @@ def followers(multiplier, mass, at=""):
 @pytest.mark.parametrize("at", ["base", "b"])
 def test_massless_followers_change_nothing(multiplier, at):
     """Neither in a chain nor on a leader whose inertia is the mass of the robot."""
-    scene = Scene(robot="r", contact=(Contact(frame="a", offset=(0.1, 0.2, -0.3)),), posture=Posture(joints={"ja": 0.3}))
+    scene = Scene(robot="r", contact=Contact(frame="a", offset=(0.1, 0.2, -0.3)), posture=Posture(joints={"ja": 0.3}))
     alone, led = (shock_profile(scene, followers(multiplier, 0, where)) for where in ("", at))
     i, k = led.bodies.index("a"), alone.bodies.index("a")
     np.testing.assert_allclose(led.delta_v[[0, i]], alone.delta_v[[0, k]], rtol=1e-15, atol=1e-16)
@@ -126,7 +126,7 @@ def test_massless_followers_change_nothing(multiplier, at):
 def test_a_body_on_a_floating_joint_feels_nothing():
     """Six free velocities carry no impulse."""
     robot = robot_from(urdf(link("base"), link("loose"), joint("six", "base", "loose", "floating", more="")))
-    profile = shock_profile(Scene(robot="r", contact=(Contact(frame="base", offset=(0.1, 0.2, -0.3)),)), robot)
+    profile = shock_profile(Scene(robot="r", contact=Contact(frame="base", offset=(0.1, 0.2, -0.3))), robot)
     assert not profile.delta_v[1].any()
     assert not profile.delta_omega[1].any()
     assert profile.delta_v[0].any()
@@ -134,7 +134,7 @@ def test_a_body_on_a_floating_joint_feels_nothing():
 
 def test_a_foot_that_receives_no_impulse_needs_no_hold():
     """Another leg of a robot on a fixed base stands: the impulse along its rows is zero, beside rows that depend on others."""
-    scene = Scene(robot="quadruped", base="fixed", contact=(Contact(frame="hind_foot"),), stance=("front_foot",))
+    scene = Scene(robot="quadruped", base="fixed", contact="hind_foot", stance=("front_foot",))
     profile = shock_profile(scene, known_robot("quadruped"))
     assert profile.stance[0].impulse.tolist() == [0.0, 0.0, 0.0]
     assert kinds(profile) == set()
@@ -200,7 +200,7 @@ def test_ordinary_robots_have_no_warning_of_arithmetic(name, feet, base, joints)
 def test_many_postures_are_each_posture_alone(name, foot, model):
     robot = known_robot(name)
     joints = {"free": Joints(), "geared": Joints(armature={"*": 0.05}), "locked": Joints(locked=robot.joint_names[::3])}[model]
-    landing = resolve(Scene(robot=name, contact=(Contact(frame=foot),), joints=joints), robot)
+    landing = resolve(Scene(robot=name, contact=foot, joints=joints), robot)
     Q = np.repeat(landing.q[None], 300, axis=0)
     Q[:, 7:] += np.random.default_rng(0).uniform(-0.3, 0.3, Q[:, 7:].shape)
     whole = shock_maps(landing, Q)
@@ -294,7 +294,7 @@ def test_a_body_that_moves_as_no_robot_moves_is_a_warning(bend, warned):
 
 
 def test_a_body_without_inertia_that_turns_as_no_robot_turns_is_a_warning():
-    profile = shock_profile(Scene(robot="icub", contact=(Contact(frame="l_sole"),)), known_robot("icub"))
+    profile = shock_profile(Scene(robot="icub", contact="l_sole"), known_robot("icub"))
     assert [one.subject for one in profile.health.warnings if one.kind == "posture"] == ["head"]
 
 
@@ -306,7 +306,7 @@ def slab(*offsets):
 def nearly_on_the_centre(beside):
     moments = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
     robot = robot_from(urdf(f'<link name="body"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>{moments}</inertial></link>'))
-    return robot, Scene(robot="body", contact=(Contact(frame="body", offset=(0.3 + beside, 0.0, -0.1)),))
+    return robot, Scene(robot="body", contact=Contact(frame="body", offset=(0.3 + beside, 0.0, -0.1)))
 
 
 def drawn_in(approach):
@@ -328,7 +328,7 @@ def hardly_moving(speed):
 
     def moving(velocity):
         strike = Strike(velocity=tuple(velocity), joint_velocities={"joint1": -2.0})
-        return Scene(robot="chain", contact=(Contact(frame="link0"),), strike=strike, v_in="com", posture=posture)
+        return Scene(robot="chain", contact="link0", strike=strike, v_in="com", posture=posture)
 
     profile = shock_profile(moving((0.0, 0.0, -9.0)), robot)
     found = profile.proof.enclosure.read(lambda impact: impact.velocities_before((0, 1), robot.coms).astype(float))

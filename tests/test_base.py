@@ -9,13 +9,13 @@ from commands import good, run
 from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Posture, Scene, Strike, shock_profile
+from shockpc import Joints, Posture, Scene, Strike, shock_profile
 from shockpc.model.joint_model import joint_model
 from shockpc.show.document import document
 
 SCENE = Scene(
     robot="quadruped",
-    contact=(Contact(frame="front_foot"),),
+    contact="front_foot",
     posture=Posture(base_rpy_deg=(5.0, -10.0, 20.0), joints_deg={"*_knee": -20.0}),
     strike=Strike(strike_angle_deg=20.0),
 )

@@ -125,7 +125,7 @@ def test_a_loop_can_be_cut_anywhere():
 @pytest.mark.parametrize("e", [0.0, 0.7])
 def test_the_ends_of_a_loop_stay_together(e):
     """Both ends have one velocity after the impact, which is −e of that before it, for they are the contact point."""
-    profile = closed(contact=(Contact(frame=TIP.frame, offset=TIP.offset, restitution=e),))
+    profile = closed(contact=Contact(frame=TIP.frame, offset=TIP.offset, restitution=e))
     for place in (LOOP.a, LOOP.b):
         jump = dense.velocity(profile, profile.bodies.index(place.frame), place.offset)
         np.testing.assert_allclose(jump, -(1.0 + e) * np.array(FALL.velocity), atol=1e-12)
@@ -228,7 +228,7 @@ def test_a_prismatic_joint_closes_a_loop_in_metres():
     )
     closure = Closure(a=Place(frame="slider"), b=Place(frame="ground", offset=(-0.03, 0.0, 0.04)), directions=("x", "z"))
     posture = Posture(joints={"turn": 0.0, "slide": -0.06})
-    given = Scene(robot="t", contact=(Contact(frame="slider"),), closure=(closure,), assemble=("*",), posture=posture)
+    given = Scene(robot="t", contact="slider", closure=(closure,), assemble=("*",), posture=posture)
     found = resolve(given, robot).assembly
     expected = (("turn", pytest.approx(np.arctan2(4, 3), rel=1e-9), "rad"), ("slide", pytest.approx(0.01, rel=1e-9), "m"))
     assert found.moved == expected
@@ -284,7 +284,7 @@ def test_joints_to_assemble_without_a_loop_and_open_loops_are_reported():
         ("skippy", scene("fig3").contact[0].frame, {}, ("fig3.toml",)),
         ("five_bar", scene("five_bar").contact[0].frame, {}, ("five_bar.toml",)),
     ):
-        (warning,) = resolve(Scene(robot=name, contact=(Contact(frame=frame),), **changes), known_robot(name)).warnings
+        (warning,) = resolve(Scene(robot=name, contact=frame, **changes), known_robot(name)).warnings
         assert warning.kind == "scene"
         assert all(part in str(warning) for part in parts)
 

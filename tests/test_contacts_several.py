@@ -223,7 +223,7 @@ def test_no_impulse_is_needed_across_the_plane_of_a_planar_base():
     """A row along which nothing can move takes no impulse: the impulse and the friction are those of a free base."""
     free, planar = (
         shock_profile(
-            Scene(robot="leg", base=base, contact=(Contact(frame="heel"),), strike=Strike(strike_angle_deg=20.0)),
+            Scene(robot="leg", base=base, contact="heel", strike=Strike(strike_angle_deg=20.0)),
             known_robot("leg"),
         ).contacts[0]
         for base in ("free", "planar")
@@ -237,7 +237,7 @@ def test_no_impulse_is_needed_across_the_plane_of_a_planar_base():
 
 def test_mitigation_lies_between_0_and_1_where_it_is_defined():
     """Zero for a rigid robot; not defined for a planar mechanism, whose joints can do nothing across its plane."""
-    leg = shock_profile(Scene(robot="leg", contact=(Contact(frame="heel"),)), known_robot("leg"))
+    leg = shock_profile(Scene(robot="leg", contact="heel"), known_robot("leg"))
     assert leg.contacts[0].mitigation is None
     assert box(CORNERS[0]).contacts[0].mitigation == pytest.approx(0.0, abs=1e-12)
     free = anymal(LEFT)

@@ -22,13 +22,13 @@ SCENES = {
     "dog that slides": Scene(
         **DOG,
         xacro={"payload": "1.5"},
-        contact=(Contact(frame="lf_foot", at="lowest", directions=("z",), restitution=0.5),),
+        contact=Contact(frame="lf_foot", at="lowest", directions=("z",), restitution=0.5),
         posture=Posture(reference="crouched", base_rpy_deg=(5.0, 15.0, 0.0), joints_deg={"rh_*": -30.0}),
         point=(Point(frame="trunk", offset=(0.1, 0.0, 0.05)),),
         strike=Strike(velocity=(0.5, 0.1, -1.0)),
     ),
-    "beam that translates": Scene(robot="beam", contact=(Contact(frame="center"),)),
-    "anymal on a fixed base": Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), base="fixed"),
+    "beam that translates": Scene(robot="beam", contact="center"),
+    "anymal on a fixed base": Scene(robot="anymal_b", contact="LF_FOOT", base="fixed"),
     "dog whose front legs are tied together": Scene(
         **DOG,
         posture=Posture(joints_deg={"lf_hip": 20.0}),

@@ -221,7 +221,7 @@ def test_a_joint_equality_without_a_leader_holds_the_joint(ref):
     """At the constant q1 = q1₀ + a0, and its velocity does not jump."""
     text = chains('<joint joint1="q" polycoef="0.1 0.9 0 0 0"/>', q=ref)
     robot = robot_from(text, ".xml")
-    profile = shock_profile(Scene(robot="m", contact=(Contact(frame="b2", offset=(0.1, 0.0, -0.2)),)), robot)
+    profile = shock_profile(Scene(robot="m", contact=Contact(frame="b2", offset=(0.1, 0.0, -0.2))), robot)
     np.testing.assert_allclose(mujoco_of(text, profile.q)[1], [0.0], atol=1e-15)
     assert profile.q[robot.joint("q").q] == pytest.approx(ref + 0.1, abs=1e-15)
     assert profile.delta_qd[robot.joint("q").v] == 0.0

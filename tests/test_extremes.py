@@ -109,10 +109,7 @@ def test_extremes_scale_with_the_jump_and_not_with_the_speed(seed, speed):
     """Scaling jump and strike by the same factor leaves the normalised shock unchanged."""
     _, omega, v, points = draw(seed, 6)
     np.testing.assert_allclose(
-        one_piece(speed * omega, speed * v, points, 0.2, speed),
-        one_piece(omega, v, points, 0.2, 1.0),
-        rtol=1e-9,
-        atol=1e-12,
+        one_piece(speed * omega, speed * v, points, 0.2, speed), one_piece(omega, v, points, 0.2, 1.0), rtol=1e-9, atol=1e-12
     )
 
 

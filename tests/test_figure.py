@@ -307,7 +307,7 @@ def test_nearer_limbs_cover_farther_ones_but_not_the_struck_one(anymal):
 
 def test_every_centre_of_percussion_is_in_the_table():
     """Struck near its middle, a beam rotates about a point 1.7 m beyond its end: not in the picture, but beside it."""
-    profile = shock_profile(Scene(robot="beam", contact=(Contact(frame="center", offset=(0.04, 0.0, 0.0)),)))
+    profile = shock_profile(Scene(robot="beam", contact=Contact(frame="center", offset=(0.04, 0.0, 0.0))))
     figure = draw_landing(profile)
     x, z = to_plane(profile.copc_world, profile.plane)[0]
     assert x < figure.axes[1].get_xlim()[0]
@@ -393,9 +393,7 @@ def test_names_are_written_as_they_are(tmp_path):
     """Dollar signs are no formula, control characters become escapes, a long name is cut, and any script is valid."""
     name = "a$b$c\n足" + "long" * 40
     (tmp_path / "odd.urdf").write_text(BARE.format("").replace("trunk", name.replace("\n", "&#10;")), encoding="utf-8")
-    profile = shock_profile(
-        Scene(robot=str(tmp_path / "odd.urdf"), contact=(Contact(frame=name),), joints=Joints(armature={"j": 0.01}))
-    )
+    profile = shock_profile(Scene(robot=str(tmp_path / "odd.urdf"), contact=name, joints=Joints(armature={"j": 0.01})))
     written = "".join(ElementTree.fromstring(drawn(profile)["shock.svg"]).itertext())
     assert "a$b$c\\n足" in written
     assert "long" * 40 not in written
@@ -419,7 +417,7 @@ import hashlib, sys
 from shockpc import Contact, Scene, shock_profile
 from shockpc.show.figure.canvas import render
 from shockpc.show.figure.landing import draw_landing
-profile = shock_profile(Scene(robot="beam", contact=(Contact(frame="tip"),)))
+profile = shock_profile(Scene(robot="beam", contact="tip"))
 files = render("shock", lambda: draw_landing(profile))
 print(hashlib.sha256(b"".join(files.values())).hexdigest(), "matplotlib.pyplot" in sys.modules)
 """

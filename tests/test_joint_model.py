@@ -230,7 +230,7 @@ def test_a_joint_model_that_cannot_be_is_refused(joints, error, names):
 
 
 def test_leader_and_follower_may_be_locked_together():
-    scene = Scene(robot="r", contact=(Contact(frame="c", offset=(0.1, 0.0, -0.1)),), joints=Joints(locked=("j", "k")))
+    scene = Scene(robot="r", contact=Contact(frame="c", offset=(0.1, 0.0, -0.1)), joints=Joints(locked=("j", "k")))
     profile = shock_profile(scene, robot_from(PAIR))
     assert profile.joint_model == "locked"
     assert not profile.delta_qd[6:].any()

@@ -295,13 +295,13 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
 def test_of_several_robots_that_with_the_contact_is_computed(tmp_path: Path, contact: str):
     """The first body that fits the contact decides; a contact of none of them is an unknown name."""
     from_text(tmp_path, TWO)
-    scene = Scene(robot=str(tmp_path / "dog.xml"), contact=(Contact(frame="box"),))
+    scene = Scene(robot=str(tmp_path / "dog.xml"), contact="box")
     assert robot_of(Scene(robot=scene.robot), [contact]).links == ("box",)
     profile = shock_profile(scene)
     assert 'holds 3 robots that move on their own: "box", which has the contact, is computed' in profile.robot.warnings[0]
     np.testing.assert_allclose(profile.delta_v, [[0.0, 0.0, 1.0]], atol=1e-15)
     with pytest.raises(UnknownName):
-        shock_profile(Scene(robot=scene.robot, contact=(Contact(frame="window"),)))
+        shock_profile(Scene(robot=scene.robot, contact="window"))
 
 
 def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):

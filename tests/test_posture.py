@@ -202,7 +202,7 @@ def test_a_joint_outside_its_limits_is_reported():
     assert [(one.kind, one.subject, one.value) for one in warnings] == [("limits", "hinge", 0.25), ("limits", "slide", 2.0)]
     for warning, numbers in zip(warnings, (("14.3 deg", "57.3"), ("2 m", "1")), strict=True):
         assert all(number in str(warning) for number in numbers)
-    profile = shock_profile(Scene(robot="r.urdf", contact=(Contact(frame="finger"),), posture=posture), MIXED)
+    profile = shock_profile(Scene(robot="r.urdf", contact="finger", posture=posture), MIXED)
     assert profile.health.warnings[:2] == warnings
     for value in (1.0, -1.0, 1.0 + 5e-5):
         assert outside_limits(MIXED, configuration(MIXED, Posture(joints={"hinge": value, "slide": value}))) == ()

@@ -167,7 +167,7 @@ def test_the_shock_of_a_point_follows_from_its_body():
 )
 def test_a_strike_is_the_velocity_it_says(strike, vector):
     """The angle is counted from the vertical, positive moving forward; a fall of h ends at sqrt(2 g h)."""
-    profile = shock_profile(Scene(robot="leg", contact=(Contact(frame="heel"),), strike=strike), known_robot("leg"))
+    profile = shock_profile(Scene(robot="leg", contact="heel", strike=strike), known_robot("leg"))
     np.testing.assert_allclose(profile.strike, vector, atol=1e-15)
     assert profile.v_in == pytest.approx(np.linalg.norm(vector), rel=1e-15)
 
@@ -208,7 +208,7 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
 
 def test_a_profile_is_read_only():
     """No array of it can be written to."""
-    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
+    profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"), known_robot("anymal_b"))
     for name in ("q", "delta_qd", "maps", "position", "rotation", "delta_omega", "delta_v"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(profile, name)[...] = 0

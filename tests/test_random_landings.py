@@ -9,7 +9,7 @@ from proof_check import body_errors, check, excess
 from random_landings import random_landing
 from trees import known_robot
 
-from shockpc import Contact, Scene, ShockError, Strike, shock_profile
+from shockpc import Scene, ShockError, Strike, shock_profile
 
 BLOCKS, EACH = 12, 30
 
@@ -50,14 +50,14 @@ OBLIQUE = Strike(velocity=(0.3, 0.2, -1.0))
 def test_mimic_joints_agree(name):
     """Followers tied by rows (here) and left out as columns (package, Eq. 7) give the same answer."""
     robot = known_robot(name)
-    exact, profile = solved(robot, Scene(robot=name, contact=(Contact(frame=robot.links[-1]),), strike=OBLIQUE))
+    exact, profile = solved(robot, Scene(robot=name, contact=robot.links[-1], strike=OBLIQUE))
     assert len(exact.impulse) == 3 + len(robot.mimics)
     assert excess(profile, exact) <= 1.0
 
 
 def test_an_error_is_seen():
     """The exact answer rounded to doubles has an error of rounding; one digit that is changed shows in its body alone."""
-    exact, profile = solved(known_robot("anymal_b"), Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), strike=OBLIQUE))
+    exact, profile = solved(known_robot("anymal_b"), Scene(robot="anymal_b", contact="LF_FOOT", strike=OBLIQUE))
     rounded = np.vectorize(float)(exact.jumps[..., 3])
     assert body_errors(profile.landing, exact, rounded).max() < 1e-15
     rounded[3] *= 1.0 + 1e-6

@@ -125,7 +125,7 @@ def response(H, J, K):
 )  # fmt: skip
 def test_effective_masses_while_stance_and_closures_hold(name, stance, loop):
     """1 / (nᵀ A n) and nᵀ A⁻¹ n for the response A of the point; what is held lets the point move less."""
-    found = scene(name) if loop else Scene(robot=name, contact=(Contact(frame="FL_foot"),))
+    found = scene(name) if loop else Scene(robot=name, contact="FL_foot")
     if stance:
         found = dataclasses.replace(found, strike=Strike(), stance=stance)
     profile = shock_profile(found, robot_of(found) if loop else known_robot(name))

@@ -33,7 +33,7 @@ def directions(*shape):
 
 def landing(contact: str, **changes):
     """The paper's beam struck somewhere, with the accuracy in round numbers."""
-    scene = Scene(robot="beam", contact=(Contact(frame=contact),), point=(Point(frame="tip", offset=(0, 0, 0.1)),), **changes)
+    scene = Scene(robot="beam", contact=contact, point=(Point(frame="tip", offset=(0, 0, 0.1)),), **changes)
     found = shock_profile(scene)
     points = tuple(Altered(point, directions=directions()) for point in found.points)
     warned = health(warnings=("the ground is wet; feet may slip",))
@@ -66,7 +66,7 @@ def test_report_of_a_robot_with_joints(snapshot):
     scene = Scene(
         robot="leg",
         base="planar",
-        contact=(Contact(frame="heel", directions=("z",), restitution=0.3),),
+        contact=Contact(frame="heel", directions=("z",), restitution=0.3),
         posture=Posture(base_rpy_deg=(0.0, 15.0, 0.0), joints={"knee": -0.2}, joints_deg={"k*": -15.0}),
         strike=Strike(speed=2.0, strike_angle_deg=30.0),
         point=(Point(frame="heel"),),
@@ -83,7 +83,7 @@ def test_report_of_a_robot_with_joints(snapshot):
 
 def test_the_last_line_is_the_accuracy():
     """Proven bound, precision, error of double precision, and the sensitivity to the data where it was computed."""
-    profile = shock_profile(Scene(robot="beam", contact=(Contact(frame="pivot"),)))
+    profile = shock_profile(Scene(robot="beam", contact="pivot"))
     proven = Altered(profile, health=health())
     line = (
         "accuracy: proven to 2e-16 of each body's motion (128 bits); double precision alone was off by 6e-15; "
@@ -234,26 +234,24 @@ def test_header_shows_what_was_set_with_units():
     assert re.fullmatch(r"heel at \(.*\) m, slides, constrained along z \(0 1 0\), restitution 0\.3", found["contact"])
     settings = "reflected inertia knee = 0.01 kg m²; rotor of *: 1e-05 kg m², gear ratio 9"
     assert found["joint model"] == f"geared (every joint has the reflected inertia of its drive); {settings}"
-    assert "1 moving body" in header(robot="beam", contact=(Contact(frame="pivot"),))["robot"]
+    assert "1 moving body" in header(robot="beam", contact="pivot")["robot"]
 
 
 # Tables
 
 
 @pytest.mark.parametrize(
-    ("slides", "ways"),
-    [(("z",), ["parallel", "parallel"]), (("x", "y", "z"), ["parallel", "towards"])],
-    ids=["slides", "sticks"],
+    ("slides", "ways"), [(("z",), ["parallel", "parallel"]), (("x", "y", "z"), ["parallel", "towards"])], ids=["slides", "sticks"]
 )
 def test_a_least_severe_direction_along_the_ground_is_called_parallel(slides, ways):
     """A contact that slides transmits nothing of an impact along the ground, which is no landing."""
-    scene = Scene(robot="leg", contact=(Contact(frame="heel", directions=slides),), posture=Posture(joints_deg={"knee": -15.0}))
+    scene = Scene(robot="leg", contact=Contact(frame="heel", directions=slides), posture=Posture(joints_deg={"knee": -15.0}))
     assert [row[-1] for row in directions_sheet(shock_profile(scene)).rows] == ways
 
 
 def test_parallel_is_along_the_ground_that_is_struck():
     """In a plane seen from above, struck within it, the ground is vertical, so an impact along world z is parallel to it."""
-    scene = Scene(robot="beam", contact=(Contact(frame="tip"),), strike=Strike(velocity=(0.0, -1.0, 0.0)), plane="xy")
+    scene = Scene(robot="beam", contact="tip", strike=Strike(velocity=(0.0, -1.0, 0.0)), plane="xy")
     found = shock_profile(scene)
     for least, way in (((0.0, -1.0, 0.0), "towards"), ((0.0, 0.0, -1.0), "parallel")):
         chosen = found.directions._replace(least_severe=np.array([least]))
@@ -305,7 +303,7 @@ def test_stance_feet_are_listed_with_the_total(snapshot):
 
 def test_bodies_that_do_not_move_become_one_line():
     """On a fixed base most bodies of a quadruped stay as they are; CSV has them all."""
-    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),), base="fixed"))
+    profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT", base="fixed"))
     report = landings_text([profile], "table")
     rows = [line.split("  ")[0] for line in report.split("─\n")[1].splitlines()]
     assert rows[:3] == ["LF_HIP", "LF_THIGH", "LF_SHANK"]
