@@ -84,17 +84,21 @@ def test_models_that_cannot_be_solved(capfd, here, words, parts):
 
 
 MODELS = {
-    "arm.xml": mjcf(body("arm")),
+    "arm.xml": mjcf('<body name="post">' + body("arm") + "</body>"),
     "dog.xml": mjcf(floating()),
     "srdf.toml": 'robot = "dog.xml"\nsrdf = "dog/dog.srdf"\n[[contact]]\nframe = "base"\n',
 }
 
 
 @pytest.mark.parametrize(
-    "words", commands("analyze:: arm.xml --contact arm --base free | dog.xml --contact base --srdf dog/dog.srdf | srdf.toml")
+    "words",
+    commands("""
+analyze:: dog.xml --contact base --srdf dog/dog.srdf | srdf.toml
+analyze arm.xml:: --contact arm --base free | --contact post | --contact arm --stance post | --contact arm --base-rpy 0,0,0
+"""),
 )
 def test_models_from_mjcf(capfd, here, snapshot, words):
-    """A base that its file fixes cannot be freed; postures that nothing would read are refused, typed or in a scene."""
+    """A base that its file fixes cannot be freed or placed, and what it holds cannot strike; postures that nothing reads are refused."""
     for name, text in MODELS.items():
         (here / name).write_text(text)
     assert refusal(capfd, here, *words) == snapshot
@@ -118,11 +122,14 @@ FOOT:: --base fixed --angular-velocity 0,2,0 | --base planar --angular-velocity 
 FOOT:: --plane zx | --plane 0,1 | --plane 0,0,0 | --plane xy --strike-angle 181
 FOOT:: --plane xy --strike-angle 10 | --plane 0,0,-2 --strike-angle=-0.5 | --restitution 1.5 | --restitution=-0.1
 FOOT:: --armature knee | --armature knee=-1 | --armature root_joint=1 | --joints locked --armature knee=0.1
-FOOT:: --pulse square:5ms | --range-g 16 | --range-g=-1 | --lock knee --base fixed
+FOOT:: --pulse square:5ms | --pulse half-sine:0ms | --pulse half-sine | --range-g 16 | --range-g=-1
+FOOT:: --pulse half-sine:5ms --range-g 0 | --offset 0.1,0,0 --joint-velocity knee=-99 | --lock knee --joint-velocity knee=-4
+FOOT:: --stance foot | --lock root_joint | --lock knee --base fixed
 analyze leg:: --contct heel | --contact | heel
 analyze leg --contact heel:: --format yaml | --base loose | --contact-point deepest
 analyze dog/dog.urdf.xacro --package dog_description=dog --contact lf_foot:: --xacro paylod:=2
 :: analyze | stick.urdf | anymal_b | analyse stick.urdf | fly | schema landing.toml | robots --posture x
+robots:: dgo | leg --xacro mas:=3 | leg --xacro mass | leg --package dog | leg --package dog=/nowhere
 """.replace("FOOT", "analyze stick.urdf --contact foot")
 
 

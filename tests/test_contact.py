@@ -8,10 +8,10 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import body, joint, link, mjcf, refused, urdf
+from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Posture, Scene, SceneError, Strike, UnknownName, shock_profile
+from shockpc import Contact, Posture, Scene, Strike, UnknownName, shock_profile
 from shockpc.model.contact import contact_block, contact_point, match_frames
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration
@@ -181,33 +181,3 @@ def test_a_contact_kept_along_three_independent_directions_sticks(directions):
     one, other = (land(Contact(frame="LF_FOOT", directions=kept)) for kept in (("x", "y", "z"), directions))
     np.testing.assert_allclose(other.delta_qd, one.delta_qd, rtol=0, atol=1e-12 * np.abs(one.delta_qd).max())
     np.testing.assert_allclose(other.contacts[0].impulse, one.contacts[0].impulse, atol=1e-12)
-
-
-POST = mjcf('<body name="post">' + body("leg") + "</body>")
-
-
-@pytest.mark.parametrize(
-    ("contact", "error", "names"),
-    [
-        ({"directions": ("z", (0.0, 0.0, 0.0))}, SceneError, ('"x", "y", "z"',)),
-        ({"directions": ()}, SceneError, ('"x", "y", "z"',)),
-        ({"directions": ("x", "y")}, SceneError, ("(0, 0, 1)",)),
-        ({"restitution": -0.1}, SceneError, ("-0.1", "between 0", "1")),
-        ({"restitution": 1.01}, SceneError, ("1.01", "between 0", "1")),
-        ({"frame": "LF_FOOD"}, UnknownName, ('"anymal"', '"LF_FOOT"', "shockpc robots anymal_b")),
-        ({"frame": "foot", "at": "lowest"}, SceneError, ("collision geometry", "offset")),
-        ({"frame": "post"}, SceneError, ("world",)),
-    ],
-)
-def test_a_contact_that_cannot_be_is_refused(contact, error, names):
-    """The message names the contact and what would be valid."""
-    contact = Contact(**({"frame": "LF_FOOT"} | contact))
-    robots = {"foot": lambda: named("foot"), "post": lambda: robot_from(POST, ".xml")}
-    refused(
-        error,
-        (f'"{contact.frame}"', *names),
-        contact_point,
-        robots.get(contact.frame, lambda: known_robot("anymal_b"))(),
-        contact,
-        UP,
-    )

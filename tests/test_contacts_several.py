@@ -7,10 +7,10 @@ import dense
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import body, floating, joint, link, mjcf, refused, urdf
+from robot_texts import body, floating, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Closure, Contact, Joints, Place, Posture, Scene, SceneError, Strike, resolve, shock_profile
+from shockpc import Closure, Contact, Joints, Place, Posture, Scene, Strike, shock_profile
 from shockpc.landing import contact_velocity
 
 FEET = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
@@ -310,35 +310,3 @@ def test_only_the_approach_of_the_contact_matters():
     falling = anymal(LEFT, Strike(velocity=tuple(map(float, turning.contacts[0].approach))))
     np.testing.assert_allclose(turning.delta_qd, falling.delta_qd, atol=1e-12)
     assert turning.v_in == pytest.approx(falling.v_in)
-
-
-# Refused
-
-
-STAND = mjcf('<body name="stand" pos="0 0 1">' + body("arm") + "</body>")
-
-
-@pytest.mark.parametrize(
-    ("changes", "names"),
-    [
-        ({"contact": LEFT * 2}, ('"LF_FOOT" and "LF_FOOT"', "offset")),
-        ({"contact": LEFT, "stance": ("RF_FOOT",) * 2}, ('"RF_FOOT"', "stance")),
-        ({"contact": LEFT, "stance": ("LF_FOOT",)}, ('"LF_FOOT"', "contact", "stance")),
-        ({"strike": MOTIONS["a swinging leg"], "joints": Joints(locked=("LF_KFE",))}, ('"LF_KFE"', "-4 rad/s")),
-        (
-            {"strike": Strike(velocity=(0.0, 0.0, -0.1), joint_velocities={"LF_KFE": -30.0, "LF_HFE": 20.0})},
-            ('"LF_FOOT" is leaving', "m/s"),
-        ),
-        ({"strike": TUMBLE, "base": "fixed"}, ("fixed", "angular velocity")),
-        ({"strike": TUMBLE, "base": "planar"}, ("planar", "(0, -1, 0)", "2.06 rad/s")),
-        ({"robot": "m", "contact": (Contact(frame="arm"),), "stance": ("stand",)}, ('stance "stand"', "world")),
-    ],
-    ids=[
-        "one contact twice", "one stance twice", "contact and stance", "locked and swinging", "swings up", "fixed base turns",
-        "turns across the plane", "stands anyway",
-    ],
-)  # fmt: skip
-def test_a_landing_that_cannot_be_is_refused(changes, names):
-    """The message names the contacts or joints concerned, and the numbers."""
-    scene = Scene(**({"robot": "anymal_b", "contact": DIAGONAL, "strike": Strike(velocity=V)} | changes))
-    refused(SceneError, names, resolve, scene, robot_from(STAND, ".xml") if scene.robot == "m" else known_robot("anymal_b"))

@@ -3,8 +3,7 @@
 import json
 import re
 
-import pytest
-from commands import ROBOTS, STICK, Outcome, good, run
+from commands import ROBOTS, STICK, good
 
 import shockpc.robot.catalogue
 from shockpc.model.dynamics import PINOCCHIO
@@ -109,23 +108,6 @@ def test_list_without_any_robot(capfd, monkeypatch):
     """The list is there even if there is nothing to list."""
     monkeypatch.setattr(shockpc.robot.catalogue, "catalogue", lambda: ())
     assert table(good(capfd, "robots"), "robots known by name") == []
-
-
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        (("dgo",), ('"dgo"', '"go2"', "shockpc robots")),
-        (("leg", "--xacro", "mas:=3"), ('"mas"', '"mass"')),
-        (("leg", "--xacro", "mass"), ("--xacro", '"mass"', "NAME:=VALUE")),
-        (("leg", "--package", "dog"), ("--package", '"dog"', "NAME=DIR")),
-        (("leg", "--package", "dog=/nowhere"), ('"dog"', '"/nowhere"', "--package dog=DIR")),
-    ],
-    ids=lambda words: " ".join(words),
-)
-def test_bad_words(capfd, words, parts):
-    outcome = run(capfd, "robots", *words)
-    assert outcome._replace(err="") == Outcome(2, "", "")
-    assert [part for part in parts if part not in outcome.err] == []
 
 
 def test_names_in_the_check_up_cannot_control_a_terminal(tmp_path, capfd):
