@@ -98,7 +98,7 @@ analyze arm.xml:: --contact arm --base free | --contact post | --contact arm --s
 """),
 )
 def test_models_from_mjcf(capfd, here, snapshot, words):
-    """A base that its file fixes cannot be freed or placed, and what it holds cannot strike; postures that nothing reads are refused."""
+    """A base that its file fixes cannot be freed or placed, and cannot strike; postures that nothing reads are refused."""
     for name, text in MODELS.items():
         (here / name).write_text(text)
     assert refusal(capfd, here, *words) == snapshot

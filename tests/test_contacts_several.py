@@ -10,7 +10,7 @@ import pytest
 from robot_texts import body, floating, joint, link, mjcf, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Closure, Contact, Joints, Place, Posture, Scene, Strike, shock_profile
+from shockpc import Closure, Contact, Joints, Place, Scene, Strike, shock_profile
 from shockpc.landing import contact_velocity
 
 FEET = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
@@ -31,12 +31,6 @@ def after(profile):
     for contact, block in zip(profile.contacts, profile.solution.equation.blocks, strict=False):
         found.append(contact.approach + dense.velocity(profile, block.body, np.reshape(block.point, 3)))
     return np.array(found)
-
-
-def world_moment(profile):
-    """Jump of the angular momentum about the robot's centre of mass."""
-    linear, angular = dense.momentum(profile)
-    return angular - np.cross(dense.centre_of_mass(profile), linear)
 
 
 # At once
@@ -123,39 +117,6 @@ def test_a_flat_contact_takes_a_moment_of_its_own():
     # How two soles on one rigid body share their load is not determined.
     twins = box(SOLE, dataclasses.replace(SOLE, offset=(-0.1, 0.0, -0.1)))
     assert [(one.impulse, one.moment) for one in twins.contacts] == [(None, None)] * 2
-
-
-# The total impulse
-
-
-TOTALS = {
-    "two feet": {},
-    "four feet": {"contact": FEET},
-    "four geared feet": {"contact": FEET, "joints": Joints(armature={"*": 0.05})},
-    "a foot, and two that stand": {"contact": LEFT, "stance": ("RH_FOOT", "RF_FOOT")},
-    "four feet, not unique": {"contact": FEET, "joints": LOCKED},
-    "two stand, not unique": {
-        "contact": (Contact(frame="LF_FOOT", directions=("z",)),), "stance": ("RF_FOOT", "LH_FOOT"), "joints": LOCKED,
-    },
-    "a flat foot and a sliding one": {
-        "contact": (Contact(frame="LF_FOOT", kind="flat"), Contact(frame="RH_FOOT", directions=("z",))),
-        "posture": Posture(base_rpy_deg=(3.0, -8.0, 40.0)),
-    },
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", TOTALS)
-def test_the_impulse_of_the_ground_is_the_jump_of_the_momentum(name):
-    """Total impulse and its moment about the centre of mass, also where the shares of the feet are not determined."""
-    omega = None if "stance" in TOTALS[name] else (0.2, -0.4, 0.3)
-    profile = anymal(strike=Strike(velocity=V, angular_velocity=omega), **TOTALS[name])
-    np.testing.assert_allclose(profile.total_impulse, dense.momentum(profile)[0], atol=1e-10)
-    np.testing.assert_allclose(profile.total_moment, world_moment(profile), atol=1e-10)
-    found = [*profile.contacts, *profile.stance]
-    unknown = {"four feet, not unique": [True] * 4, "two stand, not unique": [False, True, True]}.get(name, [False] * len(found))
-    assert [one.impulse is None for one in found] == unknown
-    if not any(unknown):
-        np.testing.assert_allclose(sum(one.impulse for one in found), profile.total_impulse, atol=1e-10)
 
 
 # Pulling and standing
