@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from maximal import maximal_jumps
 from proof_check import MET, body_errors, excess
 from random_landings import random_landing
-from robot_texts import LIMIT, joint, link, urdf
+from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Strike, resolve, shock_maps, shock_profile
@@ -90,37 +90,7 @@ def test_a_body_has_the_doubles_nearest_to_its_closed_form(mass, inertia, d, e):
     assert profile.delta_v[0].tolist() == [0.0, 0.0, float(whole * moment)]
 
 
-# Joints that follow others, and joints without load
-
-
-def followers(multiplier, mass, at=""):
-    """A base with an arm, and two links that follow the arm: one on the base, the other on the first, or on the base too."""
-    moments = '<inertia ixx="2" ixy="0" ixz="0" iyy="2" iyz="0" izz="2"/>'
-    place = '<origin xyz="0.1 0 -0.2"/>'
-
-    def follow(leader):
-        return f'{LIMIT}{place}<mimic joint="{leader}" multiplier="{multiplier!r}"/>'
-
-    more = [link("b", mass) if mass else '<link name="b"/>', link("c", mass) if mass else '<link name="c"/>']
-    more += [joint("jb", "base", "b", more=follow("ja")), joint("jc", at, "c", axis="1 0 0", more=follow("jb"))]
-    return robot_from(
-        urdf(link("base"), link("a", inertia=moments), joint("ja", "base", "a", more=LIMIT + place), *(more if at else []))
-    )
-
-
-@pytest.mark.parametrize("multiplier", [1.0, -1.0, 0.5])
-@pytest.mark.parametrize("at", ["base", "b"])
-def test_massless_followers_change_nothing(multiplier, at):
-    """Neither in a chain nor on a leader whose inertia is the mass of the robot."""
-    scene = Scene(robot="r", contact=Contact(frame="a", offset=(0.1, 0.2, -0.3)), posture=Posture(joints={"ja": 0.3}))
-    alone, led = (shock_profile(scene, followers(multiplier, 0, where)) for where in ("", at))
-    i, k = led.bodies.index("a"), alone.bodies.index("a")
-    np.testing.assert_allclose(led.delta_v[[0, i]], alone.delta_v[[0, k]], rtol=1e-15, atol=1e-16)
-    np.testing.assert_allclose(led.delta_omega[[0, i]], alone.delta_omega[[0, k]], rtol=1e-15, atol=1e-16)
-    rates = {name: led.delta_qd[led.robot.joint(name).v][0] for name in led.robot.joint_names}
-    assert rates["jb"] == multiplier * rates["ja"]
-    assert rates["jc"] == multiplier * rates["jb"]
-    assert led.health.double_error < 1e-12
+# Joints without load
 
 
 def test_a_body_on_a_floating_joint_feels_nothing():

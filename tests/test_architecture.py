@@ -21,20 +21,7 @@ MODULES = [
         if found.name not in ("shockpc.__main__", "shockpc.robot.xacro_child")
     ),
 ]
-HEAVY = {
-    "numpy",
-    "pinocchio",
-    "flint",
-    "scipy",
-    "trimesh",
-    "collada",
-    "matplotlib",
-    "shapely",
-    "pydantic",
-    "mujoco",
-    "clarabel",
-    "rich",
-}
+HEAVY = {*"numpy pinocchio flint scipy trimesh collada matplotlib shapely pydantic mujoco clarabel rich".split()}
 
 
 @pytest.mark.parametrize("name", MODULES)

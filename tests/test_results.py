@@ -84,6 +84,11 @@ def assert_loads(profile):
         np.testing.assert_allclose(load.moment, moment, rtol=0, atol=1e-9 * size)
         if joint.kind in ("revolute", "continuous"):
             assert load.along == pytest.approx(load.moment @ profile.rotation[k] @ joint.axis, abs=1e-9 * size)
+        if load.along is not None and not any(joint.name in (mimic.joint, *mimic.leaders) for mimic in robot.mimics):
+            # A free joint carries nothing along its axis, a geared one −a Δq̇, and a locked one does not move.
+            model, (rate,) = profile.landing.joint_model, profile.delta_qd[joint.v]
+            carried = load.along == pytest.approx(-model.armature[joint.v].item() * rate, abs=1e-9 * size)
+            assert rate == 0.0 if model.locked[joint.v] else carried
 
 
 def test_loads_of_a_loop_are_those_of_the_cut_closed_again():
