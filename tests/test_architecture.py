@@ -21,7 +21,8 @@ MODULES = [
         if found.name not in ("shockpc.__main__", "shockpc.robot.xacro_child")
     ),
 ]
-HEAVY = {*"numpy pinocchio flint scipy trimesh collada matplotlib shapely pydantic mujoco clarabel rich".split()}
+HEAVY = {"numpy", "pinocchio", "flint", "scipy", "trimesh", "collada", "matplotlib", "shapely", "pydantic", "mujoco"}
+HEAVY |= {"clarabel", "rich"}
 
 
 @pytest.mark.parametrize("name", MODULES)

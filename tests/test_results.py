@@ -12,6 +12,7 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, shock_profile
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
+from shockpc.landing import contact_velocity
 from shockpc.paper.landings import land, robot_of, scene
 from shockpc.scene import GRAVITY
 
@@ -36,7 +37,10 @@ def struck(name, *feet, **changes):
 
 @pytest.mark.parametrize("block", range(8))
 def test_energy_momentum_and_loads_of_random_landings(block):
-    """What is lost is the drop of ½ q̇ᵀ (H + armature) q̇; what the ground gives is the jump of the momentum, or reaches a joint."""
+    """Contacts approach as the whole motion makes them; what is lost is the drop of ½ q̇ᵀ (H + armature) q̇.
+
+    What the ground gives is the jump of the momentum, of all bodies and of those behind each joint.
+    """
     checked = 0
     for number in range(25 * block, 25 * block + 25):
         robot, scene = random_landing(number)
@@ -54,6 +58,10 @@ def assert_balances(profile):
     before, R = profile.landing.before, profile.rotation[0]
     qd = np.array(before.joint_rates)
     qd[:6] = [*(R.T @ before.velocity), *(R.T @ before.omega)]
+    for contact, given, block in zip(profile.contacts, profile.scene.contact, profile.solution.equation.blocks, strict=False):
+        J = dense.point_rows(profile.robot.model, profile.q, given.frame, given.offset)
+        for approach in (contact.approach, contact_velocity(profile.landing, profile.landing.state, block)[0]):
+            np.testing.assert_allclose(approach, J @ qd, rtol=0, atol=1e-12 * (1.0 + np.abs(J) @ np.abs(qd)).max())
     H = dense.inertia(profile.robot.model, profile.q) + np.diag(profile.landing.joint_model.armature)
     start, end = (0.5 * v @ H @ v for v in (qd, qd + profile.delta_qd))
     if not profile.stance:  # which the motion before the impact would move
