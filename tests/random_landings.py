@@ -64,6 +64,7 @@ def random_landing(number: int) -> tuple[Robot, Scene]:
     return robot, Scene(
         robot=f"tree{number}",
         base=base,
+        plane=("xz", "yz", (1.0, 2.0, 0.5))[number // 2 % 3] if base == "planar" else "xz",
         posture=file.posture,
         strike=strike,
         contact=tuple(contacts),

@@ -10,7 +10,7 @@ import trees
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import LIMIT, body, joint, link, mjcf, refused, urdf
-from trees import known_robot, robot_from
+from trees import robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, SceneError, SolveError, Strike, resolve, shock_profile
 from shockpc.profile import impact_jumps
@@ -70,30 +70,6 @@ def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
     point = Contact(frame="b", offset=(0.0, 0.3, 0.0), directions=("z",))
     with pytest.raises(SolveError, match=r'"b" cannot be stopped .* 1 m/s .* \(0 0 1\)'):
         shock_profile(Scene(robot="r", base="fixed", contact=(point,), posture=Posture(base_rpy_deg=(angle, 0.0, 0.0))), robot)
-
-
-@given(st.integers(0, 2**32 - 1), st.sampled_from(["xz", "yz", "xy", (1.0, 2.0, 0.5)]))
-def test_holding_the_base_by_rows_is_holding_it_by_columns(seed, plane):
-    """Both ways of Section 3.1.1: K Δq̇ = 0 stacked under the contact gives the Δq̇ of the reduced system, in any posture."""
-    rng = np.random.default_rng(seed)
-    robot = known_robot("anymal_b")
-    joints = dict(zip(robot.joint_names, rng.uniform(-1.0, 1.0, len(robot.joint_names)).tolist(), strict=True))
-    posture = Posture(base_rpy_deg=tuple(rng.uniform(-180.0, 180.0, 3).tolist()), joints=joints)
-    contact = (Contact(frame="LF_FOOT"),)
-    profile = shock_profile(
-        Scene(robot="anymal_b", base="planar", plane=plane, posture=posture, contact=contact, strike=Strike(velocity=tuple(V))),
-        robot,
-    )
-    R, n = profile.rotation[0], profile.plane.normal
-    K = np.zeros((3, robot.model.nv))
-    K[0, :3], K[1, 3:6], K[2, 3:6] = n @ R, profile.plane.e1 @ R, profile.plane.e2 @ R
-    J = np.vstack([dense.point_rows(robot.model, profile.q, "LF_FOOT"), K])
-    jump, _ = dense.solve(dense.inertia(robot.model, profile.q), J, np.concatenate([V, np.zeros(3)]))
-    assert_close(profile.delta_qd, jump, 1e-10)  # legs may be nearly straight
-    # The base neither leaves the plane nor rotates about an axis in it.
-    v, omega = R @ profile.delta_v[0], R @ profile.delta_omega[0]
-    assert v @ n == pytest.approx(0.0, abs=1e-14)
-    np.testing.assert_allclose(np.cross(n, omega), 0.0, atol=1e-13)
 
 
 def test_a_robot_fixed_by_its_file_cannot_be_freed():

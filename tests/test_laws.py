@@ -53,23 +53,6 @@ def test_the_root_of_the_tree_does_not_matter(landing, seed, data):
     np.testing.assert_allclose(trees.in_order(other, other.ropc)[turning], ropc[turning], rtol=1e3 * CLOSE)
 
 
-# Step 2
-
-
-@given(ANY)
-def test_body_jumps_are_forward_kinematics_of_the_jump(landing):
-    """Eqs. 8–9: the recursion from base to leaf, with Δq̇ as the velocity, gives the jump of every body."""
-    profile = land(landing)
-    model, data = profile.robot.model, profile.robot.model.createData()
-    pin.forwardKinematics(model, data, profile.q, profile.delta_qd)
-    size = np.abs(profile.delta_v).max() + np.abs(profile.delta_omega).max()
-    for body, omega, v in zip(profile.robot.bodies, profile.delta_omega, profile.delta_v, strict=True):
-        there = pin.SE3(body.rotation, body.offset).actInv(data.v[body.joint])
-        # Sums of up to 20 terms of the size of the fastest body.
-        np.testing.assert_allclose(omega, there.angular, atol=1e-13 * size, rtol=1e-12)
-        np.testing.assert_allclose(v, there.linear, atol=1e-13 * size, rtol=1e-12)
-
-
 # Scaling, moving and turning
 
 
@@ -142,30 +125,6 @@ def test_turning_everything_turns_the_answer(landing, seed):
 
 
 # The contact
-
-
-@given(ANY)
-def test_restitution_is_met_along_every_kept_direction(landing):
-    """J_c q̇⁺ = −e J_c q̇⁻."""
-    jumps = trees.twists(land(landing)).ravel()
-    rows, undone = trees.contact_system(landing)
-    size = np.abs(rows) @ np.abs(jumps)
-    np.testing.assert_array_less(np.abs(rows @ jumps + undone), CLOSE * size + 1e-12)
-
-
-@given(ANY)
-def test_kinetic_energy_never_grows(landing):
-    """The loss is (1 − e)/(1 + e) of the jump's own energy, because the jump is orthogonal in energy to what is left (Gauss)."""
-    profile = land(landing)
-    jumps, e = trees.twists(profile), landing.hits[0].restitution
-    before = np.zeros_like(jumps)
-    before[:, 3:] = landing.strike
-    whole, after = (trees.kinetic_energy(landing.mechanism, motion) for motion in (before, before + jumps))
-    expected = (1.0 - e) / (1.0 + e) * trees.kinetic_energy(landing.mechanism, jumps)
-    assert whole - after == pytest.approx(expected, rel=CLOSE, abs=CLOSE * whole)
-    assert profile.energy_lost == pytest.approx(expected, rel=CLOSE, abs=1e-13 * whole)
-    assert profile.energy_share == pytest.approx(expected / whole, rel=CLOSE, abs=1e-13)
-    assert profile.energy_lost >= 0.0
 
 
 @given(trees.landings(planar=True, hits=1, sticking=True))

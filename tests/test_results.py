@@ -66,6 +66,7 @@ def assert_balances(profile):
     start, end = (0.5 * v @ H @ v for v in (qd, qd + profile.delta_qd))
     if not profile.stance:  # which the motion before the impact would move
         assert profile.energy_lost == pytest.approx(start - end, abs=1e-9 * max(start, end))
+        assert profile.energy_lost >= 0.0
         assert profile.energy_share == pytest.approx(profile.energy_lost / start, rel=1e-9)
     linear, angular = dense.momentum(profile, about=dense.centre_of_mass(profile))
     size = sum(body.mass for body in profile.robot.bodies) * (
