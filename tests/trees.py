@@ -309,16 +309,6 @@ def point_rows(mechanism, body, point, directions) -> np.ndarray:
     return rows.reshape(len(directions), -1)
 
 
-def contact_system(landing) -> tuple[np.ndarray, np.ndarray]:
-    """Rows over all twists and the speed (1 + e) n·v that each has to undo."""
-    rows, undone = [], []
-    for hit in landing.hits:
-        directions = np.asarray(hit.directions)
-        rows.append(point_rows(landing.mechanism, hit.body, hit.point, directions))
-        undone.append((1.0 + hit.restitution) * directions @ landing.strike / np.linalg.norm(directions, axis=1))
-    return np.concatenate(rows), np.concatenate(undone)
-
-
 def joint_rows(mechanism) -> np.ndarray:
     """What the joints forbid, over all twists: rows that are zero on every motion of the tree."""
     n = len(mechanism.mass)
@@ -354,9 +344,12 @@ def least_energy_jump(landing) -> np.ndarray:
         moments, axes = np.linalg.eigh(m.inertia[i])
         root[6 * i : 6 * i + 3, 6 * i : 6 * i + 3] = axes / np.sqrt(moments) @ axes.T
         root[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = np.eye(3) / np.sqrt(m.mass[i])
-    contact, undone = contact_system(landing)
-    rows = np.concatenate([joint_rows(m), contact]) @ root
-    asked = np.concatenate([np.zeros(len(rows) - len(undone)), -undone])
+    rows, asked = [joint_rows(m)], [np.zeros(len(joint_rows(m)))]
+    for hit in landing.hits:
+        rows.append(point_rows(m, hit.body, hit.point, hit.directions))
+        speeds = np.asarray(hit.directions) @ landing.strike / np.linalg.norm(hit.directions, axis=1)
+        asked.append(-(1.0 + hit.restitution) * speeds)
+    rows, asked = np.concatenate(rows) @ root, np.concatenate(asked)
     length = np.linalg.norm(rows, axis=1)
     scaled, *_ = np.linalg.lstsq(rows / length[:, None], asked / length, rcond=1e-12)
     return (root @ scaled).reshape(n, 6)

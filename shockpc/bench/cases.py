@@ -3,7 +3,6 @@
 import functools
 import math
 import os
-import re
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,18 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from shockpc import Closure, Contact, Joints, Place, Posture, Robot, Scene, Strike, load_robot
 from shockpc.core.spatial import Array
-from shockpc.model.closure import Closure, Place
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene, Strike
+from shockpc.robot.catalogue import SETS
+from shockpc.robot.landmarks import each_foot
 
-__all__ = [
-    "FAMILIES", "FOOTED", "OBLIQUE", "Case", "Family", "Link", "bent", "box", "chain", "feet_of", "known_robot", "landing",
-    "robot_of",
-]  # fmt: skip
+__all__ = ["FAMILIES", "OBLIQUE", "Case", "Family", "Link", "bent", "box", "chain", "known_robot", "landing", "robot_of"]
 
 BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)
 OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))
@@ -30,14 +23,6 @@ X, Y, Z = np.eye(3)
 ORIGIN = np.zeros(3)
 STICKING = ("x", "y", "z")
 
-FOOTED = (
-    "a1", "alexander", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "bolt", "g1", "go1", "go2", "human", "hyq", "icub",
-    "icub_reduced", "laikago", "romeo", "romeo_laas_small", "romeo_small", "simple_humanoid", "solo12", "solo8", "talos",
-    "talos_full", "talos_reduced_corrected",
-)  # fmt: skip
-"""Robots of example-robot-data with a link that is a foot."""
-
-FOOT = re.compile(r"(_foot|_FOOT|_sole|_sole_link|ankle_roll_link|^[lr]_ankle)$")
 ANYMAL_FEET = ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT")
 
 ENDS = {
@@ -103,12 +88,10 @@ class Family(NamedTuple):
 
     def cases(self) -> Iterator[Case]:
         """Its cases, variant by variant."""
-        return (self.case(variant, value) for variant in self.variants for value in self.values)
-
-    def case(self, variant: str, value: float | str) -> Case:
-        """One of its cases."""
-        text = value if isinstance(value, str) else f"{value:g}"
-        return Case(self.name, variant, text, functools.partial(self.build, self.variants[variant], value))
+        for variant, first in self.variants.items():
+            for value in self.values:
+                text = value if isinstance(value, str) else f"{value:g}"
+                yield Case(self.name, variant, text, functools.partial(self.build, first, value))
 
 
 FAMILIES: dict[str, Family] = {}
@@ -129,10 +112,8 @@ def box(mass: float, sides: tuple[float, float, float]) -> Array:
     return np.asarray(mass / 12.0 * np.diag(squares.sum() - squares))
 
 
-@functools.cache
-def known_robot(name: str) -> Robot:
-    """A robot by its name, loaded once."""
-    return load_robot(name)
+known_robot = functools.cache(load_robot)
+"""Loads a robot by its name, once."""
 
 
 def robot_of(links: list[Link], name: str = "tree") -> Robot:
@@ -187,12 +168,6 @@ def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **
     return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
 
 
-def feet_of(robot: Robot) -> tuple[str, ...]:
-    """The links that are feet or soles, by their names."""
-    found = tuple(link for link in robot.links if FOOT.search(link) and "virtual" not in link)
-    return tuple(link for link in found if "sole" in link) or found
-
-
 def _family(parameter: str, variants: dict[str, Any], values: tuple[Any, ...]) -> Callable[[Build], Build]:
     """Make a function that builds landings a family, which has the function's name and docstring; arguments as in `Family`."""
 
@@ -205,11 +180,11 @@ def _family(parameter: str, variants: dict[str, Any], values: tuple[Any, ...]) -
     return add
 
 
-@_family("robot", {"one foot": 1, "all feet": None}, FOOTED)
+@_family("robot", {"one foot": 1, "all feet": None}, (*SETS["quadrupeds"], *SETS["bipeds"], "human"))
 def _robots(feet: int | None, name: str) -> Built:
     """Robots of example-robot-data, with links without mass (romeo, human) and condition numbers up to 9e18 (icub)."""
     robot = known_robot(name)
-    return landing(robot, *feet_of(robot)[:feet])
+    return landing(robot, *each_foot(robot)[:feet])
 
 
 @_family("mass ratio [-]", ENDS, (1e10, 1e20))

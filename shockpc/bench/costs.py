@@ -1,82 +1,77 @@
-"""What the package costs: a warm analysis in this process, the command in processes of its own, and rows of sweeps."""
+"""What the package costs: analyses, commands, many postures against Pinocchio and MuJoCo, and rows of sweeps."""
 
-import functools
+import math
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import cached_property, partial
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
-from shockpc.bench.cases import known_robot, landing
+from shockpc import Landing, Robot, Scene, ShockMaps, ShockProfile, SolveError, resolve, shock_maps, shock_profile
+from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
-from shockpc.bench.methods import double_jumps
+from shockpc.bench.methods import Prepared, System, UnsuitedError, double_jumps, system_of
+from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
-from shockpc.errors import SolveError
 from shockpc.executor import InProcess, executor
-from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
-from shockpc.profile import shock_maps, shock_profile
-from shockpc.result import ShockProfile
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene
 from shockpc.show.parts import open_sweep, write_parts
 from shockpc.show.tables.sheets import Cell, Sheet
 from shockpc.studies.sweep.study import Sweep, sweep_of
 
-__all__ = ["package_costs", "sweep_costs"]
+__all__ = ["COSTS", "PEERS", "many_system", "postures"]
 
-LANDINGS = (
-    ("ANYmal B, one foot", "anymal_b", ("LF_FOOT",), "3 ms"),
-    ("Talos, both feet", "talos", ("left_sole_link", "right_sole_link"), "12 ms"),
-)
-"""Name, robot, feet and target of the analyses that are timed."""
+COMMANDS = {
+    "import pinocchio": ("-c", "import pinocchio"),
+    "shockpc analyze --format json": ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT", "--format", "json"),
+}
+"""Arguments of Python by the name of the row; run times are compared with that of the first."""
 
-IMPORT = ("-c", "import pinocchio")
-ANALYZE = ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT", "--format", "json")
+STRUCK = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0", "hyq": "lf_foot"}
+"""Robots and the frame that strikes."""
 
-RUNS = 5
-"""Of each command."""
-
-SWEPT = {"hyq": "lf_foot", "anymal_b": "LF_FOOT", "talos": "left_sole_link"}
-"""Robots of the sweeps and the frame that strikes."""
+MANY = 512
+"""Postures of each robot for the peers."""
 
 ROWS = 16384
 """Of each sweep; sixteen times as many where processes are compared."""
 
 
-def package_costs(budget: float) -> Sheet:
+def _cost(run: Callable[[], Any], budget: float, count: int = 1) -> float:
+    """Median time of work that is done so often in one run [s]."""
+    return median(timed(run, budget)[1]) / count
+
+
+def _package(budget: float) -> Sheet:
     """Warm analyses, and commands against `import pinocchio` in alternating processes. Args: budget for each clock [s].
 
     Raises:
         SolveError: a process failed; the text is the last line of its output.
     """
+    anymal, talos = landing(known_robot("anymal_b"), "LF_FOOT"), landing(known_robot("talos"), "left_sole_link", "right_sole_link")
     rows: list[tuple[Cell, ...]] = []
 
     def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
-        rows.append((what, f"{1e3 * median(timed(run, budget)[1]):.3g}", target, None))
+        rows.append((what, f"{1e3 * _cost(run, budget):.3g}", target, None))
 
-    for name, robot_name, feet, target in LANDINGS:
-        robot, scene = landing(known_robot(robot_name), *feet)
-        add(f"shock_profile, {name}", functools.partial(shock_profile, scene, robot), target)
+    for name, (robot, scene), target in (("ANYmal B, one foot", anymal, "3 ms"), ("Talos, both feet", talos, "12 ms")):
+        add(f"shock_profile, {name}", partial(shock_profile, scene, robot), target)
         _with_everything(scene, robot)  # reads the meshes, once
-        add(f"shock_profile with all derived numbers, {name}", functools.partial(_with_everything, scene, robot))
-    robot, scene = landing(known_robot("anymal_b"), "LF_FOOT")
-    add(
-        "steps 1-3 in double precision, ANYmal B, one foot", functools.partial(_double_percussion, resolve(scene, robot)), "0.25 ms"
-    )
-
-    times = np.median([[_process_time(arguments) for arguments in (IMPORT, ANALYZE)] for _ in range(RUNS)], axis=0)
-    for what, aim, seconds in zip(
-        ("import pinocchio", "shockpc analyze --format json"), (None, "1.6 × import"), times, strict=True
-    ):
+        add(f"shock_profile with all derived numbers, {name}", partial(_with_everything, scene, robot))
+    found = resolve(anymal[1], anymal[0])
+    add("steps 1-3 in double precision, ANYmal B, one foot", partial(_double_percussion, found), "0.25 ms")
+    times = np.median([[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0)
+    for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import"), times, strict=True):
         rows.append((what, f"{1e3 * seconds:.3g}", aim, f"{seconds / times[0]:.2f}"))
     return Sheet("run time of the package", ("what", "median [ms]", "target", "× import"), rows)
 
@@ -84,8 +79,7 @@ def package_costs(budget: float) -> Sheet:
 def _with_everything(scene: Scene, robot: Robot) -> list[object]:
     """A profile with everything that is otherwise computed only when it is read."""
     profile = shock_profile(scene, robot)
-    computed = (property, functools.cached_property)
-    return [getattr(profile, name) for name, value in vars(ShockProfile).items() if isinstance(value, computed)]
+    return [getattr(profile, name) for name, value in vars(ShockProfile).items() if isinstance(value, property | cached_property)]
 
 
 def _double_percussion(found: Landing) -> Array:
@@ -105,8 +99,95 @@ def _process_time(arguments: tuple[str, ...]) -> float:
     return time.perf_counter() - start
 
 
-def sweep_costs(budget: float) -> Sheet:
+def many_system(name: str) -> System:
+    """The landing of a robot of `STRUCK`, in one posture."""
+    robot = chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
+    return system_of(*landing(robot, STRUCK[name]))
+
+
+def postures(system: System, n: int) -> Array:
+    """Random postures (n, nq) around the scene's own: every joint, and the base, rotated by about 20°."""
+    steps = 0.35 * np.random.default_rng(20).normal(size=(n, system.model.nv))
+    steps[:, :3] = 0.0
+    return np.stack([pin.integrate(system.model, system.landing.q, step) for step in steps])
+
+
+def _bare_loop(system: System, Q: Array) -> Prepared:
+    """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
+    model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
+    frame = model.getFrameId(system.landing.scene.contact[0].frame)
+    out, before = np.empty((len(Q), model.nv)), np.zeros((len(Q), model.nv))
+    before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
+
+    def run() -> Array:
+        for k, (q, v) in enumerate(zip(Q, before, strict=True)):
+            pin.crba(model, data, q)
+            J = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)[:3]
+            out[k] = pin.impulseDynamics(model, data, v, J, 0.0, 0.0)
+        return out
+
+    def read(after: Array) -> Array:
+        return np.array([system.jumps(system.motions(data, v, q)) for q, v in zip(Q, after - before, strict=True)])[..., None]
+
+    return Prepared(run, read)
+
+
+def _batched(system: System, Q: Array) -> Prepared:
+    """The batched path of the package; its maps are in world axes."""
+
+    def read(found: ShockMaps) -> Array:
+        maps = found.maps.reshape(len(Q), -1, 2, 3, 3)
+        return (np.swapaxes(found.rotation, -1, -2)[:, :, None] @ maps).reshape(len(Q), -1, 6, 3)
+
+    return Prepared(lambda: shock_maps(system.landing, Q), read)
+
+
+PEERS: dict[str, Callable[[System, Array], Prepared]] = {
+    "Pinocchio in a Python loop: 1 direction, joint velocities": _bare_loop,
+    "shockpc, batched: 3 directions, all bodies": _batched,
+    "MuJoCo in a Python loop: 3 directions, all bodies": batch_in_mujoco,
+}
+"""Run times are compared with that of the first."""
+
+
+def _throughput(budget: float) -> Sheet:
+    """Compare the results of all peers in many postures, and their run times. Args: budget for each clock [s]."""
+    rows: list[tuple[Cell, ...]] = []
+    for name in ("anymal_b", "talos", "chain of 100 links"):
+        system = many_system(name)
+        Q, first = postures(system, MANY), math.nan
+        batched = _batched(system, Q)
+        maps = batched.read(batched.run())
+        for peer, prepare in PEERS.items():
+            try:
+                prepared = prepare(system, Q)
+            except UnsuitedError as reason:
+                rows.append((name, peer, None, None, None, str(reason)))
+                continue
+            found, seconds = prepared.read(prepared.run()), _cost(prepared.run, budget, MANY)
+            same = maps if found.shape[-1] == 3 else (maps @ system.landing.before.velocity)[..., None]
+            off = np.max(np.abs(found - same).max(axis=(1, 2, 3)) / np.abs(same).max(axis=(1, 2, 3)))
+            first = seconds if prepare is _bare_loop else first
+            rows.append((name, peer, f"{1e6 * seconds:.1f}", f"{seconds / first:.2f}", f"{off:.1e}", None))
+    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
+    return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
+
+
+def _sweeps(budget: float) -> Sheet:
     """Rows of sweeps against the maps alone, what dominates them, and two processes against one. Args: budget for a clock [s]."""
+    rows: list[tuple[Cell, ...]] = []
+    for name in ("hyq", "anymal_b", "talos"):
+        made = _sample(name, ROWS)
+        found, Q = resolve(made.scene, made.robot), made.configurations(0)[:4096]
+        block, armature = Q[:256], found.joint_model.armature
+        equation = found.equation(dynamics(made.robot, block, armature), False)
+        row = _cost(partial(_written, made, InProcess(), 0), budget, ROWS)
+        maps = _cost(partial(shock_maps, found, Q), budget, len(Q))
+        calls = _cost(partial(dynamics, made.robot, block, armature), budget, len(block))
+        eq_4 = _cost(partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms), budget, len(block))
+        shares = (f"{100.0 * part / row:.0f}" for part in (calls, eq_4))
+        size = str(len(made.robot.bodies) * made.robot.model.nv)
+        rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares))
     one, two = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
         "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
@@ -114,37 +195,7 @@ def sweep_costs(budget: float) -> Sheet:
         f"{16 * ROWS} rows of hyq: {one:.2f} s in one process, {two:.2f} s in two: {one / two:.2f} times as fast",
     )
     header = ("robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps", "row: Pinocchio [%]", "row: Eq. 4 [%]")
-    return Sheet("sweeps", header, [_sweep_row(name, budget) for name in SWEPT], notes)
-
-
-def _sweep_row(name: str, budget: float) -> tuple[Cell, ...]:
-    """Time for one row of a sample, for its maps, and the shares of Pinocchio's calls and of Eq. 4 in it."""
-    made = _sample(name, ROWS)
-    found, Q = resolve(made.scene, made.robot), made.configurations(0)
-    block, armature = Q[:256], found.joint_model.armature
-    equation = found.equation(dynamics(made.robot, block, armature), False)
-    row, maps, calls, solution = (
-        median(timed(run, budget)[1]) / count
-        for run, count in (
-            (lambda: _written(made, InProcess(), 0), ROWS),
-            (lambda: shock_maps(found, Q[:4096]), len(Q[:4096])),
-            (lambda: dynamics(made.robot, block, armature), len(block)),
-            (lambda: solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms), len(block)),
-        )
-    )
-    times = (
-        f"{1e6 * row:.1f}",
-        f"{1e6 * maps:.1f}",
-        f"{row / maps:.2f}",
-        *(f"{100.0 * part / row:.0f}" for part in (calls, solution)),
-    )
-    return name, str(len(made.robot.bodies) * made.robot.model.nv), *times
-
-
-def _sample(name: str, rows: int) -> Sweep:
-    """Random postures of a robot, with the shock at the origin of its base."""
-    robot, scene = landing(known_robot(name), SWEPT[name])
-    return sweep_of(scene, robot, sample=rows, prove=0, at=[robot.bodies[0].name])
+    return Sheet("sweeps", header, rows, notes)
 
 
 def _in_processes(made: Sweep, jobs: int) -> float:
@@ -158,8 +209,18 @@ def _in_processes(made: Sweep, jobs: int) -> float:
         return time.perf_counter() - start
 
 
+def _sample(name: str, rows: int) -> Sweep:
+    """Random postures of a robot, with the shock at the origin of its base."""
+    robot, scene = landing(known_robot(name), STRUCK[name])
+    return sweep_of(scene, robot, sample=rows, prove=0, at=[robot.bodies[0].name])
+
+
 def _written(made: Sweep, workers: Executor, ahead: int) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
         open_sweep(made, Path(folder), "parquet", False)
         return sum(write_parts(made, Path(folder), "parquet", workers, ahead))
+
+
+COSTS = {"costs": _package, "many postures": _throughput, "sweeps": _sweeps}
+"""Tables of what the package costs; the argument is the time for each clock [s]."""

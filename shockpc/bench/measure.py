@@ -6,13 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from shockpc import ShockError, ShockProfile, shock_profile
 from shockpc.bench.cases import Case
-from shockpc.bench.methods import PROVEN, Method
-from shockpc.bench.system import System, UnsuitedError, system_of
-from shockpc.errors import ShockError
+from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
 from shockpc.exact.proof import Proof
-from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
 from shockpc.results.accuracy import double_error
 
 __all__ = ["ACCURATE", "OUTCOMES", "Result", "measure", "timed"]
@@ -55,6 +52,11 @@ class Result(NamedTuple):
     error: float | None = None
     seconds: tuple[float, ...] = ()
     message: str = ""
+
+    @property
+    def quartiles(self) -> list[float | None]:
+        """First quartile, median and third quartile of the run times [s]."""
+        return np.quantile(self.seconds, (0.25, 0.5, 0.75)).tolist() if self.seconds else [None] * 3
 
 
 def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]]:

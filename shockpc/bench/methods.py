@@ -1,19 +1,104 @@
-"""The methods that are compared: ways to find the velocity jump of every body."""
+"""The methods that are compared: ways to find the velocity jump of every body of a landing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.system import System, UnsuitedError
+from shockpc import Landing, Robot, Scene, SceneError, resolve, shock_profile
 from shockpc.core.spatial import Array
-from shockpc.landing import Landing
-from shockpc.profile import impact_jumps, shock_profile
+from shockpc.model.rows import block_axes, block_point
+from shockpc.profile import impact_jumps
 
-__all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "double_jumps"]
+__all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "System", "UnsuitedError", "double_jumps", "system_of"]
 
 PROVEN = "shockpc, proven"
+WORLD_AXES = pin.LOCAL_WORLD_ALIGNED
+
+
+class UnsuitedError(SceneError):
+    """A method cannot take a scene; the text says why."""
+
+
+class System(NamedTuple):
+    """A landing ready for every method.
+
+    Attributes:
+        landing: the scene resolved on the robot.
+        model: the robot's Pinocchio model with the scene's reflected inertia in it, and a frame at every point that is held.
+        held: the rows of each contact, standing foot and loop: world axes (n, 6) of forces and moments; and the frames, one on
+            each body that it holds, with 1, or −1 for the opposite impulse.
+        v: (nv,) joint velocities before the impact in Pinocchio's layout; a base without joint is at rest.
+        b: (nc,) speed to be undone along every row.
+        G: (nv, ny) columns of the free velocities, or None where all are free.
+    """
+
+    landing: Landing
+    model: pin.Model
+    held: list[tuple[Array, list[tuple[int, float]]]]
+    v: Array
+    b: Array
+    G: Array | None
+
+    def assemble(self, data: pin.Data) -> tuple[Array, Array]:
+        """H (nv, nv) and J_c (nc, nv) in the posture of the landing, computed from q."""
+        H = pin.crba(self.model, data, self.landing.q, pin.Convention.WORLD)
+        J_c = [
+            axes @ sum(sign * pin.getFrameJacobian(self.model, data, frame, WORLD_AXES) for frame, sign in ends)
+            for axes, ends in self.held
+        ]
+        return H, np.concatenate(J_c)
+
+    def motions(self, data: pin.Data, v: Array, q: Array | None = None) -> Any:
+        """Motions of the world and of all joints for joint velocities (nv,), by default in the posture of the landing."""
+        pin.forwardKinematics(self.model, data, self.landing.q if q is None else q, v)
+        return data.v
+
+    def jumps(self, motions: Sequence[pin.Motion]) -> Array:
+        """Jumps (nb, 6) of the bodies, body axes at their frames' origins. Args: motions of the world and of Pinocchio's joints."""
+        own = (pin.SE3(body.rotation, body.offset).actInv(motions[body.joint]) for body in self.landing.robot.bodies)
+        return np.array([[*motion.angular, *motion.linear] for motion in own])
+
+    @property
+    def sticking(self) -> bool:
+        """Whether all contacts are points that stop in all directions."""
+        return all(np.array_equal(one.directions, np.eye(3)) and not len(one.moments) for one in self.landing.contacts)
+
+    def contact_points(self) -> list[tuple[int, Array]]:
+        """Pinocchio's joint, and point in its frame [m], of every contact."""
+        frames = (self.model.frames[ends[0][0]] for _, ends in self.held[: len(self.landing.contacts)])
+        return [(frame.parentJoint, frame.placement.translation) for frame in frames]
+
+
+def system_of(robot: Robot, scene: Scene) -> System:
+    """Prepare a scene.
+
+    Raises:
+        ShockError: the scene cannot be computed.
+    """
+    landing = resolve(scene, robot)
+    state, before, model = landing.state, landing.before, pin.Model(robot.model)
+    model.armature = landing.joint_model.armature
+    blocks, held = landing.rows(state), []
+    for block in blocks:
+        point, axes, n = block_point(state, block)[0], np.zeros((block.size, 6)), len(block.forces)
+        axes[:n, :3], axes[n:, 3:] = np.split(block_axes(state, block)[0], [n])
+        ends = []
+        for i, sign in ((block.body, 1.0), (block.other, -1.0)):
+            if i >= 0:
+                body, own = robot.bodies[i], state.rotation[0, i].T @ (point - state.position[0, i])
+                place = pin.SE3(np.eye(3), body.offset + body.rotation @ own)
+                frame = pin.Frame(f"end {len(model.frames)}", body.joint, 0, place, pin.FrameType.OP_FRAME)
+                ends.append((model.addFrame(frame), sign))
+        held.append((axes, ends))
+    v = np.array(before.joint_rates)
+    if robot.free_base:
+        to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
+        v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
+    b, G = landing.approach(state, blocks), landing.columns(state)
+    return System(landing, model, held, v, b[0, :, 3], None if G is None else G[0])
 
 
 class Prepared(NamedTuple):
@@ -34,26 +119,29 @@ Method = Callable[[System], Prepared]
 """Makes a method ready for a system; raises `UnsuitedError` for one that it cannot take."""
 
 
-def _joint_space(solve: Callable[[Array, Array, Array], Array]) -> Method:
-    """A method that solves for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to the bodies."""
-
-    def prepare(system: System) -> Prepared:
-        data, b, G = system.model.createData(), system.b, system.G
-
-        def run() -> Any:
-            H, J_c = system.assemble(data)
-            delta = solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b)
-            return _motions(system, data, delta)
-
-        return Prepared(run, system.jumps)
-
-    return prepare
+def _proven(system: System) -> Prepared:
+    """The package: steps 1 and 2, and the proof; what is derived is computed when it is read."""
+    return Prepared(
+        lambda: shock_profile(system.landing.scene, system.landing.robot),
+        lambda profile: np.concatenate([profile.delta_omega, profile.delta_v], axis=1),
+    )
 
 
-def _motions(system: System, data: pin.Data, delta: Array) -> Any:
-    """Motions of all joints for joint velocities (nv,)."""
-    pin.forwardKinematics(system.model, data, system.landing.q, delta)
-    return data.v
+def double_jumps(landing: Landing) -> Array:
+    """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates at the body frames' origins."""
+    _, _, jumps = impact_jumps(landing, landing.q[None])
+    return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
+
+
+def _joint_space(solve: Callable[[Array, Array, Array], Array], system: System) -> Prepared:
+    """Solve for joint velocities: assemble, reduce by G, solve, and let Pinocchio carry the jump to the bodies."""
+    data, b, G = system.model.createData(), system.b, system.G
+
+    def run() -> Any:
+        H, J_c = system.assemble(data)
+        return system.motions(data, solve(H, J_c, b) if G is None else G @ solve(G.T @ H @ G, J_c @ G, b))
+
+    return Prepared(run, system.jumps)
 
 
 def _dense_kkt(H: Array, J_c: Array, b: Array) -> Array:
@@ -74,10 +162,9 @@ def _schur_cholesky(H: Array, J_c: Array, b: Array) -> Array:
 
 def _partition(H: Array, J_c: Array, b: Array) -> Array:
     """Eq. 6: the velocity of the contact point replaces that of the base, Δq̇₁ = -b, Δq̇₂ = -H₂₂⁻¹ H₂₁ Δq̇₁."""
-    n = len(H)
-    if len(J_c) != 3 or n < 3 or np.linalg.cond(J_c[:, :3]) > 1e3:
+    if len(J_c) != 3 or len(H) < 3 or np.linalg.cond(J_c[:, :3]) > 1e3:
         raise UnsuitedError("Eq. 6 needs one sticking point on a free base")
-    T = np.eye(n)
+    T = np.eye(len(H))
     T[:3, :3] = np.linalg.inv(J_c[:, :3])
     T[:3, 3:] = -T[:3, :3] @ J_c[:, 3:]
     H = T.T @ H @ T
@@ -109,58 +196,39 @@ def _pin_jacobian(system: System) -> Prepared:
 
     def run() -> Any:
         _, J_c = system.assemble(data)  # its crba is the one that the function needs
-        return _motions(system, data, pin.impulseDynamics(system.model, data, system.v, J_c, e, 0.0) - system.v)
+        return system.motions(data, pin.impulseDynamics(system.model, data, system.v, J_c, e, 0.0) - system.v)
 
     return Prepared(run, system.jumps)
 
 
-def _pin_constraints(mu: float) -> Method:
+def _pin_constraints(mu: float, system: System) -> Prepared:
     """pin.impulseDynamics with rigid constraint models. The damping µ stays in the answer: the function solves once."""
+    e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
+    if system.landing.loops or not system.sticking:
+        raise UnsuitedError("rigid constraint models are used here for sticking points alone")
+    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    for joint, point in system.contact_points():
+        place = pin.SE3(np.eye(3), point)
+        models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, place, WORLD_AXES))
+        datas.append(models[-1].createData())
+    data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, mu, 1)
+    pin.initConstraintDynamics(model, data, models, datas)
 
-    def prepare(system: System) -> Prepared:
-        e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
-        sticking = all(np.array_equal(c.directions, np.eye(3)) and not len(c.moments) for c in system.landing.contacts)
-        if system.landing.loops or not sticking:
-            raise UnsuitedError("rigid constraint models are used here for sticking points alone")
-        models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        for joint, point in system.contact_points():
-            place = pin.SE3(np.eye(3), point)
-            models.append(pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, joint, place, pin.LOCAL_WORLD_ALIGNED))
-            datas.append(models[-1].createData())
-        data, settings = model.createData(), pin.ProximalSettings(1e-12, 1e-12, mu, 1)
-        pin.initConstraintDynamics(model, data, models, datas)
-        return Prepared(
-            lambda: _motions(system, data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v),
-            system.jumps,
-            approximates=mu > 0.0,
-        )
+    def run() -> Any:
+        return system.motions(data, pin.impulseDynamics(model, data, q, v, models, datas, e, settings) - v)
 
-    return prepare
-
-
-def _proven(system: System) -> Prepared:
-    """The package: steps 1 and 2, and the proof; what is derived is computed when it is read."""
-    return Prepared(
-        lambda: shock_profile(system.landing.scene, system.landing.robot),
-        lambda profile: np.concatenate([profile.delta_omega, profile.delta_v], axis=1),
-    )
-
-
-def double_jumps(landing: Landing) -> Array:
-    """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates at the body frames' origins."""
-    _, _, jumps = impact_jumps(landing, landing.q[None])
-    return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
+    return Prepared(run, system.jumps, approximates=mu > 0.0)
 
 
 DIRECT: dict[str, Method] = {
     PROVEN: _proven,
     "shockpc, double precision": lambda system: Prepared(lambda: double_jumps(system.landing), np.asarray),
-    "dense KKT (Eq. 4)": _joint_space(_dense_kkt),
-    "Schur complement, Cholesky": _joint_space(_schur_cholesky),
-    "partition (Eq. 6)": _joint_space(_partition),
-    "null space (Eq. 7)": _joint_space(_reduced),
+    "dense KKT (Eq. 4)": partial(_joint_space, _dense_kkt),
+    "Schur complement, Cholesky": partial(_joint_space, _schur_cholesky),
+    "partition (Eq. 6)": partial(_joint_space, _partition),
+    "null space (Eq. 7)": partial(_joint_space, _reduced),
     "Pinocchio, Jacobian": _pin_jacobian,
-    "Pinocchio, constraints": _pin_constraints(0.0),
-    "Pinocchio, constraints, µ = 1e-6": _pin_constraints(1e-6),
+    "Pinocchio, constraints": partial(_pin_constraints, 0.0),
+    "Pinocchio, constraints, µ = 1e-6": partial(_pin_constraints, 1e-6),
 }
 """Methods that solve for the jump; those that simulate the landing are in `mujoco_peer`."""

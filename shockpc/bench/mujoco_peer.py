@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from shockpc.bench.methods import Method, Prepared
-from shockpc.bench.system import System, UnsuitedError
+from shockpc.bench.methods import Method, Prepared, System, UnsuitedError
 from shockpc.core.spatial import Array
 
 try:
@@ -24,12 +23,9 @@ KINDS = {"free": "FREE", "ball": "BALL", "prismatic": "SLIDE", "revolute": "HING
 
 
 def _model(system: System, tau: float | None = None) -> Any:
-    """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing.
+    """A robot as MuJoCo's model, without gravity, which begins in the posture of the landing; body and joint have one number.
 
-    Args:
-        system: a robot with joints of one degree of freedom, ball joints and a free base. MuJoCo numbers bodies depth first, as
-            Pinocchio numbers the joints of a file, so that body and joint have the same number.
-        tau: time constant [s] of a spring and damper between every contact point and the place that it strikes; none by default.
+    With a time constant τ [s], a spring and damper act between every contact point and the place that it strikes.
 
     Raises:
         UnsuitedError: MuJoCo is not installed, has no such joint, or refuses the model.
@@ -45,6 +41,7 @@ def _model(system: System, tau: float | None = None) -> Any:
         if joint.kind not in KINDS:
             raise UnsuitedError(f"{joint.kind} joints are not written for MuJoCo here")
         own, place = model.inertias[i], data.liMi[i]
+        # Bodies are numbered depth first in MuJoCo, as joints of a file are in Pinocchio.
         body = bodies[model.parents[i]].add_body(
             pos=place.translation, quat=np.roll(pin.Quaternion(place.rotation).coeffs(), 1), mass=own.mass, ipos=own.lever,
             fullinertia=own.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], explicitinertial=True,
@@ -87,7 +84,7 @@ def _simulation(tau: float, system: System) -> Prepared:
     landing = system.landing
     if system.G is not None or not landing.floating or landing.loops:
         raise UnsuitedError("MuJoCo is used here for contacts of free robots without loops")
-    if any(c.restitution or len(c.directions) != 3 or len(c.moments) for c in landing.contacts):
+    if not system.sticking or any(contact.restitution for contact in landing.contacts):
         raise UnsuitedError("MuJoCo is used here for sticking points without restitution")
     peer = _model(system, tau)
     peer.opt.timestep = tau / 2.0
@@ -107,19 +104,16 @@ def _simulation(tau: float, system: System) -> Prepared:
 
 
 def batch_in_mujoco(system: System, Q: Array) -> Prepared:
-    """The impulsive equation of one sticking point with MuJoCo's matrices and sparse factor, for three strike directions.
+    """The impulsive equation of one sticking point of a free robot with MuJoCo's matrices and sparse factor, for three directions.
 
-    Args:
-        system: a free robot on one foot.
-        Q: (N, nq) postures in Pinocchio's layout, with the base where it is in the landing.
+    The base is where it is in the landing in all postures Q (N, nq), which are in Pinocchio's layout.
     """
     ((body, foot),) = system.contact_points()
     peer = _model(system)
-    data, nv = mujoco.MjData(peer), peer.nv
-    postures = np.tile(peer.qpos0, (len(Q), 1))
+    data, postures = mujoco.MjData(peer), np.tile(peer.qpos0, (len(Q), 1))
     for posture, q in zip(postures, Q, strict=True):
         mujoco.mj_integratePos(peer, posture, pin.difference(system.model, system.landing.q, q), 1.0)
-    J, H_J = np.zeros((3, nv)), np.zeros((3, nv))
+    J, H_J = np.zeros((2, 3, peer.nv))
     out = np.empty((len(Q), 3, peer.nbody - 1, 6))
 
     def run() -> Array:
@@ -137,13 +131,13 @@ def batch_in_mujoco(system: System, Q: Array) -> Prepared:
         return out
 
     def read(raw: Array) -> Array:
-        maps = np.empty((len(Q), peer.nbody - 1, 6, 3))
-        for k, q in enumerate(postures):
+        maps = []
+        for q, velocities in zip(postures, raw, strict=True):
             _place(peer, data, q)
-            for axis in range(3):
-                data.cvel[1:] = raw[k, axis]
-                maps[k, ..., axis] = _jumps(system, peer, data)
-        return maps
+            for velocity in velocities:
+                data.cvel[1:] = velocity
+                maps.append(_jumps(system, peer, data))
+        return np.moveaxis(np.reshape(maps, (len(Q), 3, -1, 6)), 1, -1)
 
     return Prepared(run, read)
 

@@ -1,30 +1,38 @@
-"""The report: a chart of error against run time, tables of the results; Markdown and CSV."""
+"""The benchmark and its report: the standing suite, and one landing of one's own; tables, and a chart of error against run time."""
 
 import importlib.metadata
 import math
 import os
 import platform
+import re
+import time
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
 from statistics import median
 
-import numpy as np
-
-from shockpc.bench.cases import FAMILIES, Family
-from shockpc.bench.measure import ACCURATE, OUTCOMES, Result
+from shockpc import Robot, Scene
+from shockpc.bench.cases import FAMILIES, Case, Family
+from shockpc.bench.costs import COSTS
+from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT
+from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.show.figure.error_time import error_time_svg
+from shockpc.show.files import write_folder
 from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown
+from shockpc.show.tables.text import as_csv, as_markdown, markdown_list
 
-__all__ = ["CHART", "chart", "landing_sheet", "methods_sheet", "report_files"]
+__all__ = ["PARTS", "bench_landing", "run_suite"]
+
+PARTS = (*FAMILIES, *COSTS)
+"""Parts of the suite."""
 
 CHART = "error-against-run-time.svg"
 LIBRARIES = ("shockpc", "pin", "numpy", "python-flint", "mujoco", "example-robot-data")
 
+METHODS = DIRECT | MUJOCO
 NOTES = (
     "error: of the velocity jump, largest over the bodies, relative to the body's own motion; for shockpc's printed numbers the "
     "proven bound",
@@ -34,7 +42,7 @@ NOTES = (
 
 REFERENCE = (
     "reference: the answer that shockpc proves by ball arithmetic; run times are from q to the velocities of all bodies, in one "
-    "thread, without the first run; those of `shockpc, proven` include the proof"
+    'thread, without the first run; those of "shockpc, proven" include the proof'
 )
 
 LIMITS = """### Limits of the method
@@ -47,37 +55,82 @@ dependent are not unique, and are not given.
 """
 
 
-def report_files(results: Sequence[Result], sheets: Sequence[Sheet], seconds: float) -> dict[str, str | bytes]:
-    """The files of the report, by name.
+def run_suite(
+    out: Path, families: Iterable[str] = tuple(FAMILIES), budget: float = 0.003, progress: Callable[[str], None] = lambda part: None
+) -> list[Sheet]:
+    """Measure every case of every family and write the report into a folder.
 
     Args:
-        results: of all cases, family by family, by every method.
-        sheets: further tables.
-        seconds: duration of the whole [s].
+        out: folder.
+        families: of cases.
+        budget: time to spend on each method's clock on each case [s]; a hundred times as much on each other clock.
+        progress: is called with the name of each part that is done.
+
+    Returns: the tables that are not of one family.
+
+    Raises:
+        OutputError: the folder cannot be written.
+        SolveError: a command failed.
     """
-    families = [_family_sheet(FAMILIES[name], list(own)) for name, own in groupby(results, lambda one: one.case.family)]
-    installed = {one.name: one.version for one in importlib.metadata.distributions()}
-    versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
-    threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
-    facts = (
-        f"versions: {', '.join(versions)}, Python {platform.python_version()}",
-        f"machine: {_processor()}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}",
-        f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {seconds:.0f} s for {len({one.case for one in results})} cases",
-        REFERENCE,
-        *NOTES,
-    )
-    tables = map(as_markdown, (methods_sheet(results), *families, *sheets))
-    listed = "".join(f"- {fact}\n" for fact in facts)
-    report = "\n".join(["# Error against run time\n", listed, f"![error against run time]({CHART})\n", *tables, LIMITS])
+    start = time.perf_counter()
+    results: list[Result] = []
+    tables, costs = [], []
+    for name in families:
+        own = [one for case in FAMILIES[name].cases() for one in measure(case, METHODS, budget)]
+        results += own
+        tables.append(_family_sheet(FAMILIES[name], own))
+        progress(name)
+    for name, table in COSTS.items():
+        costs.append(table(100.0 * budget))
+        progress(name)
+    methods = _methods_sheet(results)
+    run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {time.perf_counter() - start:.0f} s for"
+    facts = markdown_list([*_surroundings(), f"{run} {len({one.case for one in results})} cases", REFERENCE, *NOTES])
+    blocks = ["# Error against run time\n", facts, f"![error against run time]({CHART})\n"]
+    blocks += [*map(as_markdown, (methods, *tables, *costs)), LIMITS]
     header = ("family", "variant", "value", "method", "outcome", "error", "low_s", "median_s", "high_s", "runs", "message")
     rows = [
-        (*one.case[:3], one.method, one.outcome, one.error, *_quartiles(one), float(len(one.seconds)), one.message)
-        for one in results
+        (*one.case[:3], one.method, one.outcome, one.error, *one.quartiles, float(len(one.seconds)), one.message) for one in results
     ]
-    return {"report.md": report, "cases.csv": as_csv(Sheet("", header, rows)), CHART: chart(results)}
+    write_folder(out, {"report.md": "\n".join(blocks), "cases.csv": as_csv(Sheet("", header, rows)), CHART: _chart(results)})
+    return [methods, *costs]
 
 
-def chart(results: Iterable[Result]) -> bytes:
+def bench_landing(robot: Robot, scene: Scene, out: Path | None = None, budget: float = 0.1) -> Sheet:
+    """Error against run time of every method on one landing.
+
+    Args:
+        robot: the robot.
+        scene: the landing.
+        out: folder for the table and the chart; none is written without it.
+        budget: time to spend on each method's clock [s].
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    results = measure(Case("landing", robot.name, "", lambda: (robot, scene)), METHODS, budget)
+    rows = [(one.method, _largest([one]), *map(_micro, one.quartiles), one.outcome, one.message or None) for one in results]
+    header = ("method", "error [-]", "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
+    sheet = Sheet("error against run time on this landing", header, rows, NOTES)
+    if out is not None:
+        write_folder(out, {"landing.csv": as_csv(sheet), "landing.md": as_markdown(sheet), CHART: _chart(results)})
+    return sheet
+
+
+def _surroundings() -> list[str]:
+    """Versions of the libraries, and the machine."""
+    installed = {one.name: one.version for one in importlib.metadata.distributions()}
+    versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
+    info = Path("/proc/cpuinfo")  # on Linux Python does not know the name of the processor
+    names = re.findall(r"^model name\s*: (.*)", info.read_text(encoding="utf-8") if info.exists() else "", re.MULTILINE)
+    processor, threads = (names or [platform.processor() or platform.machine()])[0], os.environ.get("OPENBLAS_NUM_THREADS", "")
+    return [
+        f"versions: {', '.join(versions)}, Python {platform.python_version()}",
+        f"machine: {processor}, {os.cpu_count()} cores, OPENBLAS_NUM_THREADS={threads}; {platform.platform()}",
+    ]
+
+
+def _chart(results: Iterable[Result]) -> bytes:
     """Error against run time of every method on every case, as SVG."""
     series: dict[str, list[tuple[float, float]]] = {}
     for one in results:
@@ -86,16 +139,7 @@ def chart(results: Iterable[Result]) -> bytes:
     return error_time_svg("Error against run time; for shockpc's printed numbers the proven bound", series, ACCURATE)
 
 
-def landing_sheet(results: Iterable[Result]) -> Sheet:
-    """All methods on one landing."""
-    rows: list[tuple[Cell, ...]] = []
-    for one in results:
-        rows.append((one.method, _largest([one]), *map(_micro, _quartiles(one)), one.outcome, one.message or None))
-    header = ("method", "error [-]", "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
-    return Sheet("error against run time on this landing", header, rows, NOTES)
-
-
-def methods_sheet(results: Sequence[Result]) -> Sheet:
+def _methods_sheet(results: Sequence[Result]) -> Sheet:
     """How often each method had which outcome, and its run time."""
     rows: list[tuple[Cell, ...]] = []
     for name in dict.fromkeys(one.method for one in results):
@@ -119,19 +163,6 @@ def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
     if len(rows) < len(cases):
         note += f"; {len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate"
     return Sheet(f"{family.name}: error", (family.parameter, "variant", *DIRECT), rows, (note,))
-
-
-def _processor() -> str:
-    """Name of the processor; Python knows it on some systems only."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return (names or [platform.processor() or platform.machine()])[0]
-
-
-def _quartiles(one: Result) -> list[float | None]:
-    """First quartile, median and third quartile of the run times [s]."""
-    return np.quantile(one.seconds, (0.25, 0.5, 0.75)).tolist() if one.seconds else [None] * 3
 
 
 def _micro(seconds: float | None) -> str | None:

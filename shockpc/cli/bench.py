@@ -44,7 +44,7 @@ def bench(
 
 def _suite(out: Path) -> None:
     """The standing suite."""
-    from shockpc.bench.run import PARTS, run_suite
+    from shockpc.bench.report import PARTS, run_suite
     from shockpc.cli.progress import progress
     from shockpc.show.tables.text import as_text
 
@@ -55,7 +55,7 @@ def _suite(out: Path) -> None:
 
 def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
     """The landings that the options describe, each with a table; several have a folder each in `out`."""
-    from shockpc.bench.run import bench_landing
+    from shockpc.bench.report import bench_landing
     from shockpc.cli.output import file_names
     from shockpc.cli.scenes import scenes_from
     from shockpc.show.tables.text import as_text

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.beam import centre_of_percussion, radius_of_percussion
+from shockpc import ShockProfile, Strike
 from shockpc.paper.claim import ROUNDING, Panel, PaperFigure
-from shockpc.paper.landings import along, changed, land, scene
-from shockpc.result import ShockProfile
+from shockpc.paper.landings import along, land
 
-__all__ = ["BEAM", "beam", "eq_3_radius"]
+__all__ = ["BEAM", "beam"]
 
 BEAM = PaperFigure(
     1,
@@ -25,42 +24,28 @@ BEAM = PaperFigure(
     ),
 )
 SLIDER = "free beam; the contact stops its point across the beam and slides along it, like a massless slider"
+ELSEWHERE = "impact at the tip; the text gives no place, and a third of the length has the same RoPc"
 zero = functools.partial(BEAM.claim, below=ROUNDING, interpretation=SLIDER)
 
-R_G = 1.0 / math.sqrt(12.0)
-"""Radius of gyration of the beam, which is 1 m long [m]."""
+C, R_G2 = 0.5, 1.0 / 12.0
+"""Distance of the centre of mass from O [m], and square of the radius of gyration [m²], of the beam, which is 1 m long."""
 
-TIP = np.array([1.0, 0.0, 0.0])
 STICKING = ("x", "y", "z")
 
 
-@functools.cache
-def beam(*at: float, angle: float = 0.0, velocity: Any = None, directions: tuple[str, ...] = ("z",)) -> ShockProfile:
-    """The landing of the beam of Figure 1 on one point.
-
-    Args:
-        *at: the point (3,) from O [m]; what is left out is zero.
-        angle: of the impact from across the beam [deg].
-        velocity: of the impact (3,) instead [m/s].
-        directions: in which the contact stops the point.
-    """
-    strike = {"velocity": velocity} if velocity else {"speed": 1.0, "strike_angle_deg": angle}
-    return land(changed(scene("fig1_d"), strike=strike, contact={"offset": (*at, 0.0, 0.0)[:3], "directions": directions}))
+def beam(*at: float, directions: tuple[str, ...] = ("z",), **strike: Any) -> ShockProfile:
+    """The landing of the beam of Figure 1 on the point (3,) from O [m]; coordinates that are left out are zero."""
+    return land("fig1_d", contact={"offset": (*at, 0.0, 0.0)[:3], "directions": directions}, strike=Strike(**strike))
 
 
-def eq_3_radius(at: float, angle: float) -> float:
-    """Eq. 3 for an impact at a distance from O [m], `angle` degrees from across the beam [m]."""
-    return radius_of_percussion(abs(at - 0.5) * math.cos(math.radians(angle)), R_G)
-
-
-def _turning() -> list[ShockProfile]:
+def _turning(**changes: Any) -> list[ShockProfile]:
     """Beams B, C and D."""
-    return [land(f"fig1_{letter}") for letter in "bcd"]
+    return [land(f"fig1_{letter}", **changes) for letter in "bcd"]
 
 
-def _shock(letter: str, *at: float) -> np.ndarray:
-    """Shock of a beam of Figure 1 at distances from O [1]."""
-    return land(f"fig1_{letter}").shock_at("beam", np.array(at)[:, None] * TIP)
+def _shock(letter: str, thirds: int = 0) -> float:
+    """Shock of a beam of Figure 1 at a number of thirds of its length from O [1]."""
+    return float(along(land(f"fig1_{letter}"), "beam", 4)[thirds])
 
 
 def _percussion() -> float:
@@ -71,46 +56,43 @@ def _percussion() -> float:
 @zero("range of the shock over the beam [1]")
 def _a() -> float:
     """Figure 1, beam A: an impact at the centre of mass causes a purely translational shock."""
-    return float(np.ptp(_shock("a", *np.linspace(0.0, 1.0, 41))))
+    return float(np.ptp(along(land("fig1_a"), "beam")))
 
 
 @zero("shock at O [1]")
 def _c() -> float:
     """Figure 1, beam C: an impact at the CoPc of O causes no shock at the slider."""
-    return float(_shock("c", 0.0)[0])
-
-
-ELSEWHERE = "impact at the tip; the text gives no place, and a third of the length has the same RoPc"
+    return _shock("c")
 
 
 @BEAM.claim("shock at O [1]", above=ROUNDING, interpretation=ELSEWHERE)
 def _b() -> float:
     """Figure 1, beam B: an impact anywhere else causes a shock at the slider."""
-    return float(_shock("b", 0.0)[0])
+    return _shock("b")
 
 
 @zero("shock at 2/3 of the length [1]")
 def _d() -> float:
     """Figure 1, beam D: an impact at O causes no shock at the CoPc: the two points can be interchanged."""
-    return float(_shock("d", 2.0 / 3.0)[0])
+    return _shock("d", 2)
 
 
 @zero("deviation of p, the distance of the CoPc from O for an impact at O, over the length [1]")
 def _eq_1() -> float:
     """Eq. 1: c (p − c) = r_g²: p = 2/3 l for a slender uniform beam."""
-    return abs(_percussion() - centre_of_percussion(0.5, R_G))
+    return abs(_percussion() - (C + R_G2 / C))
 
 
 @BEAM.claim("product of their signed distances from it, over r_g² [1]", below=0.0, interpretation="impact at O")
 def _opposite_sides() -> float:
     """Section 2.1: pivot and CoPc lie on opposite sides of the centre of mass."""
-    return -0.5 * (_percussion() - 0.5) / R_G**2
+    return -C * (_percussion() - C) / R_G2
 
 
 @zero("largest change of CoPc and RoPc [m]", interpretation="beams B to D at 1000 m/s instead of 1 m/s")
 def _change_with_speed() -> float:
     """Section 2.1: the magnitude of the applied impulse is irrelevant."""
-    pairs = [(p, land(changed(p.scene, strike={"speed": 1000.0, "strike_angle_deg": 0.0}))) for p in _turning()]
+    pairs = zip(_turning(), _turning(strike=Strike(speed=1000.0)), strict=True)
     return max(float(np.abs([*(a.copc - b.copc).ravel(), *(a.ropc - b.ropc)]).max()) for a, b in pairs)
 
 
@@ -141,8 +123,11 @@ def _off_eq_2() -> float:
 )
 def _off_eq_3(directions: tuple[str, ...] = ("z",), angle: float = 0.0) -> float:
     """Eq. 3: r_p = |d + r_g² / d|, d the distance of the centre of mass from the line of the impact."""
-    places = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
-    return max(abs(float(beam(at, angle=angle, directions=directions).ropc[0]) - eq_3_radius(at, angle)) for at in places)
+    off = []
+    for at in (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0):
+        d = (at - C) * math.cos(math.radians(angle))
+        off.append(float(beam(at, directions=directions, strike_angle_deg=angle).ropc[0]) - abs(d + R_G2 / d))
+    return max(map(abs, off))
 
 
 @zero("largest deviation, over the length [1]")

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from shockpc import ShockProfile
 from shockpc.paper.landings import land
-from shockpc.result import ShockProfile
 
 __all__ = ["ROUNDING", "Claim", "Options", "Panel", "PaperFigure"]
 
@@ -90,10 +90,10 @@ class PaperFigure:
     panels: tuple[Panel, ...]
     claims: list[Claim] = field(default_factory=list)
 
-    @cached_property
-    def profiles(self) -> tuple[ShockProfile, ...]:
+    @property
+    def profiles(self) -> list[ShockProfile]:
         """The shock profile of every panel."""
-        return tuple(land(panel.scene) for panel in self.panels)
+        return [land(panel.scene) for panel in self.panels]
 
     def claim(self, quantity: str, **record: Any) -> Callable[[Compute], Compute]:
         """Make a function that computes a value a claim, whose statement is its docstring; other arguments as in `Claim`."""

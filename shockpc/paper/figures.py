@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from shockpc.errors import SceneError, UnknownName
+from shockpc import UnknownName
 from shockpc.paper.beam import BEAM
 from shockpc.paper.claim import PaperFigure
 from shockpc.paper.leg import LEG
@@ -12,27 +12,18 @@ from shockpc.paper.skippy import SKIPPY
 __all__ = ["FIGURES", "paper_figures"]
 
 FIGURES = (BEAM, LEG, SKIPPY, QUADRUPED)
-
-NO_FIGURE_4 = (
-    "Figure 4 of the paper is a photograph of a leg prosthesis, so there is nothing to draw; the claim in its caption is listed "
-    'with figure 2: shockpc paper 2. Figures that can be drawn: "1", "2", "3", "5"'
-)
+DRAWN = "the paper that can be drawn (figure 4 is a photograph; the claim in its caption is listed with figure 2)"
 
 
-def paper_figures(wanted: Sequence[str]) -> tuple[PaperFigure, ...]:
+def paper_figures(wanted: Sequence[str]) -> list[PaperFigure]:
     """The figures that are wanted, such as "2", "fig2" or "Figure 2", in the paper's order; all of them if none is named.
 
     Raises:
-        UnknownName: the paper has no such figure.
-        SceneError: the figure is a photograph.
+        UnknownName: the paper has no such figure, or it is a photograph.
     """
-    known = {str(figure.number): figure for figure in FIGURES}
-    chosen = set()
-    for text in wanted:
-        number = text.casefold().removeprefix("figure").removeprefix("fig").strip(" ._")
-        if number == "4":
-            raise SceneError(NO_FIGURE_4)
+    known = [str(figure.number) for figure in FIGURES]
+    numbers = [text.casefold().removeprefix("fig").removeprefix("ure").strip(" ._") for text in wanted]
+    for text, number in zip(wanted, numbers, strict=True):
         if number not in known:
-            raise UnknownName("figure", text, known, "the paper", "shockpc paper --help")
-        chosen.add(number)
-    return tuple(figure for number, figure in known.items() if not chosen or number in chosen)
+            raise UnknownName("figure", text, known, DRAWN, "shockpc paper --help")
+    return [figure for figure, number in zip(FIGURES, known, strict=True) if number in (numbers or known)]

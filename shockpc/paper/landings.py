@@ -7,14 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from shockpc import Robot, Scene, ShockProfile, load_robot, read_scene, shock_profile
 from shockpc.core.spatial import Array
-from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
 from shockpc.robot.catalogue import own_robots_folder
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene, Strike, read_scene
 
-__all__ = ["along", "changed", "land", "largest", "middle_lines", "robot_of", "scene"]
+__all__ = ["along", "land", "largest", "middle_lines", "robot_of", "scene"]
 
 ORIGIN, X, Z = np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 SEGMENT = (-0.4 * Z, ORIGIN)
@@ -26,38 +23,40 @@ MIDDLE_LINES: dict[str, dict[str, tuple[Array, Array]]] = {
 }
 """Ends (3,) of the middle lines of slender bodies by robot, in their frames [m]: bodies from the ground up, lower end first."""
 
-NOTHING: Mapping[str, Any] = {}
 
-
-@functools.cache
 def scene(stem: str) -> Scene:
     """The scene of that name beside the models, such as "fig2_a"."""
     return read_scene(own_robots_folder() / "scenes" / f"{stem}.toml")
 
 
-def changed(
-    found: Scene,
-    joints_deg: Mapping[str, float] = NOTHING,
-    base_pitch_deg: float | None = None,
-    strike: Mapping[str, Any] = NOTHING,
-    xacro: Mapping[str, str] = NOTHING,
-    contact: Mapping[str, Any] = NOTHING,
-) -> Scene:
-    """A scene with other joint angles, pitch of the base [deg], strike, xacro arguments, or fields of every contact."""
-    rpy = found.posture.base_rpy_deg if base_pitch_deg is None else (0.0, base_pitch_deg, 0.0)
-    return replace(
+def land(
+    found: Scene | str,
+    joints_deg: Mapping[str, float] = {},
+    pitch_deg: float | None = None,
+    xacro: Mapping[str, str] = {},
+    contact: Mapping[str, Any] = {},
+    **fields: Any,
+) -> ShockProfile:
+    """The shock profile of a scene, or of the scene of that name.
+
+    Args:
+        found: the scene.
+        joints_deg: other joint angles by name [deg].
+        pitch_deg: another pitch of the base [deg].
+        xacro: other arguments of the robot's file.
+        contact: other fields of every contact.
+        **fields: other fields of the scene.
+    """
+    found = scene(found) if isinstance(found, str) else found
+    rpy = found.posture.base_rpy_deg if pitch_deg is None else (0.0, pitch_deg, 0.0)
+    changed = replace(
         found,
         posture=replace(found.posture, joints_deg={**found.posture.joints_deg, **joints_deg}, base_rpy_deg=rpy),
-        strike=Strike(**strike) if strike else found.strike,
         xacro={**found.xacro, **xacro},
         contact=tuple(replace(one, **contact) for one in found.contact),
+        **fields,
     )
-
-
-def land(found: Scene | str) -> ShockProfile:
-    """The shock profile of a scene, or of the scene of that name."""
-    found = scene(found) if isinstance(found, str) else found
-    return shock_profile(found, robot_of(found))
+    return shock_profile(changed, robot_of(changed))
 
 
 def robot_of(found: Scene) -> Robot:
@@ -77,8 +76,7 @@ def middle_lines(profile: ShockProfile) -> dict[str, tuple[Array, Array]]:
 
 def along(profile: ShockProfile, body: str, count: int = 41) -> Array:
     """Shock (count,) at evenly spaced points of a body's middle line, from its lower end [1]."""
-    (low, high), share = MIDDLE_LINES[profile.robot.name][body], np.linspace(0.0, 1.0, count)[:, None]
-    return profile.shock_at(body, (1.0 - share) * low + share * high)
+    return profile.shock_at(body, np.linspace(*middle_lines(profile)[body], count))
 
 
 def largest(profile: ShockProfile) -> dict[str, float]:

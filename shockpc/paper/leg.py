@@ -8,16 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.beam import centre_of_percussion
+from shockpc import ShockProfile, Strike
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
-from shockpc.paper.landings import along, changed, land, largest, middle_lines, scene
+from shockpc.paper.landings import along, land, largest, middle_lines
 from shockpc.paper.quadruped import ANGLES, quadruped
-from shockpc.result import ShockProfile
 
 __all__ = ["LEG", "cases", "reductions"]
-
-UPRIGHT_KNEE = -15.0
-"""Knee angle at which the lower leg is vertical: the upper leg is at 15 degrees [deg]."""
 
 OPEN: Options = {
     "lower leg at −15°": {"lower_leg": -15.0},
@@ -26,7 +22,6 @@ OPEN: Options = {
     "ankle's 75° counted from the line of the lower leg": {"ankle": 75.0},
 }
 """Other values of what the text leaves open, each as arguments of `cases`."""
-
 
 LEG = PaperFigure(
     2,
@@ -57,11 +52,10 @@ def cases(
         steep: strike angle of E and F [deg].
         ankle: angle of the foot from the line of the lower leg [deg].
     """
-    joints = {"knee": UPRIGHT_KNEE + lower_leg}
     found = []
     for letter, angle in zip("abcdef", (*strikes, strikes[2], steep, steep), strict=True):
-        posture = joints | ({"ankle": ankle} if letter == "f" else {})
-        found.append(land(changed(scene(f"fig2_{letter}"), posture, strike={"speed": 1.0, "strike_angle_deg": angle})))
+        joints = {"knee": lower_leg - 15.0} | ({"ankle": ankle} if letter == "f" else {})  # the upper leg is at 15 degrees
+        found.append(land(f"fig2_{letter}", joints, strike=Strike(strike_angle_deg=angle)))
     return tuple(found)
 
 
@@ -87,7 +81,7 @@ def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float
     """Distance of a CoPc from 2/3 of a body's middle line, along the line or in the plane, over its length [1]."""
     low, high = middle_lines(profile)[body]
     axis = high - low
-    off = profile.copc[profile.bodies.index(body)] - low - centre_of_percussion(0.5, 1.0 / math.sqrt(12.0)) * axis
+    off = profile.copc[profile.bodies.index(body)] - low - 2.0 / 3.0 * axis
     return float(np.linalg.norm(off) / np.linalg.norm(axis) if in_plane else abs(off @ axis) / (axis @ axis))
 
 
@@ -135,8 +129,8 @@ def _nearer(body: str = "upper_leg", **how: Any) -> float:
 )
 def _above_foot(heel: str = "0.1", strike: float = 0.0) -> float:
     """Section 3.4: a design can eliminate further propagation of shock; the CoPc then coincides with the next joint."""
-    shock = largest(land(changed(cases(steep=strike, ankle=90.0)[5].scene, xacro={"heel": heel})))
-    return max(shock[body] for body in shock if body != "foot")
+    _, *above = largest(land(cases(steep=strike, ankle=90.0)[5].scene, xacro={"heel": heel})).values()
+    return max(above)
 
 
 @level(
@@ -146,8 +140,7 @@ def _above_foot(heel: str = "0.1", strike: float = 0.0) -> float:
 )
 def _one_component(strike: float = 0.0) -> float:
     """Section 3.4: two slender bodies hinged perpendicularly can each mitigate one translational component of the shock."""
-    without, with_foot = map(largest, cases(steep=strike, ankle=90.0)[4:])
-    return with_foot["lower_leg"] / without["lower_leg"]
+    return 1.0 - reductions(steep=strike, ankle=90.0)["lower_leg"] / 100.0
 
 
 @chain("largest deviation along the body, over its length [1]", below=ROUNDING)
@@ -164,11 +157,8 @@ def _at_the_end(**how: Any) -> float:
 )
 def _torso_changes(strike: float = 75.0) -> float:
     """Section 4.1: the effect of the torso on the shock of the legs is minimal (C against D)."""
-    without, with_torso = (
-        np.stack([along(profile, body) for body in ("lower_leg", "upper_leg")])
-        for profile in cases(strikes=(15.0, 45.0, strike))[2:4]
-    )
-    return float(np.abs(with_torso - without).max())
+    c, d = cases(strikes=(15.0, 45.0, strike))[2:4]
+    return max(float(np.abs(along(d, body) - along(c, body)).max()) for body in middle_lines(c))
 
 
 @chain("largest ratio of its distance from the body to that in the case before [1]", below=1.0)

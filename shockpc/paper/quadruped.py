@@ -3,15 +3,13 @@
 import functools
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from shockpc.model.joint_model import Joints
+from shockpc import Joints, ShockProfile
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
-from shockpc.paper.landings import along, changed, land, scene
-from shockpc.result import ShockProfile
+from shockpc.paper.landings import along, land
 
 __all__ = ["ANGLES", "QUADRUPED", "quadruped"]
 
@@ -59,8 +57,7 @@ def quadruped(
     joints = {"hind_hip": hind * angle - nose, "hind_knee": -2.0 * hind * angle}
     if front_leg:
         joints |= {"front_hip": front * angle - nose, "front_knee": -2.0 * front * angle}
-    xacro = {"front": str(front_leg).lower()}
-    return land(changed(scene("fig5_00"), joints, base_pitch_deg=-nose, xacro=xacro, contact={"frame": foot}))
+    return land("fig5_00", joints, -nose, xacro={"front": str(front_leg).lower()}, contact={"frame": foot})
 
 
 def _torso(*angles: float, **how: Any) -> float:
@@ -130,7 +127,7 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
 def _geared(angle: float = 30.0, **joints: Any) -> float:
     """Section 3.1.2: gearbox and rotor inertia will in most cases not have to be included."""
     free = quadruped(angle)
-    resisting = land(replace(free.scene, joints=Joints(**joints or {"armature": {"*": 0.05}})))
+    resisting = land(free.scene, joints=Joints(**joints or {"armature": {"*": 0.05}}))
     return float(along(resisting, "torso", 2).max() / along(free, "torso", 2).max())
 
 

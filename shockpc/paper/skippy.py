@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from shockpc import ShockProfile, Strike
 from shockpc.core.spatial import Array
 from shockpc.paper.claim import Options, Panel, PaperFigure
-from shockpc.paper.landings import changed, land, largest, middle_lines, scene
-from shockpc.result import ShockProfile
+from shockpc.paper.landings import land, largest, middle_lines
 from shockpc.scene import GRAVITY
 
 __all__ = ["ASSUMED", "SKIPPY", "above_contact", "skippy"]
@@ -21,15 +21,7 @@ SKIPPY = PaperFigure(
     (Panel("Skippy", "fig3", "after a vertical jump"),),
 )
 
-ASSUMED = {
-    "torso_mass": 1.5,
-    "leg_mass": 0.3,
-    "foot_mass": 0.1,
-    "leg_length": 0.4,
-    "foot_length": 0.16,
-    "crank_mass": 0.03,
-    "rod_mass": 0.03,
-}
+ASSUMED = dict(torso_mass=1.5, leg_mass=0.3, foot_mass=0.1, leg_length=0.4, foot_length=0.16, crank_mass=0.03, rod_mass=0.03)
 """Assumed values that are halved and doubled, as in the robot's file [kg, m]."""
 
 OPEN: Options = {
@@ -68,8 +60,8 @@ def skippy(hip: float = 38.0, ankle: float = 85.0, **built: str) -> ShockProfile
         **built: arguments of the robot's file.
     """
     joints = {"hip": hip, "ankle": ankle}
-    x, _, z = above_contact(land(changed(scene("fig3"), joints, base_pitch_deg=0.0, xacro=built)))
-    return land(changed(scene("fig3"), joints, base_pitch_deg=-math.degrees(math.atan2(x, z)), xacro=built))
+    x, _, z = above_contact(land("fig3", joints, 0.0, xacro=built))
+    return land("fig3", joints, -math.degrees(math.atan2(x, z)), xacro=built)
 
 
 def above_contact(profile: ShockProfile) -> Array:
@@ -85,8 +77,8 @@ def _landing(angle: float, rate: float, ankle_rate: float, **how: Any) -> ShockP
     omega = np.array([0.0, rate, 0.0])
     fall = FALL * np.array([math.sin(math.radians(angle)), 0.0, -math.cos(math.radians(angle))])
     velocity = fall + np.cross(omega, still.position[0] - still.contacts[0].point - above_contact(still))
-    strike = {"velocity": tuple(velocity), "angular_velocity": tuple(omega), "joint_velocities": {"ankle": ankle_rate}}
-    return land(changed(still.scene, strike=strike))
+    strike = Strike(velocity=tuple(velocity), angular_velocity=tuple(omega), joint_velocities={"ankle": ankle_rate})
+    return land(still.scene, strike=strike)
 
 
 def _torso(**how: Any) -> float:
@@ -94,8 +86,9 @@ def _torso(**how: Any) -> float:
     return largest(skippy(**how))["torso"]
 
 
-def _at_imus(profile: ShockProfile) -> float:
-    return max(point.shock for point in profile.points)
+def _at_imus(*profiles: ShockProfile) -> float:
+    """Largest shock at an IMU [%]."""
+    return 100.0 * max(point.shock for profile in profiles for point in profile.points)
 
 
 @drawn("RoPc of the torso [m]", above=10.0)
@@ -113,15 +106,16 @@ def _on_torso(**how: Any) -> float:
 @drawn("larger shock of the middle and 3/4 of the torso [%]", below=2.0)
 def _mounted(**how: Any) -> float:
     """Section 4.2: two mounting locations near the CoPc receive less than 2 % of the applied shock."""
-    return 100.0 * _at_imus(skippy(**how))
+    return _at_imus(skippy(**how))
 
 
 @drawn("distance of the CoPc from the middle line over half the thickness of the torso [1]", above=1.0)
 def _outside(**how: Any) -> float:
     """Section 4.2: the CoPc of the torso falls outside the physical body."""
-    x, _, z = skippy(**how).copc[0]
-    _, top = middle_lines(skippy(**how))["torso"]
-    return math.hypot(x, max(z - float(top[2]), -z, 0.0)) / (0.5 * float(scene("fig3").xacro["side"]))
+    profile = skippy(**how)
+    x, _, z = profile.copc[0]
+    _, top = middle_lines(profile)["torso"]
+    return math.hypot(x, max(z - float(top[2]), -z, 0.0)) / (0.5 * float(profile.scene.xacro["side"]))
 
 
 @drawn("largest shock on the torso with 30° between foot and leg, over that as drawn [1]", above=2.0)
@@ -133,7 +127,7 @@ def _perpendicular(**how: Any) -> float:
 @drawn("larger shock of the two [%]", below=2.0, interpretation=EXTREME)
 def _extreme_landings(**how: Any) -> float:
     """Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two locations significantly."""
-    return 100.0 * max(_at_imus(_landing(*landing, **how)) for landing in LANDINGS)
+    return _at_imus(*(_landing(*landing, **how) for landing in LANDINGS))
 
 
 @SKIPPY.claim(
