@@ -292,13 +292,6 @@ def motion(mechanism, jumps) -> np.ndarray:
     return np.linalg.norm(jumps[..., 3:], axis=-1) + gyration(mechanism) * np.linalg.norm(jumps[..., :3], axis=-1)
 
 
-def kinetic_energy(mechanism, jumps) -> float:
-    """½ Σ (m v² + ω·Iω), body by body [J]."""
-    omega, v = jumps[:, :3], jumps[:, 3:]
-    turning = np.einsum("bi,bij,bj->", omega, mechanism.inertia, omega)
-    return 0.5 * float(np.sum(mechanism.mass * np.sum(v**2, axis=1)) + turning)
-
-
 def point_rows(mechanism, body, point, directions) -> np.ndarray:
     """(n, 6 nb) velocity of a body's point along some directions, over all twists at the centres of mass."""
     directions = np.asarray(directions, dtype=float)
