@@ -8,6 +8,7 @@ import dense
 import numpy as np
 import pytest
 from random_landings import random_landing
+from robot_texts import INERTIA, LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, shock_profile
@@ -159,20 +160,19 @@ def test_effective_masses_while_stance_and_closures_hold(name, stance, loop):
         assert reduced[-1] > 1e-4 * np.abs(free).max()
 
 
-LIGHT_FOOT = """<robot name="light">
-<link name="trunk"><inertial><mass value="10"/><inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<link name="foot"><inertial><mass value="{0}"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="slide" type="prismatic"><parent link="trunk"/><child link="foot"/><origin xyz="0.1 0 -0.3"/><axis xyz="1 0 0"/>
-<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+def light_foot(size):
+    """A foot that slides along x below a trunk; its mass [kg] and inertia [kg m²] are this number."""
+    moments = '<inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/>'
+    slide = joint("slide", "trunk", "foot", "prismatic", "1 0 0", f'<origin xyz="0.1 0 -0.3"/>{LIMIT}')
+    return urdf(link("trunk", "10", moments.format(0.3)), link("foot", repr(size), moments.format(size)), slide)
 
-STRAIGHT_LEG = """<robot name="straight"><link name="world"/>
-<link name="thigh"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
-<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<link name="foot"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
-<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="hip" type="continuous"><parent link="world"/><child link="thigh"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
-<joint name="knee" type="revolute"><parent link="thigh"/><child link="foot"/><origin xyz="0 0 -0.4"/><axis xyz="0 1 0"/>
-<limit lower="-1" upper="3" effort="1" velocity="1"/></joint></robot>"""
+
+STRAIGHT_LEG = urdf(
+    '<link name="world"/>',
+    *(link(name, inertia=f'<origin xyz="0 0 -0.2"/>{INERTIA}') for name in ("thigh", "foot")),
+    joint("hip", "world", "thigh", "continuous", more='<origin xyz="0 0 1"/>'),
+    joint("knee", "thigh", "foot", more=f'<origin xyz="0 0 -0.4"/>{LIMIT}'),
+)
 
 
 @pytest.mark.parametrize("directions", [("z",), ("x", "y", "z")], ids=["frictionless", "sticking"])
@@ -181,11 +181,11 @@ def test_the_impulse_of_a_single_contact_is_its_effective_mass_times_the_speed(d
     """Also of a foot that is much lighter than the trunk, and of a leg that is straight but for a small angle."""
     end = Contact(frame="foot", offset=(0.0, 0.0, -0.4), directions=tuple(axis for axis in directions if axis != "y"))
     cases = [
-        (LIGHT_FOOT.format(size), Contact(frame="foot", directions=directions), Posture()),
+        (light_foot(size), Contact(frame="foot", directions=directions), Posture()),
         (STRAIGHT_LEG, end, Posture(joints={"knee": 1e-4 * size**0.1})),
     ]
     for text, contact, posture in cases:
-        profile = shock_profile(Scene(robot="r", contact=(contact,), posture=posture), robot_from(text, ".urdf"))
+        profile = shock_profile(Scene(robot="r", contact=(contact,), posture=posture), robot_from(text))
         (found,) = profile.contacts
         mass = found.mass_frictionless if directions == ("z",) else found.mass_sticking
         assert found.impulse[2] == pytest.approx(mass, rel=1e-14)

@@ -4,6 +4,7 @@ import json
 import re
 
 from commands import ROBOTS, STICK, good
+from robot_texts import body, mjcf
 
 import shockpc.robot.catalogue
 from shockpc.model.dynamics import PINOCCHIO
@@ -11,21 +12,10 @@ from shockpc.robot.catalogue import catalogue
 
 DOG = (ROBOTS / "dog" / "dog.urdf.xacro", "--package", f"dog_description={ROBOTS / 'dog'}")
 
-ARM = """<mujoco model="arm">
-  <worldbody>
-    <body name="arm">
-      <joint name="swing" axis="0 1 0" range="-45 30" limited="true" armature="0.02"/>
-      <geom type="box" size="0.2 0.02 0.02" mass="1"/>
-      <site name="tip_imu" pos="0.2 0 0"/>
-      <body name="wheel" pos="0.2 0 0">
-        <joint name="axle" axis="0 1 0"/>
-        <geom type="sphere" size="0.05" mass="0.5"/>
-      </body>
-    </body>
-  </worldbody>
-  <keyframe><key name="up" qpos="0.1 0"/></keyframe>
-</mujoco>
-"""
+WHEEL = body("wheel", '<geom size="0.05" mass="0.5"/>', '<joint name="axle" axis="0 1 0"/>', 'pos="0.2 0 0"')
+SWING = '<joint name="swing" axis="0 1 0" range="-45 30" limited="true" armature="0.02"/>'
+BOX = '<geom type="box" size="0.2 0.02 0.02" mass="1"/><site name="tip_imu" pos="0.2 0 0"/>'
+ARM = mjcf(body("arm", BOX + WHEEL, SWING, ""), after='<keyframe><key name="up" qpos="0.1 0"/></keyframe>')
 
 
 def table(text, title):
@@ -47,7 +37,7 @@ def test_mjcf_with_a_fixed_base(capfd, tmp_path):
     (tmp_path / "arm.xml").write_text(ARM)
     out = good(capfd, "robots", tmp_path / "arm.xml")
     assert out.splitlines()[:6] == [
-        "robot        arm, 1.5 kg, 2 moving bodies, 2 velocities",
+        "robot        m, 1.5 kg, 2 moving bodies, 2 velocities",
         f"file         {tmp_path}/arm.xml",
         "base         fixed in the file; a <freejoint/> in its root body releases it",
         "feet         wheel",
