@@ -6,10 +6,10 @@ import itertools
 import dense
 import numpy as np
 import pytest
-from robot_texts import body, floating, joint, link, mjcf, urdf
+from robot_texts import body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Closure, Contact, Joints, Place, Scene, Strike, shock_profile
+from shockpc import Closure, Contact, Joints, Place, Scene, SceneError, Strike, resolve, shock_profile
 
 FEET = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
 LEFT = FEET[:1]
@@ -115,6 +115,21 @@ def test_a_flat_contact_takes_a_moment_of_its_own():
     # How two soles on one rigid body share their load is not determined.
     twins = box(SOLE, dataclasses.replace(SOLE, offset=(-0.1, 0.0, -0.1)))
     assert [(one.impulse, one.moment) for one in twins.contacts] == [(None, None)] * 2
+
+
+@pytest.mark.parametrize(
+    "changes", [{"contact": LEFT * 2}, {"contact": LEFT, "stance": ("LF_FOOT",)}, {"stance": ("RF_FOOT",) * 2}]
+)
+def test_a_point_that_is_named_twice_is_refused(changes):
+    """As a contact, as a stance or as both."""
+    scene = Scene(**({"robot": "anymal_b", "contact": DIAGONAL[1:]} | changes))
+    refused(
+        SceneError,
+        ('"LF_FOOT"' if "contact" in changes else '"RF_FOOT"', "leave one of them out"),
+        resolve,
+        scene,
+        known_robot("anymal_b"),
+    )
 
 
 # Pulling and standing

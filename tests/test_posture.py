@@ -219,6 +219,7 @@ def test_joints_equally_far_outside_are_reported_together():
 
 
 REFUSED = {
+    "unknown posture": ("hyq", Posture(reference="standng"), UnknownName, ('"standng"', '"hyq"', '"standing"', "robots hyq")),
     "unknown pattern": (MIXED, Posture(joints={"zz*": 0.1}), UnknownName, ('"zz*"', '"hinge"', '"wheel"', '"slide"')),
     "a ball joint": (robot_from(FREE, ".xml"), Posture(joints={"hip": 0.1}), SceneError, ('"hip"', "3 degrees of freedom")),
     "a follower": (CHAIN, Posture(joints={"slide": 0.1}), SceneError, ('"slide"', '"wheel"')),
