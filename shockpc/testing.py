@@ -6,7 +6,7 @@ from pathlib import Path
 from shockpc.errors import StudyError
 from shockpc.scene import Scene, read_scene
 from shockpc.show.reports.check import check_sheet, place_text
-from shockpc.show.tables.text import as_text
+from shockpc.show.tables import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
 from shockpc.studies.check.metrics import MetricName
@@ -44,5 +44,6 @@ def assert_shock(
     if missing is not None:
         raise StudyError(missing)
     if check.exit_code:
-        first = next(outcome for outcome in check.outcomes if outcome.fails)
-        raise AssertionError(f"{place_text(first)}: {first.reason}\n{as_text(check_sheet(check, only_failures=True))}")
+        failed = [outcome for outcome in check.outcomes if outcome.fails]
+        table = as_text(check_sheet(check, most=len(failed)))
+        raise AssertionError(f"{place_text(failed[0])}: {failed[0].reason}\n{table}")

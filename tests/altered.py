@@ -1,6 +1,6 @@
 """A profile with some of its results replaced, to test what is printed of results that are hard to compute or differ by machine."""
 
-from types import SimpleNamespace
+from shockpc.results.accuracy import Health
 
 
 class Altered:
@@ -26,4 +26,4 @@ def health(**changes):
         "bits": 128,
         "warnings": (),
     }
-    return SimpleNamespace(**found | changes)
+    return Health(**found | changes)

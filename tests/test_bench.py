@@ -20,7 +20,7 @@ from shockpc.profile import shock_profile
 from shockpc.results.accuracy import double_error
 from shockpc.scene import Scene, Strike
 from shockpc.show.files import MANIFEST
-from shockpc.show.tables.sheets import Sheet
+from shockpc.show.tables import Sheet
 
 
 def case_of(name, variant, value):

@@ -428,7 +428,7 @@ def test_github_shows_ten_annotations(capfd, here):
     outcome = run(capfd, "check", "--format", "github")
     found = commands(outcome.out)
     assert [kind for kind, *_ in found] == ["error"] * 6 + ["warning"] * 4
-    assert found[-1][2] == "9 more budgets are not met; the summary of the run lists them"
+    assert found[-1][2] == "9 more budgets not met; the summary of the run lists them"
 
 
 def table(text):

@@ -126,7 +126,7 @@ def test_a_warning_names_its_designs():
     """A knee strikes where the shank reaches lower; both designs do so, the second one on two legs."""
     dogs = [Design(name, Scene(robot="go2", contact=tuple(Contact(frame=f"{leg}_calf") for leg in legs)), load_robot("go2"))
             for name, legs in (("one", ["FL"]), ("two", ["FL", "FR"]))]  # fmt: skip
-    closing = compare_report(compare([dogs[0], dogs[0], dogs[1]])).closing
+    closing = compare_report(compare([dogs[0], dogs[0], dogs[1]])).warnings
     assert [line.partition(": ")[0] for line in closing if "reach" in line] == ["warning of A and B", "warning of C"]
 
 

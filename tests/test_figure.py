@@ -31,7 +31,7 @@ from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.palette import BANDS, EDGES, band
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.view import view_of
-from shockpc.show.reports.paper import draw_paper_figure
+from shockpc.show.reports.paper import paper_picture
 
 SAGITTAL = plane_from((0.0, -1.0, 0.0))
 BOX = (-1.0, -1.0, 1.0, 1.0)
@@ -440,7 +440,7 @@ def test_settings_of_matplotlib_change_nothing(tmp_path, monkeypatch):
 def paper_figure(number):
     """A figure of the paper, its profiles, and the axes of its panels."""
     figure = next(figure for figure in FIGURES if figure.number == number)
-    drawing = draw_paper_figure(figure)
+    drawing = paper_picture(figure).draw()
     return drawing, figure.profiles, drawing.axes[1 : 1 + len(figure.panels)]
 
 

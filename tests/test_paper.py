@@ -16,7 +16,7 @@ from shockpc.paper.skippy import ASSUMED, above_contact, skippy
 from shockpc.robot.catalogue import catalogue, own_robots_folder
 from shockpc.robot.robot import load_robot
 from shockpc.show.files import MANIFEST
-from shockpc.show.reports.paper import draw_paper_figure
+from shockpc.show.reports.paper import paper_picture
 
 # The dimensioned models against maximal coordinates in the plane. Points and vectors are complex: x to the right, i up.
 
@@ -301,7 +301,7 @@ def test_the_page_of_models_has_their_arguments_and_results():
 
 @pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: str(figure.number))
 def test_a_figure_names_its_panels_and_bodies(figure):
-    drawing = draw_paper_figure(figure)
+    drawing = paper_picture(figure).draw()
     words = "\n".join(text.get_text() for text in drawing.axes[0].texts)
     assert all(panel.label in words and panel.words in words for panel in figure.panels)
     assert figure.note[:30] in words

@@ -327,7 +327,7 @@ def test_command(capfd, tmp_path):
     words = ("sensitivity", "hyq", "--contact", "lf_foot", "--at", "trunk_imu")
     table = good(capfd, *words, "--rows", 3, "--out", tmp_path)
     assert "mass and inertia   lf_upperleg" in table
-    assert "(165 quantities with smaller effects not shown; --out writes all)" in table
+    assert "(165 quantities with smaller values not shown; --out writes all)" in table
     found = json.loads(good(capfd, *words, "--format", "json"))
     assert found == json.loads((tmp_path / "sensitivity.json").read_text())
     assert (found["schema"], len(found["effects"])) == ("shockpc.sensitivity/1", 168)

@@ -25,8 +25,8 @@ from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.executor import InProcess, executor
 from shockpc.model.dynamics import dynamics
-from shockpc.show.parts import open_sweep, write_parts
-from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.show.parts import Parts
+from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.sweep.study import Sweep, sweep_of
 
 __all__ = ["COSTS", "PEERS", "many_system", "postures"]
@@ -218,8 +218,9 @@ def _sample(name: str, rows: int) -> Sweep:
 def _written(made: Sweep, workers: Executor, ahead: int) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
-        open_sweep(made, Path(folder), "parquet", False)
-        return sum(write_parts(made, Path(folder), "parquet", workers, ahead))
+        parts = Parts(made, Path(folder), "parquet")
+        parts.prepare(resume=False)
+        return sum(parts.write(workers, ahead))
 
 
 COSTS = {"costs": _package, "many postures": _throughput, "sweeps": _sweeps}

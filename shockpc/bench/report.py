@@ -21,8 +21,7 @@ from shockpc.bench.methods import DIRECT
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.show.figure.error_time import error_time_svg
 from shockpc.show.files import write_folder
-from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown, markdown_list
+from shockpc.show.tables import Cell, Sheet, as_csv, as_markdown, markdown_list
 
 __all__ = ["PARTS", "bench_landing", "run_suite"]
 

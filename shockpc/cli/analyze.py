@@ -34,7 +34,7 @@ def analyze(
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
-        from shockpc.show.files import write_text
+        from shockpc.show.files import write_folder, write_text
     check_out(output.out)
     loaded, scenes = scenes_from(robot, options, trace)
     pattern = None if bodies is None else body_pattern(loaded, bodies)
@@ -45,9 +45,9 @@ def analyze(
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
             write_text(file, scene_text(profile.scene, file.parent))
         if output.out is not None:
-            from shockpc.show.reports.landing import write_landings
+            from shockpc.show.reports.landing import landing_files
 
-            write_landings(profiles, file_names(scenes), output.out, pattern)
+            write_folder(output.out, landing_files(profiles, file_names(scenes), pattern))
         else:
             trace.skip("figure, and matplotlib with it", "no --out")
         sys.stdout.write(text)

@@ -46,7 +46,7 @@ def _suite(out: Path) -> None:
     """The standing suite."""
     from shockpc.bench.report import PARTS, run_suite
     from shockpc.cli.progress import progress
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     for sheet in run_suite(out, progress=progress("parts measured", len(PARTS))):
         sys.stdout.write(as_text(sheet) + "\n")
@@ -58,7 +58,7 @@ def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
     from shockpc.bench.report import bench_landing
     from shockpc.cli.output import file_names
     from shockpc.cli.scenes import scenes_from
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     loaded, scenes = scenes_from(robot, options)
     for scene, name in zip(scenes, file_names(scenes), strict=True):

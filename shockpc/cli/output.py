@@ -60,7 +60,7 @@ def body_pattern(robot: Robot, pattern: str) -> str:
         UnknownName: it matches neither a body nor a link.
         SceneError: it matches links of several bodies, and no body.
     """
-    from shockpc.show.tables.sheets import fits
+    from shockpc.show.tables import fits
 
     names = [body.name for body in robot.bodies]
     if any(fits(name, pattern) for name in names):

@@ -114,7 +114,7 @@ def _landings(names: tuple[str, ...], options: SceneOptions, vary: tuple[Variabl
 def _weights(landings: list[str], given: tuple[Setting, ...]) -> dict[str, float] | None:
     """The weights of landings by name; a later one replaces an earlier one. None if there are none."""
     from shockpc.errors import UnknownName
-    from shockpc.show.tables.sheets import fits
+    from shockpc.show.tables import fits
 
     weights: dict[str, float] = {}
     for pattern, value in given:

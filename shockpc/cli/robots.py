@@ -26,7 +26,7 @@ def _all() -> str:
     from shockpc.robot.catalogue import catalogue
     from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import catalogue_row, catalogue_sheet
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     rows = []
     entries = catalogue()
@@ -47,7 +47,7 @@ def _one(name: str, options: RobotOptions) -> str:
     from shockpc.robot.checkup import check_robot
     from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import joints_sheet, links_sheet, robot_lines
-    from shockpc.show.tables.text import as_text
+    from shockpc.show.tables import as_text
 
     robot = load_robot(name, xacro=dict(options.xacro), packages=dict(options.package))
     lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]

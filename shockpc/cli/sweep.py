@@ -14,6 +14,7 @@ from shockpc.cli.parse import Variable, path, variable
 from shockpc.cli.streams import complain
 
 if TYPE_CHECKING:
+    from shockpc.show.parts import Parts
     from shockpc.studies.sweep.study import Sweep
 
 __all__ = ["SweepOptions", "sweep"]
@@ -78,22 +79,23 @@ def sweep(
     from shockpc.errors import SolveError
     from shockpc.executor import executor
     from shockpc.show.files import check_folder
-    from shockpc.show.parts import open_sweep, write_parts
+    from shockpc.show.parts import Parts
 
     check_folder(out, "--out")
     made = _sweep(robot, options, varied)
+    parts = Parts(made, out, format_)
     ahead = 64 if cluster is not None else 4 * jobs if jobs > 1 else 0
     done, finished = 0, False
     try:
         with executor(jobs, cluster) as workers:
-            open_sweep(made, out, format_, resume)
-            written = write_parts(made, out, format_, workers, ahead)
+            parts.prepare(resume)
+            written = parts.write(workers, ahead)
             done = next(written)
             advance = progress("rows computed", made.rows, done)
             for rows in written:
                 done += rows
                 advance(parts=rows)
-        failed = _summarise(made, out, format_)
+        failed = _summarise(parts)
         finished = True
     finally:
         if done and not finished:
@@ -131,16 +133,13 @@ def _sweep(robot: str, options: SceneOptions, varied: SweepOptions) -> "Sweep":
     )
 
 
-def _summarise(made: "Sweep", out: Path, format_: Literal["parquet", "csv"]) -> int:
+def _summarise(parts: "Parts") -> int:
     """Print the summary, and write it with the figure; the number of rows that could not be computed."""
-    import functools
-
     from shockpc.show.files import write_folder
-    from shockpc.show.parts import read_column
     from shockpc.show.reports.sweep import sweep_files, sweep_text
     from shockpc.studies.sweep.summary import summarise
 
-    summary = summarise(made, functools.partial(read_column, made, out, format_))
-    write_folder(out, sweep_files(summary))
+    summary = summarise(parts.sweep, parts.column)
+    write_folder(parts.folder, sweep_files(summary))
     sys.stdout.write(sweep_text(summary))
     return summary.failed

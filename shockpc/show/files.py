@@ -3,13 +3,12 @@
 import contextlib
 import os
 from collections.abc import Mapping
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from shockpc.errors import OutputError
 from shockpc.paths import read_file
-from shockpc.printed import printable
 
-__all__ = ["MANIFEST", "check_folder", "make_folder", "write_folder", "write_text"]
+__all__ = ["MANIFEST", "check_folder", "write_folder", "write_text"]
 
 MANIFEST = ".shockpc-files"
 """In a folder of results: the paths of the files that the last run wrote there, one a line."""
@@ -23,15 +22,8 @@ def check_folder(folder: Path, option: str) -> None:
     """
     import tempfile
 
-    _refuse_nul(folder)
-    place = folder
     try:
-        while not place.exists():
-            place = place.parent
-        if not place.is_dir():
-            what = "is a file" if place == folder else f'would be inside "{place}", which is a file'
-            raise OutputError(f'"{folder}" {what}; name a folder with {option}')
-        with tempfile.TemporaryFile(dir=place):
+        with tempfile.TemporaryFile(dir=next(place for place in (folder, *folder.parents) if place.exists())):
             pass
     except OSError as refusal:
         raise OutputError(
@@ -40,86 +32,44 @@ def check_folder(folder: Path, option: str) -> None:
         ) from None
 
 
-def make_folder(folder: Path) -> None:
-    """Make an output folder.
-
-    Raises:
-        OutputError: it cannot be made.
-    """
-    _refuse_nul(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as refusal:
-        raise OutputError(f'folder "{folder}" cannot be made: {refusal.strerror}') from None
-
-
 def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Write the files of a run into a folder, and remove those that an earlier run wrote there and this one does not.
 
-    The folder is made if it does not exist; the contents are given by path relative to it, with slashes.
+    The contents are given by path relative to the folder, with slashes.
 
     Raises:
         OutputError: the folder cannot be written; if a folder has the name of a file, nothing is.
     """
-    make_folder(folder)
-    for name in files:
-        if (folder / name).is_dir():
-            raise OutputError(
-                f'"{folder / name}" is a folder, but a file has to be written there; move it, or name another with --out'
-            )
-    earlier = _earlier(folder)
+    if present := [folder / name for name in files if (folder / name).is_dir()]:
+        raise OutputError(f'"{present[0]}" is a folder, but a file has to be written there; move it, or name another with --out')
+    try:
+        earlier = set(read_file(folder / MANIFEST, "file", OutputError).decode().splitlines())
+    except (OutputError, UnicodeDecodeError):
+        earlier = set()
     for name, content in files.items():
-        make_folder((folder / name).parent)
         write_text(folder / name, content)
     for path in (folder / name for name in earlier - files.keys()):
-        # A folder with other files in it is not removed.
-        for remove in (path.unlink, path.parent.rmdir):
-            with contextlib.suppress(OSError):
-                remove()
+        # Whatever the list says, nothing outside the folder is removed, and no folder with other files in it.
+        if path.parent.resolve().is_relative_to(folder.resolve()):
+            for remove in (path.unlink, path.parent.rmdir):
+                with contextlib.suppress(OSError):
+                    remove()
     write_text(folder / MANIFEST, "".join(f"{name}\n" for name in files))
 
 
 def write_text(path: Path, content: str | bytes) -> None:
-    """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure nothing is left.
+    """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure no file is left.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: it cannot be written, or a folder above it cannot be made.
     """
-    import tempfile
-
-    _refuse_nul(path)
+    part = path.with_name(f".{path.stem}.{os.urandom(4).hex()}{path.suffix}")
     try:
-        data = content.encode("utf-8") if isinstance(content, str) else content
-    except UnicodeEncodeError:
-        raise OutputError(f'"{path}" cannot be written: the name of a file or folder in it is not UTF-8; rename that') from None
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}.", suffix=path.suffix, dir=path.parent)
-        os.close(handle)
-        part = Path(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            part.write_bytes(data)
-            # mkstemp gives 0600; a result is as readable as any file that its user makes.
-            umask = os.umask(0)
-            os.umask(umask)
-            part.chmod(0o666 & ~umask)
+            part.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace"))
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)
     except OSError as refusal:
         raise OutputError(f'"{path}" cannot be written: {refusal.strerror}') from None
-
-
-def _earlier(folder: Path) -> set[str]:
-    """The files that an earlier run wrote into a folder; none outside it, whatever the list says."""
-    try:
-        names = read_file(folder / MANIFEST, "file", OutputError).decode().splitlines()
-    except (OutputError, UnicodeDecodeError):
-        return set()
-    inside = {name for name in names if name and not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts}
-    return {name for name in inside if (folder / name).parent.resolve().is_relative_to(folder.resolve())}
-
-
-def _refuse_nul(path: Path) -> None:
-    """Refuse a path that no file system accepts."""
-    if "\0" in str(path):
-        raise OutputError(f'"{printable(str(path))}" cannot be the path of a file: it holds a NUL character')

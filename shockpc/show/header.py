@@ -12,16 +12,12 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.urdf_model import WORLD
 
 __all__ = [
-    "angle_text",
-    "base_text",
-    "bodies_text",
-    "contact_name",
-    "count",
-    "header_lines",
-    "joint_model_text",
-    "posture_text",
-    "strike_text",
-]
+    "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
+    "shown_as", "strike_text", "vector_text", "warning_lines",
+]  # fmt: skip
+
+UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
+"""Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
 JOINT_MODELS = {
     "free": "free (zero reflected inertia; a stiff gearbox changes the results considerably)",
@@ -44,14 +40,17 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
+    drives = [f"reflected inertia {text}" for text in _settings(robot, scene.joints.armature, ("kg m²", "kg"))]
+    drives += [f"rotor of {name}: {one.inertia:g} kg m², gear ratio {one.gear_ratio:g}" for name, one in scene.joints.rotor.items()]
+    drives += [f"locked: {', '.join(scene.joints.locked)}"] if scene.joints.locked else []
     lines = {
-        "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {bodies_text(robot)}{xacro})",
+        "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}{xacro})",
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
-        "strike": f"{strike_text(profile)}: velocity ({_vector(profile.strike)}) m/s{normalised}",
-        "joint model": "; ".join([joint_model_text(profile), *_drive_settings(profile)]),
-        "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({_vector(profile.plane.normal)})",
+        "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
+        "joint model": "; ".join([joint_model_text(profile), *drives]),
+        "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({vector_text(profile.plane.normal)})",
     }
     return [(name, printable(text)) for name, text in lines.items()]
 
@@ -86,13 +85,14 @@ def strike_text(profile: ShockProfile) -> str:
     parts = [f"{float(np.linalg.norm(profile.strike)):.4g} m/s, {angle_text(profile)} deg from the vertical"]
     if strike.drop_height is not None:
         parts.append(f"after a fall of {strike.drop_height:g} m")
-    moving = []
-    if any(strike.angular_velocity or ()):
-        moving.append(f"robot rotates at ({_vector(strike.angular_velocity or ())}) rad/s")
-    moving += _settings(profile.robot, {k: v for k, v in strike.joint_velocities.items() if v}, ("rad/s", "m/s"))
-    if moving and len(profile.contacts) > 1:
-        parts.append("the fastest contact")
-    return ", ".join([*parts, few(moving, 4, what=" joint rates")] if moving else parts)
+    rates = {name: rate for name, rate in strike.joint_velocities.items() if rate}
+    moving = (
+        [f"robot rotates at ({vector_text(strike.angular_velocity or ())}) rad/s"] if any(strike.angular_velocity or ()) else []
+    )
+    moving += _settings(profile.robot, rates, ("rad/s", "m/s"))
+    if moving:
+        parts += ["the fastest contact"] * (len(profile.contacts) > 1) + [few(moving, 4, what=" joint rates")]
+    return ", ".join(parts)
 
 
 def angle_text(profile: ShockProfile) -> str:
@@ -103,19 +103,30 @@ def angle_text(profile: ShockProfile) -> str:
     return f"{round(-angle if backward else angle, 9) + 0.0:.4g}"
 
 
-def bodies_text(robot: Robot) -> str:
-    """How many bodies move."""
-    return count(len(robot.bodies), "moving body", "moving bodies")
-
-
 def contact_name(profile: ShockProfile) -> str:
     """The contacts of a landing, as they are typed."""
     return "+".join(contact.frame for contact in profile.contacts)
 
 
-def count(number: int, one: str, several: str = "") -> str:
-    """A number with its noun, such as "1 joint" or "2 joints"."""
-    return f"{number} {one if number == 1 else several or one + 's'}"
+def count(number: int, noun: str) -> str:
+    """A number with its noun, such as "1 body" or "2 bodies"."""
+    return f"{number} {noun if number == 1 else f'{noun[:-1]}ies' if noun.endswith('y') else f'{noun}s'}"
+
+
+def shown_as(value: float, unit: str, digits: int = 3) -> str:
+    """A value with its unit; radians in degrees, metres in millimetres."""
+    factor, name = UNITS.get(unit, (1.0, unit))
+    return f"{round(factor * value, 12) + 0.0:.{digits}g} {name}"
+
+
+def vector_text(values: Iterable[float]) -> str:
+    """A vector to four digits."""
+    return ", ".join(f"{round(float(value), 12) + 0.0:.4g}" for value in values)
+
+
+def warning_lines(profile: ShockProfile) -> list[str]:
+    """The warnings of a landing."""
+    return [f"warning: {warning}" for warning in profile.health.warnings]
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:
@@ -127,16 +138,8 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     parts.append("sticks" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
     parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     if np.linalg.norm(found.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
-        parts.append(f"approaches at ({_vector(found.approach)}) m/s")
+        parts.append(f"approaches at ({vector_text(found.approach)}) m/s")
     return ", ".join(parts)
-
-
-def _drive_settings(profile: ShockProfile) -> list[str]:
-    """What the scene sets of the drives, with units."""
-    joints = profile.scene.joints
-    found = [f"reflected inertia {text}" for text in _settings(profile.robot, joints.armature, ("kg m²", "kg"))]
-    found += [f"rotor of {name}: {one.inertia:g} kg m², gear ratio {one.gear_ratio:g}" for name, one in joints.rotor.items()]
-    return found + ([f"locked: {', '.join(joints.locked)}"] if joints.locked else [])
 
 
 def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str]) -> list[str]:
@@ -147,8 +150,3 @@ def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str])
         slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})
         found.append(f"{printable(pattern)} = {value:g} {' or '.join(units[one] for one in slides)}")
     return found
-
-
-def _vector(values: Iterable[float]) -> str:
-    """A vector to four digits."""
-    return ", ".join(f"{round(float(value), 12) + 0.0:.4g}" for value in values)

@@ -2,92 +2,60 @@
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
 
 from shockpc.robot.landmarks import is_imu
-from shockpc.show.document import head, record
 from shockpc.show.header import count
-from shockpc.show.reports.report import Report
-from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.studies.batch import Batch, BatchRow
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Row, Sheet
+from shockpc.studies.batch import Batch
 
 __all__ = ["batch_report"]
-
-ROW = (
-    "robot", "contact", "mass", "trunk", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "joint_model", "sensors",
-    "effective_mass", "friction_needed", "error_bound", "warnings", "scene",
-)  # fmt: skip
-"""Keys of a row of the document."""
 
 
 def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""
-
-    def draw() -> "Figure":
-        from shockpc.show.figure.contact_sheet import draw_contact_sheet
-
-        return draw_contact_sheet(batch)
-
-    failed = [" ".join(filter(None, (one.robot, one.contact))) + f": {one.reason}" for one in batch.failures]
+    caption = "the landings, the greatest shock of the trunk first"
+    drawn = any(row.picture is not None for row in batch.rows)
     return Report(
         name="batch",
         title="Landings of robots",
         tables=lambda _: [_sheet(batch)],
-        closing=[f"not computed: {line}" for line in failed],
+        closing=[f"not computed: {' '.join(filter(None, (one.robot, one.contact)))}: {one.reason}" for one in batch.failures],
         details=list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings)),
         sheets={"batch": lambda: _sheet(batch, fold=False)},
-        document=lambda: _document(batch),
-        picture="sheet" if any(row.picture is not None for row in batch.rows) else "",
-        caption="the landings, the greatest shock of the trunk first",
-        draw=draw,
+        document=lambda: {
+            "rows": [{key: value for key, value in vars(row).items() if key != "picture"} for row in batch.rows],
+            "failures": list(map(vars, batch.failures)),
+        },
+        picture=Picture("sheet", caption, "contact_sheet:draw_contact_sheet", (batch,)) if drawn else None,
     )
 
 
-def _document(batch: Batch) -> dict[str, Any]:
-    """The document, schema `shockpc.batch/1`."""
-    return {
-        **head("batch"),
-        "rows": [record(row, *ROW) for row in batch.rows],
-        "failures": [record(one, "robot", "contact", "reason") for one in batch.failures],
-    }
-
-
 def _sheet(batch: Batch, fold: bool = True) -> Sheet:
-    """One row for each landing.
-
-    Args:
-        batch: the landings.
-        fold: for people: of several IMUs the one with the greatest shock, and no column that repeats another; otherwise all
-            sensors, the trunk's name, and the landings that failed.
-    """
-    modelled = any(row.joint_model != "free" for row in batch.rows) or not fold
-    header: tuple[str, ...] = ("robot", "contact", "mass [kg]", "trunk", "RoPc [m]", "greatest [-]", "free [-]")
-    header += ("as modelled [-]",) * modelled
-    header += ("locked [-]", "IMU", "at IMU [-]", "eff. mass [kg]", "friction [-]", "error bound [-]" if not fold else "error")
-    header += () if fold else ("posture", "joint model", "sensors and points [-]", "warnings", "failure")
-    rows = [_cells(row, modelled, fold) for row in batch.rows]
+    """One row for each landing. Args: fold, for people: without columns that repeat another, all sensors, and what failed."""
+    modelled = not fold or any(row.joint_model != "free" for row in batch.rows)
+    header = [
+        "robot", "contact", "mass [kg]", "trunk", "RoPc [m]", "greatest [-]", "free [-]", *["as modelled [-]"] * modelled,
+        "locked [-]", "IMU", "at IMU [-]", "eff. mass [kg]", "friction [-]",
+    ]  # fmt: skip
+    header += ["error"] if fold else ["error bound [-]", "posture", "joint model", "sensors and points [-]", "warnings", "failure"]
+    rows: list[Row] = []
+    for row in batch.rows:
+        imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
+        imu = max(imus.items(), key=lambda one: one[1], default=(None, None))
+        cells: Row = (row.robot, row.contact, row.mass, row.trunk, row.ropc, row.shock_max, row.shock_free)
+        cells += (*[row.shock_com] * modelled, row.shock_locked, *imu, row.effective_mass)
+        if fold:
+            cells += ("tensile" if row.friction_needed == math.inf else row.friction_needed, f"{row.error_bound:.0e}")
+        else:
+            sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
+            cells += (row.friction_needed, row.error_bound, row.scene.posture.reference, row.joint_model)
+            cells += (sensors, "; ".join(row.warnings), None)
+        rows.append(cells)
     if not fold:
-        blank: tuple[Cell, ...] = (None,) * (len(header) - 3)
-        rows += [(failure.robot, failure.contact, *blank, failure.reason) for failure in batch.failures]
+        rows += [(one.robot, one.contact, *[None] * (len(header) - 3), one.reason) for one in batch.failures]
     title = f"{count(len(batch.rows), 'landing')}, ranked by the greatest shock over the trunk"
-    return Sheet(title, header, rows, tuple(_notes(batch)) if fold else ())
-
-
-def _cells(row: BatchRow, modelled: bool, fold: bool) -> tuple[Cell, ...]:
-    """One landing."""
-    imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
-    imu = max(imus.items(), key=lambda one: one[1], default=(None, None))
-    cells: tuple[Cell, ...] = (row.robot, row.contact, row.mass, row.trunk, row.ropc, row.shock_max, row.shock_free)
-    cells += (row.shock_com,) * modelled
-    cells += (row.shock_locked, *imu, row.effective_mass)
-    if fold:
-        return (*cells, "tensile" if row.friction_needed == math.inf else row.friction_needed, f"{row.error_bound:.0e}")
-    sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
-    cells += (row.friction_needed, row.error_bound, row.scene.posture.reference, row.joint_model)
-    return (*cells, sensors, "; ".join(row.warnings), None)
+    return Sheet(title, header, rows, list(_notes(batch)) if fold else ())
 
 
 def _notes(batch: Batch) -> Iterable[str]:

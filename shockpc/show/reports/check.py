@@ -3,16 +3,14 @@
 import math
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
 from shockpc.errors import OutputError
 from shockpc.printed import printable
-from shockpc.show.document import head, json_text, record
+from shockpc.show.document import headed, json_text, record
 from shockpc.show.header import count
-from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown, as_text
+from shockpc.show.tables import Cell, Sheet, as_csv, as_markdown, as_text
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.gate import Check, Outcome
 from shockpc.studies.check.metrics import METRICS
@@ -24,6 +22,10 @@ MOST_COMMANDS = 10
 
 MOST_ROWS = 500
 """Rows of a summary, whose size GitHub limits to 1 MiB."""
+
+MESSAGE = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
+PROPERTY = MESSAGE | str.maketrans({":": "%3A", ",": "%2C"})
+"""Characters that would end the message or a property of a workflow command."""
 
 
 def check_text(check: Check, format_: str) -> str:
@@ -49,40 +51,32 @@ def check_files(check: Check) -> dict[str, str | bytes]:
     return {name: check_text(check, format_) for name, format_ in files.items()}
 
 
-def check_sheet(check: Check, fold: bool = True, most: int | None = None, only_failures: bool = False) -> Sheet:
+def check_sheet(check: Check, fold: bool = True, most: int | None = None) -> Sheet:
     """One row for each budget at each place of each landing; what fails comes first, then what is exceeded with a warning.
 
     Args:
         check: the outcomes.
         fold: for a terminal: the reasons why budgets are not met are notes under the table, rather than its last column.
         most: largest number of rows; a note counts the others.
-        only_failures: leave out budgets that are met.
     """
-    ordered = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, outcome.status == "passed"))
-    every = [outcome for outcome in ordered if outcome.status != "passed" or not only_failures]
-    shown = every[:most]
-    rows: list[tuple[Cell, ...]] = [
-        (
-            _status(outcome),
-            _landing_text(outcome),
-            outcome.at,
-            f"{outcome.budget.metric} [{METRICS[outcome.budget.metric].unit.replace('1', '-')}]",
-            outcome.value,
-            _limit_text(outcome.budget),
-            outcome.baseline,
-            None if outcome.change is None else 100.0 * outcome.change,
-            None if fold else outcome.reason or None,
-        )
-        for outcome in shown
-    ]
-    header = ("result", "landing", "at", "metric", "value", "limit", "baseline", "change [%]", "reason")
+    shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, outcome.status == "passed"))[:most]
+    columns: dict[str, list[Cell]] = {
+        "result": [_status(one) for one in shown],
+        "landing": [_landing_text(one) for one in shown],
+        "at": [one.at for one in shown],
+        "metric": [f"{one.budget.metric} [{METRICS[one.budget.metric].unit.replace('1', '-')}]" for one in shown],
+        "value": [one.value for one in shown],
+        "limit": [_limit_text(one.budget) for one in shown],
+        "baseline": [one.baseline for one in shown],
+        "change [%]": [None if one.change is None else 100.0 * one.change for one in shown],
+        "reason": [None if fold else one.reason or None for one in shown],
+    }
     # A column without any entry tells nothing.
-    kept = [k for k, head in enumerate(header) if head == "value" or any(row[k] is not None for row in rows)]
+    kept = {head: cells for head, cells in columns.items() if head == "value" or any(cell is not None for cell in cells)}
     notes = [f"{_status(one)}: {place_text(one)}: {one.reason}" for one in shown if one.reason and fold]
-    if len(every) > len(shown):
-        notes.append(f"{count(len(every) - len(shown), 'row')} not shown")
-    table = [tuple(row[k] for k in kept) for row in rows]
-    return Sheet(_summary_text(check), tuple(header[k] for k in kept), table, (*notes, *check.notes))
+    if left := len(check.outcomes) - len(shown):
+        notes.append(f"{count(left, 'row')} not shown")
+    return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
 
 
 def _outcomes(check: Check) -> Sheet:
@@ -93,9 +87,8 @@ def _outcomes(check: Check) -> Sheet:
     )  # fmt: skip
     rows = []
     for outcome in check.outcomes:
-        found = _record(outcome)
         change = None if outcome.change is None else 100.0 * outcome.change
-        rows.append(tuple((found | {"change": change}).values())[: len(header)])
+        rows.append(tuple((_record(outcome) | {"change": change}).values())[: len(header)])
     return Sheet(_summary_text(check), header, rows)
 
 
@@ -120,14 +113,10 @@ def _summary_text(check: Check) -> str:
     """How many budgets are met, in a sentence."""
     failed = sum(outcome.fails and outcome.status == "exceeded" for outcome in check.outcomes)
     warned, missing = check.count("exceeded") - failed, check.count("not computed")
-    parts = [
-        f"{check.count('passed')} passed",
-        f"{failed} exceeded",
-        *([f"{warned} exceeded with a warning"] if warned else []),
-        *([f"{missing} not computed"] if missing else []),
-    ]
-    proven = f"; jumps proven to {check.error_bound:.0e} of each body's motion" if check.error_bound else ""
-    return f"budgets of {count(check.landings, 'landing')}: {', '.join(parts)}{proven}"
+    text = f"budgets of {count(check.landings, 'landing')}: {check.count('passed')} passed, {failed} exceeded"
+    text += f", {warned} exceeded with a warning" if warned else ""
+    text += f", {missing} not computed" if missing else ""
+    return text + (f"; jumps proven to {check.error_bound:.0e} of each body's motion" if check.error_bound else "")
 
 
 def _limit_text(budget: Budget) -> str:
@@ -176,64 +165,34 @@ def append_summary(check: Check) -> None:
 
 def _document(check: Check) -> dict[str, Any]:
     """The document, schema `shockpc.check/1`; null where there is no number, "inf" for an infinite one."""
-    return {
-        **head("check"),
-        "file": None if check.path is None else str(check.path),
+    found = {
+        "file": check.path,
         "exit_code": check.exit_code,
         "counts": {status.replace(" ", "_"): check.count(status) for status in ("passed", "exceeded", "not computed")},
         **record(check, "landings", "error_bound"),
         "outcomes": [_record(outcome) for outcome in check.outcomes],
-        "notes": list(check.notes),
+        "notes": check.notes,
     }
+    return headed("check", found)
 
 
 def _junit(check: Check) -> str:
-    """A JUnit report: a suite for each case, a test for each budget at each place of each landing.
-
-    A budget that is exceeded is a failure, one that could not be computed is an error, and one of severity warning is a test that
-    passed with the message as its output.
-    """
-    root = ET.Element("testsuites", name="shockpc check")
+    """A JUnit report: a suite for each case, a test for each outcome; one of severity warning passes."""
+    root = ET.Element("testsuites", {"name": "shockpc check", **_counts(check.outcomes)})
     for case in dict.fromkeys(outcome.case for outcome in check.outcomes):
         own = [outcome for outcome in check.outcomes if outcome.case == case]
         suite = ET.SubElement(root, "testsuite", {"name": printable(case), **_counts(own)})
         for outcome in own:
             angle = "" if outcome.strike_angle_deg is None else f", {outcome.strike_angle_deg:g} deg"
             name = f"{outcome.budget.metric} at {outcome.at}{angle}: {_limit_text(outcome.budget)}"
-            test = ET.SubElement(suite, "testcase", classname=printable(case), name=printable(name), time="0")
-            if check.path is not None:
-                test.set("file", printable(_in_repository(check.path)))
-            if outcome.line is not None:
-                test.set("line", str(outcome.line))
-            if outcome.status == "passed":
-                continue
-            kind = "error" if outcome.status == "not computed" else "failure" if outcome.fails else "system-out"
-            details = ET.SubElement(test, kind)
-            details.text = printable(f"{place_text(outcome)}: {outcome.reason}")
-            if outcome.fails:
-                details.set("type", outcome.status)
-                details.set("message", printable(outcome.reason))
-    for key, value in _counts(check.outcomes).items():
-        root.set(key, value)
+            named = {"classname": case, "name": name, "time": "0", **_line(check, outcome)}
+            test = ET.SubElement(suite, "testcase", {key: printable(value) for key, value in named.items()})
+            if outcome.status != "passed":
+                kind = "error" if outcome.status == "not computed" else "failure" if outcome.fails else "system-out"
+                stated = {"type": outcome.status, "message": printable(outcome.reason)} if outcome.fails else {}
+                ET.SubElement(test, kind, stated).text = printable(f"{place_text(outcome)}: {outcome.reason}")
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-
-
-def _github_commands(check: Check) -> str:
-    """Workflow commands that mark the lines of the budgets: at most ten, errors first; the last one counts those left out."""
-    marked = sorted((outcome for outcome in check.outcomes if outcome.status != "passed"), key=lambda outcome: not outcome.fails)
-    shown = marked if len(marked) <= MOST_COMMANDS else marked[: MOST_COMMANDS - 1]
-    lines = [_command(check, outcome) for outcome in shown]
-    if len(marked) > len(shown):
-        kind = "error" if marked[len(shown)].fails else "warning"
-        left = count(len(marked) - len(shown), "more budget is", "more budgets are")
-        lines.append(f"::{kind} title=shockpc::{left} not met; the summary of the run lists them")
-    return "".join(f"{line}\n" for line in lines)
-
-
-def _number(value: float | None) -> float | str | None:
-    """A number as JSON holds it."""
-    return "inf" if value is not None and math.isinf(value) else value
 
 
 def _counts(outcomes: Sequence[Outcome]) -> dict[str, str]:
@@ -243,31 +202,29 @@ def _counts(outcomes: Sequence[Outcome]) -> dict[str, str]:
     return {"tests": str(len(outcomes)), "failures": str(failures), "errors": str(errors), "skipped": "0", "time": "0"}
 
 
-def _command(check: Check, outcome: Outcome) -> str:
-    """One workflow command. The path is relative to the repository, as GitHub wants it."""
-    properties = {}
-    if check.path is not None:
-        properties["file"] = _in_repository(check.path)
-    if outcome.line is not None:
-        properties["line"] = str(outcome.line)
-    properties["title"] = f"shockpc: {outcome.budget.metric} at {outcome.at}"
-    listed = ",".join(f"{key}={_property(value)}" for key, value in properties.items())
-    return f"::{'error' if outcome.fails else 'warning'} {listed}::{_data(f'{place_text(outcome)}: {outcome.reason}')}"
+def _github_commands(check: Check) -> str:
+    """Workflow commands that mark the lines of the budgets: at most ten, errors first; the last one counts those left out."""
+    marked = sorted((outcome for outcome in check.outcomes if outcome.status != "passed"), key=lambda outcome: not outcome.fails)
+    shown = marked if len(marked) <= MOST_COMMANDS else marked[: MOST_COMMANDS - 1]
+    lines = []
+    for outcome in shown:
+        properties = {**_line(check, outcome), "title": f"shockpc: {outcome.budget.metric} at {outcome.at}"}
+        listed = ",".join(f"{key}={value.translate(PROPERTY)}" for key, value in properties.items())
+        text = f"{place_text(outcome)}: {outcome.reason}".translate(MESSAGE)
+        lines.append(f"::{'error' if outcome.fails else 'warning'} {listed}::{text}\n")
+    if left := marked[len(shown) :]:
+        kind = "error" if left[0].fails else "warning"
+        lines.append(f"::{kind} title=shockpc::{count(len(left), 'more budget')} not met; the summary of the run lists them\n")
+    return "".join(lines)
 
 
-def _in_repository(path: Path) -> str:
-    """A path relative to the folder of the repository, or to the current folder; as it is outside both."""
-    for root in (os.environ.get("GITHUB_WORKSPACE"), os.getcwd()):
-        if root and path.resolve().is_relative_to(Path(root).resolve()):
-            return path.resolve().relative_to(Path(root).resolve()).as_posix()
-    return str(path)
+def _line(check: Check, outcome: Outcome) -> dict[str, str]:
+    """The file and line of a budget, as far as they are known, the file relative to the repository or to the current folder."""
+    root = os.path.realpath(os.environ.get("GITHUB_WORKSPACE") or ".")
+    found = {} if check.path is None else {"file": os.path.relpath(os.path.realpath(check.path), root)}
+    return found if outcome.line is None else {**found, "line": str(outcome.line)}
 
 
-def _data(text: str) -> str:
-    """A message with the characters escaped that would end it."""
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    """A property with the characters escaped that would end it."""
-    return _data(text).replace(":", "%3A").replace(",", "%2C")
+def _number(value: float | None) -> float | str | None:
+    """A number as JSON holds it."""
+    return "inf" if value is not None and math.isinf(value) else value

@@ -1,22 +1,29 @@
-"""The results of landings: everything of each, and their shocks side by side where there are several."""
+"""The results of landings: the tables and lines of each, and their shocks side by side where there are several."""
 
+import math
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
 
+from shockpc.core.directions import ExtremeDirections
+from shockpc.printed import few
 from shockpc.result import ShockProfile
 from shockpc.show.document import document
-from shockpc.show.files import write_folder
-from shockpc.show.header import contact_name, header_lines
-from shockpc.show.reports.report import Report
-from shockpc.show.tables.design import balance_lines, bracket_sheet, directions_sheet, loads_sheet
-from shockpc.show.tables.sheets import Sheet, accuracy_line, bodies_sheet, contacts_sheet, points_sheet, summary_sheet
-from shockpc.show.tables.text import as_csv, as_markdown, as_text
+from shockpc.show.header import contact_name, count, header_lines, shown_as, vector_text, warning_lines
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text, fits, largest
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+__all__ = [
+    "accuracy_line", "bodies_sheet", "contacts_sheet", "directions_sheet", "landing_files", "landing_report", "landings_text",
+]  # fmt: skip
 
-__all__ = ["landing_report", "landings_text", "write_landings"]
+OUT_OF_PLANE = 25.0
+"""Share of a body's motion out of the plane above which a note says what its CoPc and RoPc describe [%]."""
+
+PARALLEL = math.radians(1.0)
+"""Largest angle to the ground of an impact direction that is called parallel to it."""
+
+NO_MITIGATION = (
+    "no impact mitigation factor (it requires a free base, no stance, and joints that move the contact in every direction)"
+)
 
 
 def landing_report(profile: ShockProfile, pattern: str | None = None) -> Report:
@@ -24,28 +31,25 @@ def landing_report(profile: ShockProfile, pattern: str | None = None) -> Report:
 
     The files are profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
     """
-
-    def draw() -> "Figure":
-        from shockpc.show.figure.landing import draw_landing
-
-        return draw_landing(profile)
-
     return Report(
         name="profile",
         title=f"Shock of {profile.robot.name} landing on {contact_name(profile)}",
         header=header_lines(profile),
         tables=lambda most: _tables(profile, pattern, most),
         short=6,
-        closing=_closing(profile),
+        closing=[
+            *_balance_lines(profile),
+            f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
+            *warning_lines(profile),
+            accuracy_line(profile),
+        ],
         sheets={
             "bodies": lambda: bodies_sheet(profile, pattern, fold=False),
-            "points": lambda: points_sheet(profile),
+            "points": lambda: _points_sheet(profile),
             "contacts": lambda: contacts_sheet(profile),
         },
         document=lambda: document(profile),
-        picture="shock",
-        caption=f"shock profile of {profile.robot.name}",
-        draw=draw,
+        picture=Picture("shock", f"shock profile of {profile.robot.name}", "landing:draw_landing", (profile,)),
     )
 
 
@@ -53,50 +57,190 @@ def landings_text(profiles: Sequence[ShockProfile], format_: str, pattern: str |
     """Some landings in a format, "table", "markdown" or "csv"; of the bodies only those that match a pattern."""
     if format_ == "csv":
         sheets = [(contact_name(profile), bodies_sheet(profile, pattern, fold=False)) for profile in profiles]
-        rows = [(name, *row) for name, sheet in sheets for row in sheet.rows]
-        return as_csv(Sheet("", ("contact", *sheets[0][1].header), rows))
+        return as_csv(Sheet("", ("contact", *sheets[0][1].header), [(name, *row) for name, sheet in sheets for row in sheet.rows]))
     blocks = [landing_report(profile, pattern).text(format_) for profile in profiles]
     if len(profiles) > 1:
-        blocks.append((as_markdown if format_ == "markdown" else as_text)(summary_sheet(profiles, pattern)))
+        blocks.append((as_markdown if format_ == "markdown" else as_text)(_summary_sheet(profiles, pattern)))
     return "\n".join(blocks)
 
 
-def write_landings(profiles: Sequence[ShockProfile], names: Sequence[str], folder: Path, pattern: str | None = None) -> None:
-    """Write one landing into a folder; several into a subfolder each, with a summary beside them.
+def landing_files(profiles: Sequence[ShockProfile], names: Sequence[str], pattern: str | None = None) -> dict[str, str | bytes]:
+    """The files of one landing by path; of several, in a folder for each, with a summary beside them.
 
     Args:
         profiles: the landings.
-        names: of the subfolders.
-        folder: made if it does not exist; files of an earlier run that this one does not write are removed.
+        names: of the folders.
         pattern: only bodies that match it are in bodies.csv and report.md.
-
-    Raises:
-        OutputError: the folder cannot be written.
     """
     every = [landing_report(profile, pattern).files() for profile in profiles]
     if len(every) == 1:
-        write_folder(folder, every[0])
-        return
+        return every[0]
     files = {f"{name}/{file}": content for name, own in zip(names, every, strict=True) for file, content in own.items()}
-    summary = summary_sheet(profiles)
-    write_folder(folder, files | {"summary.csv": as_csv(summary), "summary.md": as_markdown(summary)})
+    summary = _summary_sheet(profiles)
+    return files | {"summary.csv": as_csv(summary), "summary.md": as_markdown(summary)}
+
+
+def accuracy_line(profile: ShockProfile) -> str:
+    """The proven error bound, and what double precision and the last digit of the data contribute."""
+    health = profile.health
+    proven = f"proven to {health.error_bound:.0e} of each body's motion ({health.bits} bits)"
+    double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
+    data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
+    return f"accuracy: {proven}; double precision alone {double}; {data}"
+
+
+def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool = True) -> Sheet:
+    """One row for each body.
+
+    Args:
+        profile: the result.
+        pattern: a glob, or a part of a name; only these bodies are shown.
+        fold: for people: bodies that the impact does not move become a note, and a word says why a CoPc is missing.
+    """
+    matching = [i for i, name in enumerate(profile.bodies) if pattern is None or fits(name, pattern)]
+    shown = [i for i in matching if profile.moved[i] or not fold]
+    rows: list[Row] = []
+    for i in shown:
+        x, y, z = profile.copc[i]
+        if fold and profile.translates[i]:
+            x = "translates" if math.isnan(profile.pitch[i]) else "out of plane"
+        shocks = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
+        row = (profile.bodies[i], math.hypot(*profile.delta_omega[i]), x, y, z, profile.ropc[i], *shocks)
+        rows.append(row if fold else (*row, "yes" if profile.translates[i] else "no"))
+    notes = []
+    if any(100.0 * profile.off_plane[i] > OUT_OF_PLANE for i in shown):
+        notes.append(
+            f"out of plane above {OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the part of that body's motion that lies in the "
+            "plane; the shock is that of the whole motion"
+        )
+    if still := [profile.bodies[i] for i in matching if i not in shown]:
+        notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
+    if hidden := len(profile.bodies) - len(matching):
+        notes.append(f"{count(hidden, 'body')} not shown, no match for {pattern}")
+    header = [
+        "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]",
+        "shock at CoM [-]", "least [-]", "greatest [-]", "out of plane [%]", *([] if fold else ["no rotation in the plane"]),
+    ]  # fmt: skip
+    return Sheet("bodies (CoPc in body coordinates; shock relative to the strike)", header, rows, notes)
+
+
+def contacts_sheet(profile: ShockProfile) -> Sheet:
+    """One row for each contact and each stance foot, and their sum where there are several."""
+    rows: list[Row] = []
+    notes = []
+    named = [(contact.frame, contact) for contact in profile.contacts]
+    for name, contact in named + [(f"{foot.frame} (stance)", foot) for foot in profile.stance]:
+        if contact.impulse is None:
+            rows.append((name, "not unique", None, None, None))
+            notes = ["the contact rows are redundant, so only the sum of the impulses is unique"]
+        else:
+            rows.append((name, *contact.impulse, "tensile" if contact.friction_needed is None else contact.friction_needed))
+    if len(rows) > 1:
+        rows.append(("total", *profile.total_impulse, None))
+        notes.append(f"total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of the robot")
+    header = ("contact", "impulse x [N s]", "impulse y [N s]", "impulse z [N s]", "friction to stick [-]")
+    return Sheet("contacts (impulse of the ground on the robot, world axes)", header, rows, notes)
+
+
+def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
+    """The impact directions with the greatest and the least shock at each place, at the same speed.
+
+    Args:
+        profile: the result.
+        most: rows to show, those of the greatest shock; the heaviest body, sensors and points always.
+    """
+
+    def row(place: str, found: ExtremeDirections) -> Row:
+        way = "parallel" if abs(found.least_severe @ profile.landing.up) < PARALLEL else "towards"
+        return place, found.most_severe_shock, *found.most_severe, found.least_severe_shock, *found.least_severe, way
+
+    bodies = profile.robot.bodies
+    moved = [k for k in range(len(bodies)) if profile.moved[k]]
+    heaviest = max(bodies, key=lambda body: body.mass)
+    rows, notes = largest(
+        [row(f"CoM of {bodies[k].name}", ExtremeDirections(*(part[k] for part in profile.directions))) for k in moved],
+        most,
+        "body",
+        [math.inf if bodies[k] is heaviest else profile.directions.most_severe_shock[k] for k in moved],
+    )
+    rows += [row(point.frame, point.directions) for point in profile.points]
+    header = ("place", "most severe [-]", "x [-]", "y [-]", "z [-]", "least severe [-]", "x [-]", "y [-]", "z [-]", "to the ground")
+    notes += ("over all directions towards the ground or parallel to it; an impact parallel to the ground is no landing",)
+    return Sheet("most and least severe impact direction (unit vector of the velocity, world axes)", header, rows, notes)
 
 
 def _tables(profile: ShockProfile, pattern: str | None, most: int | None) -> list[Sheet]:
     """Points, joint models and loads only where there are any, long tables cut to their largest rows."""
-    points, loads = points_sheet(profile), loads_sheet(profile, most)
     return [
         bodies_sheet(profile, pattern),
-        *([points] if points.rows else []),
+        *([_points_sheet(profile)] if profile.points else []),
         contacts_sheet(profile),
-        *([bracket_sheet(profile)] if profile.robot.joint_names else []),
+        *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
         directions_sheet(profile, most),
-        *([loads] if loads.rows else []),
+        *([_loads_sheet(profile, most)] if profile.loads else []),
     ]
 
 
-def _closing(profile: ShockProfile) -> list[str]:
-    """Energy and effective masses, the rank of the contact rows, warnings, and the accuracy in the last line."""
-    rows = f"contact rows: {profile.health.rank} of {profile.health.rows} independent"
-    warnings = [f"warning: {warning}" for warning in profile.health.warnings]
-    return [*balance_lines(profile), rows, *warnings, accuracy_line(profile)]
+def _points_sheet(profile: ShockProfile) -> Sheet:
+    """One row for each sensor and each requested point; peak accelerations where the scene gives a pulse."""
+    pulse, range_g = profile.scene.pulse, profile.scene.range_g
+    header = ["point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]"]
+    header += [] if pulse is None else ["peak [g]"] if range_g is None else ["peak [g]", f"of {range_g:g} g [%]"]
+    rows = [
+        (one.frame, one.body, *one.delta_v, one.shock, one.peak_g, 100.0 * (one.peak_g or 0.0) / (range_g or 1.0))[: len(header)]
+        for one in profile.points
+    ]
+    title = "sensors and points (Δv in the frame's own axes" + (f"; peak acceleration for a pulse {pulse})" if pulse else ")")
+    return Sheet(title, header, rows)
+
+
+def _bracket_sheet(profile: ShockProfile) -> Sheet:
+    """The same landing with free joints, with the joints as modelled, and with locked joints."""
+    header = ("shock at", "joints free [-]", "as modelled [-]", "joints locked [-]")
+    notes = ("–: not solvable with that joint model",) if any(None in row for row in profile.bracket) else ()
+    return Sheet("effect of the joint model", header, profile.bracket, notes)
+
+
+def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
+    """Impulse through every joint, or through those with the greatest force."""
+    forces = [math.hypot(*load.force) for load in profile.loads]
+    rows, notes = largest(
+        [
+            (load.joint, force, math.hypot(*load.moment), None if load.along is None else abs(load.along))
+            for load, force in zip(profile.loads, forces, strict=True)
+        ],
+        most,
+        "joint",
+        forces,
+    )
+    if profile.health.rank < profile.health.rows:
+        notes += ("contact or closure rows are redundant: these are the joint loads of least norm",)
+    header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]")
+    return Sheet("impulse through the joints", header, rows, notes)
+
+
+def _summary_sheet(profiles: Sequence[ShockProfile], pattern: str | None = None) -> Sheet:
+    """Several landings side by side: shock at every body's centre of mass and at every point, a column for each landing."""
+    rows: list[Row] = [
+        (body, *(profile.shock_com[i] for profile in profiles))
+        for i, body in enumerate(profiles[0].bodies)
+        if (pattern is None or fits(body, pattern)) and any(profile.moved[i] for profile in profiles)
+    ]
+    rows += [(f"at {found[0].frame}", *(one.shock for one in found)) for found in zip(*(p.points for p in profiles), strict=True)]
+    header = ("shock at", *map(contact_name, profiles))
+    return Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows)
+
+
+def _balance_lines(profile: ShockProfile) -> list[str]:
+    """Energy, effective masses, impact mitigation and the closing of loops; one line each."""
+    share = "" if profile.energy_share is None else f", {100.0 * profile.energy_share:.3g} % of the kinetic energy before impact"
+    lines = [f"energy lost: {profile.energy_lost:.4g} J{share}"]
+    for contact in profile.contacts:
+        mitigation = NO_MITIGATION if contact.mitigation is None else f"impact mitigation factor {contact.mitigation:.3f}"
+        masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
+        lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
+    if found := profile.assembly:
+        turn = f" and {shown_as(found.turn, 'rad')}" if found.turn > 0.0 else ""
+        how = ", ".join(f"{name} by {shown_as(by, unit)}" for name, by, unit in found.moved) or "no joint had to move"
+        lines.append(f"loops closed from a gap of {shown_as(found.gap, 'm')}{turn}: {how}")
+    return lines

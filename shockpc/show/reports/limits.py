@@ -1,18 +1,15 @@
 """Joint limits that a bound on the shock sets: for every strike angle the values allowed, for every posture the strike angles."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from shockpc.show.document import head, plain
-from shockpc.show.header import header_lines
-from shockpc.show.reports.report import Report
-from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.show.document import record
+from shockpc.show.header import UNITS, header_lines, warning_lines
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Row, Sheet
 from shockpc.studies.limits import Interval, ShockLimits, StrikeLimits
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["limits_report"]
 
@@ -20,29 +17,37 @@ MARKS = {"bound": "", "range": "*", "loop": "†"}
 
 ENDS = {"range": "end of the range, not a limit", "loop": "the loop cannot be closed beyond"}
 
-ROWS = 12
-"""Postures of the table for people, about."""
+ROWS, RECORDS = 12, 100
+"""Postures of the table for people and of the document, about."""
 
 
 def limits_report(found: ShockLimits) -> Report:
     """The limits of a joint."""
-
-    def draw() -> "Figure":
-        from shockpc.show.figure.limits import draw_limits
-
-        return draw_limits(found)
-
+    joint, unit = "+".join(found.joints), _unit(found)
+    low, high, step = (_number(found, value) for value in (*found.range, found.step))
+    least, greatest = (f"{_number(found, end):g}" if math.isfinite(end) else "none" for end in found.file_limits)
+    scan = f"{joint} from {low:g} to {high:g} {unit}, scanned in steps of {step:g} {unit}"
+    warnings = [
+        *warning_lines(found.profile),
+        *(
+            f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no result: {reason}"
+            for low, high, reason in found.unreachable
+        ),
+    ]
+    if found.inaccurate:
+        warnings.append(
+            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned; "
+            "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
+        )
     return Report(
         name="limits",
-        title=f"Limits of {'+'.join(found.joints)} for the shock at {found.point}",
-        header=[*header_lines(found.profile), ("joint", _scan(found))],
+        title=f"Limits of {joint} for the shock at {found.point}",
+        header=[*header_lines(found.profile), ("joint", f"{scan}; the file's limits are {least} and {greatest}")],
         tables=lambda _: [_allowed(found), _postures(found, ROWS)],
-        closing=_warnings(found),
+        warnings=warnings,
         sheets={"limits": lambda: _intervals(found), "postures": lambda: _postures(found)},
         document=lambda: _document(found),
-        picture="limits",
-        caption="shock over joint and strike angle",
-        draw=draw,
+        picture=Picture("limits", "shock over joint and strike angle", "limits:draw_limits", (found,)),
     )
 
 
@@ -51,28 +56,23 @@ def _document(found: ShockLimits) -> dict[str, Any]:
     greatest, at = found.most_severe
 
     def value(number: float) -> float:
-        return round(_number(found, number) / (1.0 if found.unit == "rad" else 1e3), 9) + 0.0
-
-    def degrees(angles: tuple[float, ...]) -> list[float]:
-        return [round(math.degrees(angle), 9) + 0.0 for angle in angles]
+        return _degrees(number) if found.unit == "rad" else round(number, 9) + 0.0
 
     return {
-        **head("limits"),
-        "scene": plain(found.profile.scene),
-        "point": found.point,
-        "joints": list(found.joints),
+        "scene": found.profile.scene,
+        **record(found, "point", "joints"),
         "unit": "deg" if found.unit == "rad" else "m",
         "max_shock": found.max_shock,
-        "warnings": plain(found.profile.health.warnings),
-        "range": [value(end) for end in found.range],
-        "file_limits": [value(end) if math.isfinite(end) else None for end in found.file_limits],
+        "warnings": found.profile.health.warnings,
+        "range": tuple(map(value, found.range)),
+        "file_limits": tuple(map(value, found.file_limits)),
         "step": value(found.step),
-        "strike_angles_deg": degrees(found.strikes),
+        "strike_angles_deg": tuple(map(_degrees, found.strikes)),
         "limits": [
             {
-                "strike_angles_deg": degrees(one.strikes),
-                "allowed": [{**i._asdict(), "low": value(i.low), "high": value(i.high)} for i in one.allowed],
-                "least_shock": plain(one.least),
+                "strike_angles_deg": tuple(map(_degrees, one.strikes)),
+                "allowed": tuple(i._replace(low=value(i.low), high=value(i.high)) for i in one.allowed),
+                "least_shock": one.least,
                 "least_at": value(one.least_at),
             }
             for one in found.limits
@@ -80,11 +80,11 @@ def _document(found: ShockLimits) -> dict[str, Any]:
         "postures": [
             {
                 "value": value(float(found.values[k])),
-                "most_severe_shock": plain(greatest[k]),
-                "most_severe_strike_angle_deg": degrees((at[k],))[0],
-                "allowed_strike_angles_deg": [degrees(part) for part in found.allowed_strikes(k)],
+                "most_severe_shock": greatest[k],
+                "most_severe_strike_angle_deg": _degrees(at[k]),
+                "allowed_strike_angles_deg": [tuple(map(_degrees, part)) for part in found.allowed_strikes(k)],
             }
-            for k in range(0, len(found.values), _every(found, 100))
+            for k in range(0, len(found.values), _every(found, RECORDS))
         ],
         "unreachable": [{"low": value(a), "high": value(b), "reason": reason} for a, b, reason in found.unreachable],
         "inaccurate_postures": found.inaccurate,
@@ -93,93 +93,53 @@ def _document(found: ShockLimits) -> dict[str, Any]:
 
 def _allowed(found: ShockLimits) -> Sheet:
     """For every strike angle the values of the joint that keep the bound."""
-    unit = _unit(found)
-    rows: list[tuple[Cell, ...]] = [
-        (
-            _strikes(found, one),
-            ", ".join(_interval(found, interval) for interval in one.allowed) or "none",
-            one.least,
-            f"{_number(found, one.least_at):.2f}",
-        )
-        for one in found.limits
-    ]
+    rows: list[Row] = []
+    for one in found.limits:
+        allowed = ", ".join(_interval(found, interval) for interval in one.allowed) or "none"
+        rows.append((_strikes(found, one), allowed, one.least, f"{_number(found, one.least_at):.2f}"))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
     return Sheet(
         f"values of {'+'.join(found.joints)} that keep the shock at {found.point} at or below {found.max_shock:g}",
-        ("strike angle [deg]", f"allowed [{unit}]", "least shock [-]", f"at [{unit}]"),
+        ("strike angle [deg]", f"allowed [{_unit(found)}]", "least shock [-]", f"at [{_unit(found)}]"),
         rows,
-        tuple(f"{MARKS[end]} {words}" for end, words in ENDS.items() if end in ends),
+        [f"{MARKS[end]} {words}" for end, words in ENDS.items() if end in ends],
     )
 
 
 def _postures(found: ShockLimits, most: int | None = None) -> Sheet:
     """For every posture the most severe strike, and the strikes that keep the bound. Args: most, number of rows, about."""
     greatest, at = found.most_severe
-    own = found.shock(np.array([found.own[1]]))[:, 0]
+    own = found.shock(np.array(found.own[1:]))[:, 0]
     every = 1 if most is None else _every(found, most)
-    rows: list[tuple[Cell, ...]] = [
-        (
-            f"{_number(found, float(found.values[k])):.2f}",
-            float(own[k]),
-            float(greatest[k]),
-            f"{math.degrees(at[k]):.1f}",
-            ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes(k)) or "none",
-        )
-        for k in range(0, len(found.values), every)
-    ]
-    low, high = (math.degrees(angle) for angle in found.strikes)
-    notes = () if every == 1 else (f"every {every}th posture of the scan; --out writes all",)
+    rows: list[Row] = []
+    for k in range(0, len(found.values), every):
+        allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes(k)) or "none"
+        value = f"{_number(found, float(found.values[k])):.2f}"
+        rows.append((value, own[k], greatest[k], f"{math.degrees(at[k]):.1f}", allowed))
+    low, high = map(math.degrees, found.strikes)
     header = (
-        f"joint [{_unit(found)}]",
-        "shock of the scene's strike [-]",
-        "greatest [-]",
-        "at strike angle [deg]",
+        f"joint [{_unit(found)}]", "shock of the scene's strike [-]", "greatest [-]", "at strike angle [deg]",
         "strike angles allowed [deg]",
-    )
+    )  # fmt: skip
+    notes = () if every == 1 else (f"every {every}th posture of the scan; --out writes all",)
     return Sheet(f"shock at {found.point} over strike angles from {low:g} to {high:g} deg", header, rows, notes)
 
 
 def _intervals(found: ShockLimits) -> Sheet:
     """A row for every interval, for a spreadsheet."""
+    rows = [
+        (*map(math.degrees, one.strikes), _number(found, i.low), _number(found, i.high), i.low_end, i.high_end)
+        for one in found.limits
+        for i in one.allowed
+    ]
     unit = _unit(found)
-    rows: list[tuple[Cell, ...]] = []
-    for one in found.limits:
-        strikes = tuple(math.degrees(angle) for angle in one.strikes)
-        rows += [(*strikes, _number(found, i.low), _number(found, i.high), i.low_end, i.high_end) for i in one.allowed]
     header = ("least strike angle [deg]", "greatest strike angle [deg]", f"low [{unit}]", f"high [{unit}]", "low end", "high end")
     return Sheet("", header, rows)
 
 
-def _scan(found: ShockLimits) -> str:
-    """The question in words."""
-    unit, (low, high) = _unit(found), (_number(found, end) for end in found.range)
-    limits = [f"{_number(found, end):g}" if math.isfinite(end) else "none" for end in found.file_limits]
-    return (
-        f"{'+'.join(found.joints)} from {low:g} to {high:g} {unit}, scanned in steps of {_number(found, found.step):g} {unit}; "
-        f"the file's limits are {limits[0]} and {limits[1]}"
-    )
-
-
-def _warnings(found: ShockLimits) -> list[str]:
-    """What limits the answer."""
-    unit = _unit(found)
-    warnings = [f"warning: {warning}" for warning in found.profile.health.warnings]
-    warnings += [
-        f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no result: {reason}"
-        for low, high, reason in found.unreachable
-    ]
-    if found.inaccurate:
-        warnings.append(
-            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned; "
-            "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
-        )
-    return warnings
-
-
 def _every(found: ShockLimits, most: int) -> int:
     """Step through the scan with at most about so many rows, at round values where the scan has them."""
-    n = len(found.values) - 1
-    least = max(math.ceil(n / most), 1)
+    least = max(math.ceil((len(found.values) - 1) / most), 1)
     return next((k for k in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if k >= least), least)
 
 
@@ -199,9 +159,14 @@ def _interval(found: ShockLimits, interval: Interval) -> str:
 
 def _unit(found: ShockLimits) -> str:
     """The unit of printed values."""
-    return "deg" if found.unit == "rad" else "mm"
+    return UNITS[found.unit][1]
 
 
 def _number(found: ShockLimits, value: float) -> float:
     """A value of the joint in that unit."""
-    return round(math.degrees(value) if found.unit == "rad" else 1e3 * value, 9) + 0.0
+    return round(UNITS[found.unit][0] * value, 9) + 0.0
+
+
+def _degrees(angle: float) -> float:
+    """An angle in degrees."""
+    return round(math.degrees(angle), 9) + 0.0

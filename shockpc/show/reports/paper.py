@@ -1,21 +1,16 @@
 """The paper's figures and claims as tables, as text for a terminal, and as a folder of files."""
 
-import functools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.landings import scene
 from shockpc.scene import scene_text
 from shockpc.show.files import write_folder
-from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown, as_text
+from shockpc.show.reports.report import Picture
+from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-__all__ = ["draw_paper_figure", "paper_text", "write_paper"]
+__all__ = ["paper_picture", "paper_text", "write_paper"]
 
 
 def paper_text(figures: Sequence[PaperFigure]) -> str:
@@ -39,12 +34,10 @@ def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
     Raises:
         OutputError: the folder cannot be written.
     """
-    from shockpc.show.figure.canvas import render
-
     files: dict[str, str | bytes] = {}
     parts = ["## Figures and claims of the paper\n"]
     for figure in figures:
-        files |= render(f"figure{figure.number}", functools.partial(draw_paper_figure, figure))
+        files |= paper_picture(figure).files()
         files |= {f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for panel in figure.panels}
         parts.append(f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n")
     for name, sheet in (("bodies", _bodies_sheet(figures)), ("claims", _claims_sheet(figures))):
@@ -53,17 +46,16 @@ def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
     write_folder(folder, files | {"paper.md": "\n".join(parts)})
 
 
-def draw_paper_figure(figure: PaperFigure) -> "Figure":
-    """Draw the panels of a figure of the paper side by side."""
-    from shockpc.show.figure.panels import draw_panels
-
+def paper_picture(figure: PaperFigure) -> Picture:
+    """The panels of a figure of the paper side by side."""
     labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
-    return draw_panels(figure.profiles, f"Figure {figure.number}: {figure.title}", labels, captions, figure.note)
+    drawn = (figure.profiles, f"Figure {figure.number}: {figure.title}", labels, captions, figure.note)
+    return Picture(f"figure{figure.number}", figure.title, "panels:draw_panels", drawn)
 
 
 def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     """One row for every body of every panel."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for figure in figures:
         for panel, found in zip(figure.panels, figure.profiles, strict=True):
             for i, body in enumerate(found.bodies):

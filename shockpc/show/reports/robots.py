@@ -8,8 +8,8 @@ from shockpc.model.posture import reference_name
 from shockpc.printed import few, printable
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.robot import Robot
-from shockpc.show.header import base_text, bodies_text, count
-from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.show.header import base_text, count
+from shockpc.show.tables import Row, Sheet
 
 __all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
 
@@ -17,13 +17,13 @@ FEET_WIDTH, POSTURES_WIDTH = 38, 32
 """Characters of these columns, which keep the list within 120 columns of a terminal."""
 
 
-def catalogue_row(name: str, robot: Robot) -> tuple[Cell, ...]:
+def catalogue_row(name: str, robot: Robot) -> Row:
     """One robot in the list of all."""
     postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
     return name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures
 
 
-def catalogue_sheet(rows: list[tuple[Cell, ...]], own: int) -> Sheet:
+def catalogue_sheet(rows: list[Row], own: int) -> Sheet:
     """Every robot that is known by name: a row each, the project's own first."""
     notes = (
         f"the first {own} come with shockpc, the others with example-robot-data",
@@ -41,7 +41,7 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
     followers = ", ".join(
         " ".join([f"{m.joint} =", *(f"{by:g} {name} +" for name, by in m.leaders.items()), f"{m.offset:g}"]) for m in robot.mimics
     )
-    size = f"{robot.mass:.4g} kg, {bodies_text(robot)}, {count(robot.model.nv, 'velocity', 'velocities')}"
+    size = f"{robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}, {count(robot.model.nv, 'velocity')}"
     lines = {
         "robot": f"{robot.name}, {size}",
         "file": str(robot.source.path),
@@ -56,7 +56,7 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
 
 def links_sheet(robot: Robot) -> Sheet:
     """Every link, site and geom that can be a contact or a point: a row for each body, and under it what is fixed to it."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     places = [frame for frame in robot.frames.values() if frame.kind in ("site", "geom")]
     for i, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
         rows.append((body.name, "body", robot.bodies[joint.parent].name if joint.parent >= 0 else "world", float(body.mass)))
@@ -68,7 +68,7 @@ def links_sheet(robot: Robot) -> Sheet:
 
 def joints_sheet(robot: Robot) -> Sheet:
     """Joints with their limits, in degrees where they rotate."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for joint in robot.single_joints:
         armature = float(max(robot.model.armature[joint.v], default=0.0))
         kind = "free base" if joint.kind == "free" else joint.kind
@@ -84,10 +84,6 @@ def joints_sheet(robot: Robot) -> Sheet:
 
 def _that_fit(names: Sequence[str], width: int) -> str:
     """As many of the names as fit into a number of characters, and how many more there are."""
-    for most in range(len(names), 0, -1):
-        if len(text := few(names, most)) <= width:
-            return text
-    if not names:
-        return ""
-    rest = few(names, 1).removeprefix(names[0])
-    return printable(names[0], width - len(rest)) + rest
+    return next(
+        (text for most in range(len(names), 0, -1) if len(text := few(names, most)) <= width), printable(few(names, 1), width)
+    )

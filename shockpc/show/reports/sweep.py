@@ -1,10 +1,11 @@
 """A sweep: the range of every shock, and the landings with the most severe one as options of `shockpc analyze`."""
 
+import itertools
 import shlex
 from collections.abc import Iterator
 
-from shockpc.show.tables.sheets import Cell, Sheet
-from shockpc.show.tables.text import as_csv, as_markdown, as_text
+from shockpc.show.reports.report import Picture
+from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text
 from shockpc.studies.sweep.study import Sweep
 from shockpc.studies.sweep.summary import SweepSummary
 
@@ -14,19 +15,6 @@ MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
 
 
-def _sheet(summary: SweepSummary) -> Sheet:
-    """One row for each point and body: least, median and greatest shock, and where the greatest one is."""
-    rows: list[tuple[Cell, ...]] = []
-    for one in summary.extents:
-        label = one.heading.removesuffix(" [-]").replace(" shock at CoM", " (CoM)").removesuffix(" shock")
-        if one.greatest_row < 0:
-            rows.append((label, None, None, None, None, None))
-            continue
-        rows.append((label, one.least, one.median, one.greatest, str(one.least_row), str(one.greatest_row)))
-    header = ("shock at", "least [-]", "median [-]", "greatest [-]", "row of least", "row of greatest")
-    return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
-
-
 def sweep_text(summary: SweepSummary) -> str:
     """The summary for a terminal."""
     return "\n".join([as_text(_sheet(summary)), *_lines(summary)]) + "\n"
@@ -34,16 +22,24 @@ def sweep_text(summary: SweepSummary) -> str:
 
 def sweep_files(summary: SweepSummary) -> dict[str, str | bytes]:
     """The summary as Markdown and CSV, and the figure, by file name."""
-    from shockpc.show.figure.canvas import render
-    from shockpc.show.figure.sweep import draw_sweep
-
     sheet = _sheet(summary)
     lines = "".join(f"    {line}\n" for line in _lines(summary))
     return {
-        **render("sweep", lambda: draw_sweep(summary)),
+        **Picture("sweep", "shock over the sweep", "sweep:draw_sweep", (summary,)).files(),
         "summary.md": "\n".join([as_markdown(sheet), "![shock over the sweep](sweep.svg)\n", lines]),
         "summary.csv": as_csv(sheet),
     }
+
+
+def _sheet(summary: SweepSummary) -> Sheet:
+    """One row for each point and body: least, median and greatest shock, and where the greatest one is."""
+    rows: list[Row] = []
+    for one in summary.extents:
+        label = one.heading.removesuffix(" [-]").replace(" shock at CoM", " (CoM)").removesuffix(" shock")
+        places = (str(one.least_row), str(one.greatest_row)) if one.greatest_row >= 0 else (None, None)
+        rows.append((label, one.least, one.median, one.greatest, *places))
+    header = ("shock at", "least [-]", "median [-]", "greatest [-]", "row of least", "row of greatest")
+    return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
 
 
 def _lines(summary: SweepSummary) -> Iterator[str]:
@@ -70,22 +66,21 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
 def _options(made: Sweep, row: int) -> tuple[str, str]:
     """What was varied in a row as options of `shockpc analyze`, and what has no option."""
     scene, _ = made.case(row)
-    words: list[str] = []
+    options: list[tuple[str, str]] = []
     others: list[str] = []
-    kinds = {one.kind for one in made.variations}
     for one, value in made.values_of(row).items():
         if one.kind == "joint":
-            words += ["--set", f"{one.target}={float(value)!r}"]
+            options.append(("--set", f"{one.target}={float(value)!r}"))
         elif one.kind == "armature" and value > 0.0:
-            words += ["--armature", f"{one.target}={float(value)!r}"]
+            options.append(("--armature", f"{one.target}={float(value)!r}"))
         elif one.kind in ("strike-angle", "speed"):
-            words += [f"--{one.kind}", repr(float(value))]
+            options.append((f"--{one.kind}", repr(float(value))))
         elif one.kind == "contact":
-            words += ["--contact", str(value)]
-        elif not one.kind.startswith(("base-", "offset-")):
+            options.append(("--contact", str(value)))
+        elif one.kind.startswith("base-"):
+            options.append(("--base-rpy", ",".join(map(repr, scene.posture.base_rpy_deg or ()))))
+        elif one.kind.startswith("offset-"):
+            options.append(("--offset", ",".join(map(repr, scene.contact[0].offset))))
+        else:
             others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
-    if any(kind.startswith("base-") for kind in kinds):
-        words += ["--base-rpy", ",".join(map(repr, scene.posture.base_rpy_deg or ()))]
-    if any(kind.startswith("offset-") for kind in kinds):
-        words += ["--offset", ",".join(map(repr, scene.contact[0].offset))]
-    return shlex.join(words), ", ".join(others)
+    return shlex.join(itertools.chain.from_iterable(dict.fromkeys(options))), ", ".join(others)

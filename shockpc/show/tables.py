@@ -1,15 +1,31 @@
-"""Tables as text: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
+"""Tables, and how they are written: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
 
 import csv
+import fnmatch
 import io
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from shockpc.printed import message, printable
-from shockpc.show.tables.sheets import Cell, Sheet
+from shockpc.show.header import count
 
-__all__ = ["as_csv", "as_markdown", "as_text", "escaped", "markdown_list"]
+__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "fits", "largest", "markdown_list"]
+
+Cell = str | float | None
+"""Content of a table: a text, a number, or nothing, for which NaN stands as well."""
+
+Row = tuple[Cell, ...]
+
+
+class Sheet(NamedTuple):
+    """A table: a title, a header with units, rows, and notes under it."""
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    notes: Sequence[str] = ()
 
 
 def as_text(sheet: Sheet) -> str:
@@ -54,6 +70,34 @@ def as_csv(sheet: Sheet) -> str:
     return out.getvalue()
 
 
+def escaped(text: str) -> str:
+    """A text that Markdown shows as it is: neither HTML nor markup, links or new cells."""
+    import html  # a table of all entities, which no other format needs
+
+    return re.sub(r"([\\`*|]|\](?=\())", r"\\\1", html.escape(printable(text), quote=False))
+
+
+def largest(rows: list[Row], most: int | None, noun: str, sizes: Sequence[float] = ()) -> tuple[list[Row], tuple[str, ...]]:
+    """The rows of the largest sizes in their own order, and a note that says how many are left out.
+
+    Args:
+        rows: of a table.
+        most: largest number of rows; None for all.
+        noun: what a row is.
+        sizes: of the rows; without, the first rows are the largest.
+    """
+    if most is None or len(rows) <= most:
+        return rows, ()
+    kept = sorted(range(len(rows)), key=lambda k: -sizes[k] if sizes else k)[:most]
+    return [rows[k] for k in sorted(kept)], (f"{count(len(rows) - most, noun)} with smaller values not shown; --out writes all",)
+
+
+def fits(name: str, pattern: str) -> bool:
+    """Whether a name matches a glob, or contains a text; upper and lower case are the same."""
+    name, pattern = name.casefold(), pattern.casefold()
+    return fnmatch.fnmatchcase(name, pattern) if any(sign in pattern for sign in "*?[") else pattern in name
+
+
 def _shown(cell: Cell) -> str:
     """A cell as people read it: four decimals, so that a column is aligned; powers of ten where those would hide a number."""
     if isinstance(cell, str):
@@ -77,10 +121,3 @@ def _exact(cell: Cell) -> str:
 def _numeric(sheet: Sheet) -> list[bool]:
     """Which columns hold numbers."""
     return [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]
-
-
-def escaped(text: str) -> str:
-    """A text that Markdown shows as it is: neither HTML nor markup, links or new cells."""
-    import html  # a table of all entities, which no other format needs
-
-    return re.sub(r"([\\`*|]|\](?=\())", r"\\\1", html.escape(printable(text), quote=False))

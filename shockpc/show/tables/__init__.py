@@ -1,1 +1,0 @@
-"""Records as tables, and tables as text. Computes nothing."""
