@@ -21,8 +21,7 @@ from shockpc.model.motion import Motion, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
 from shockpc.model.rows import Block, block_point, block_wrenches, row_jacobian
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.couplings import Loop
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of
 from shockpc.trace import Trace
 

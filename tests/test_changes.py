@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+import robot_texts
 
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.model.joint_model import Joints
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry
-from shockpc.robot.changes import Change, changed, read_changes
+from shockpc.robot.changes import Change, changed, link_mass, read_changes
 from shockpc.robot.geometry import outline
 from shockpc.robot.robot import load_robot
-from shockpc.robot.variant import link_mass
 from shockpc.scene import Scene
 
 
@@ -96,6 +96,15 @@ def test_no_change_is_no_change(dog):
     robot = changed(dog, read_changes("mass:*=1x; inertia:*=1x; com-x:*=0; armature:*=0"))
     scene = Scene(robot="anymal_b", contact="LF_FOOT")
     np.testing.assert_array_equal(shock_profile(scene, robot).maps, shock_profile(scene, dog).maps)
+
+
+def test_a_body_of_an_mjcf_changes_without_those_that_it_carries_rigidly(tmp_path):
+    """Its own inertia is kept apart from theirs, as that of a link of a URDF is."""
+    bodies = robot_texts.body("b", joints=""), robot_texts.body("c")
+    robot = robot_texts.loaded(tmp_path, robot_texts.mjcf(robot_texts.floating(*bodies)), "dog.xml")
+    more = changed(robot, [Change("mass", "b", 3.0, True)])
+    assert (link_mass(more, "base"), link_mass(more, "b")) == (1.0, 3.0)
+    assert more.masses.tolist() == [4.0, 1.0]
 
 
 def test_original_stays_as_it_is(dog):

@@ -269,6 +269,29 @@ BROKEN = {
 }
 
 
+@pytest.mark.parametrize(
+    ("shape", "placed", "said"),
+    [
+        ('<box size="1 x 1"/>', PLACED, 'its size is "1 x 1"; it has to be 3 finite numbers'),
+        ('<box size="1 1"/>', PLACED, 'its size is "1 1"; it has to be 3 finite numbers'),
+        ('<sphere radius="nan"/>', PLACED, 'its radius is "nan"; it has to be 1 finite number'),
+        ('<sphere radius="1"/>', '<origin rpy="1"/>', 'its rpy is "1"; it has to be 3 finite numbers'),
+        ("<cone/>", PLACED, "a <cone> with these dimensions is not a valid shape"),
+        ("", PLACED, "a <collision> without a shape"),
+    ],
+)
+def test_a_shape_that_cannot_be_read_is_a_warning(tmp_path, shape, placed, said):
+    """It is left out of figures and extremes, and costs nothing else."""
+    path = tmp_path / "one.urdf"
+    geometry = f"<geometry>{shape}</geometry>" if shape else ""
+    path.write_text(urdf(link("base", more=f"<collision>{placed}{geometry}</collision>"), name="one"))
+    found = outline(load_robot(str(path)), "collision")
+    assert found.shapes == ((),)
+    assert found.warnings == (
+        f'1 of 1 collision shapes could not be read (link "base": {said}); no collision geometry is left for "base"',
+    )
+
+
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
     """The other shapes are there, one line names the mesh, and no library writes a message of its own."""
@@ -276,7 +299,7 @@ def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
     found = outline(robot(tmp_path, f'<mesh filename="{name}"/>', '<sphere radius="0.1"/>'), "collision")
     assert [shape.radius for shape in found.shapes[0]] == [0.1]
     (warning,) = found.warnings
-    assert warning.startswith('a collision shape could not be read (link "base": ')
+    assert warning.startswith('1 of 2 collision shapes could not be read (link "base": ')
     assert name in warning or name == "huge.obj"
     assert warning.endswith("); each of their bodies has other shapes")
     assert "\n" not in warning
@@ -314,7 +337,7 @@ def test_mjcf_meshes_are_where_mujoco_has_them(tmp_path):
         assert abs(volume(shape.mesh)) == pytest.approx(1.0, rel=1e-6)
     assert solid.warnings == ()
     (warning,) = seen.warnings
-    assert warning.startswith('a visual shape could not be read (link "b": ')
+    assert warning.startswith('1 of 3 visual shapes could not be read (link "b": ')
     assert '"gone.stl" is missing' in warning
 
 

@@ -283,8 +283,8 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
     assert robot.warnings == (
-        'dog.xml holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), "door" (1 kg) '
-        "left out",
+        'dog.xml: it holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), '
+        '"door" (1 kg) left out',
     )
     assert [found.name for found in robot.bodies] == ["base", "b"]
     np.testing.assert_array_equal(robot.postures["home"], [1, 2, 3, 0, 0, 0, 1, 0.3])
@@ -318,7 +318,7 @@ def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
     assert '"door" (1 kg) left out' in robot.warnings[0]
     whole = mujoco.MjModel.from_xml_string(mjcf(arms))
     assert_equal(robot, whole, drawn_at_random(whole, 3))
-    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and a floating base can'):
+    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and with a floating base'):
         from_text(tmp_path, TWO.replace("<keyframe>", tie.format("door", "b") + "<keyframe>"))
 
 
@@ -374,7 +374,7 @@ def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
 def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """It is an optional dependency: the message says how to install it."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(RobotError, match=r'^dog\.xml is an MJCF file, .* pip install "shockpc\[mjcf\]"$'):
+    with pytest.raises(RobotError, match=r'^dog\.xml: an MJCF file is read by MuJoCo.* pip install "shockpc\[mjcf\]"$'):
         from_text(tmp_path, READ["actuator gear"])
 
 
@@ -412,7 +412,7 @@ REFUSED = {
     one(at='euler="NaN(1) 0 0"'): r'body "b": euler is "NaN\(1\) 0 0".*finite',
     one(HELD.format("1e200", "1e308 1e308 1e308")): r'body "b": mass is 1e\+200 kg',
     one(at='pos="0 0 1e100"'): r'body "b": pos is 1e\+100 m',
-    one(joints='<joint name="j" armature="-0.1"/>'): 'joint "j": armature -0.1 is negative',
+    one(joints='<joint name="j" armature="-0.1"/>'): 'joint "j" has an armature that is not computed; give one not below zero',
     mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): "elements.*20000.*count",
     mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): "2001 links, and up to 2000 are read",
     mjcf(floating(body("universe", joints='<joint name="universe"/>'))): 'joint "universe".*rename',
@@ -427,18 +427,20 @@ REFUSED = {
         after=SPATIAL + '<equality><tendon name="belt" tendon1="t"/></equality>',
     ): 'the equality "belt" couples tendons that are not fixed.*active="false"',
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'the equality ties "k", but equalities before it make'
+        'the equality ties "k", but each of these follows already'
     ),
-    among(FIXED.format(' armature="0.5"')): 'tendon "t" has armature 0.5',
+    among(FIXED.format(' armature="0.5"')): 'tendon "t" has an armature that is not computed',
     among(FIXED.format("") + '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'): (
-        'actuator "a" has armature and does not act on a hinge or slide joint'
+        'actuator "a" has an armature that is not computed'
     ),
     # A missing, repeated or outlying part, and an attached model outside.
-    mjcf(floating(), '<include file="none.xml"/>'): 'includes "none.xml", which does not exist',
+    mjcf(floating(), '<include file="none.xml"/>'): '"none.xml" is missing: no file',
     mjcf(floating(), '<include file="a.xml"/>'): 'includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
     mjcf(floating(), '<include file="../secret.xml"/>'): '"../secret.xml" leads to ".*/secret.xml", outside the folders',
     mjcf(floating(), '<asset><model name="s" file="../secret.xml"/></asset>'): '"../secret.xml" leads to ".*/secret.xml"',
-    mjcf(floating(), '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>'): '<flexcomp> names the file "../x.obj"',
+    mjcf(
+        floating(), '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>'
+    ): 'flexcomp: file is "../x.obj", a file that is not read here',
 }
 
 

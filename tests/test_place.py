@@ -11,9 +11,8 @@ from commands import good, run
 from scipy.spatial.transform import Rotation
 
 import shockpc
-from shockpc.robot.geometry import outline
+from shockpc.robot.geometry import facets, half_spaces, outline
 from shockpc.robot.robot import load_robot
-from shockpc.robot.surface import facets, half_spaces
 from shockpc.studies.place.cone import Cell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group

@@ -47,16 +47,18 @@ FILES: dict[str | bytes, str] = {
     "hello": f": line 1, column 1: syntax error{NO_XML}",
     "<robot>&dog;</robot>": f": line 1, column 8: undefined entity{NO_XML}",
     '<?xml version="1.0"?>\n<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]>\n<robot>&a;</robot>': (
-        ": line 2: a DOCTYPE can define entities, and those are never expanded here; delete the DOCTYPE"
+        ": line 2: a DOCTYPE can define entities, and those are never expanded here; delete it"
     ),
-    '<?xml version="1.0" encoding="EBCDIC"?><robot/>': " is in the encoding EBCDIC, which is not read; save the file as UTF-8 text",
+    '<?xml version="1.0" encoding="EBCDIC"?><robot name="ß"/>'.encode(
+        "iso-8859-1"
+    ): " is in the encoding EBCDIC, which is not read",
     f"{arm()}<robot/>": NO_XML,
     f"{arm()}</robot> more": NO_XML,
     "<robot>" * 900: ": line 1: elements are nested more than 490 deep",
     '<sdf version="1.7"/>': " begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF",
     "<html></html>": " begins with <html>: a web page; download the file itself (on GitHub: the raw file). Robots begin with",
     "<note/>": " begins with <note>: no kind of robot known here. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)",
-    SRDF: " is an SRDF: it names postures of a robot and holds none itself. Give the URDF, and this file with --srdf dog.urdf",
+    SRDF: ": it has no <link>, so there is no robot in it; if it defines macros, give the file that uses them; if it is an SRDF",
 }
 
 
@@ -111,9 +113,9 @@ def test_srdf(tmp_path: Path):
     given = written(folder, SRDF, "poses.xml")
     assert read(folder, arm(), srdf=given).srdf == folder / "poses.xml"
     assert refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf")) == (
-        "other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
+        "dog.urdf: other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
     )
-    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'no SRDF file "{folder / "none.srdf"}"'
+    assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'dog.urdf: no SRDF file "{folder / "none.srdf"}"'
 
 
 def test_arguments_without_effect_are_refused(tmp_path: Path):
@@ -125,8 +127,8 @@ def test_arguments_without_effect_are_refused(tmp_path: Path):
     robot = mjcf(floating(body("b")))
     assert read(tmp_path, robot, "dog.xml").srdf is None
     assert refusal(tmp_path, robot, "dog.xml", srdf=srdf) == (
-        "dog.xml is an MJCF, whose postures are its keyframes, so the SRDF dog.srdf has no effect; leave it out, or write "
-        "its postures as <key> elements of a <keyframe>"
+        "dog.xml is an MJCF, so the SRDF dog.srdf has no effect; leave it out, or write its "
+        "postures as <key> elements of a <keyframe>"
     )
 
 

@@ -17,7 +17,7 @@ from shockpc.core.extremes import greatest_shock, shock_extremes
 from shockpc.core.spatial import plane_from
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.results.geometry import body_pieces
-from shockpc.robot.variant import changed_link, link_mass
+from shockpc.robot.changes import changed, link_mass, read_changes
 from shockpc.studies.sweep.columns import proven_columns
 from shockpc.studies.sweep.study import Sweep, sweep, sweep_of
 
@@ -233,19 +233,19 @@ def test_greatest_shock_is_that_of_the_single_body(anymal):
             assert value == pytest.approx(shock_extremes(jump[None, :3], jump[None, 3:], pieces, 1.0)[1][0], rel=1e-14)
 
 
-def test_changed_link_changes_that_link_alone():
+def test_a_change_of_a_link_changes_that_link_alone():
     """Mass and moments of the body grow by those of the link; the centre of mass moves by its share."""
     robot = load_robot("anymal_c")
-    more = changed_link(robot, "battery", mass=1.5)
+    more = changed(robot, read_changes("mass:battery=1.5x"))
     assert more.mass - robot.mass == pytest.approx(0.5 * link_mass(robot, "battery"))
     assert np.flatnonzero(more.masses != robot.masses).tolist() == [0]
-    moved = changed_link(robot, "battery", shift=np.array([0.0, 0.0, 0.1]))
+    moved = changed(robot, read_changes("com-z:battery=0.1"))
     share = link_mass(robot, "battery") / robot.masses[0]
     np.testing.assert_allclose(moved.coms[0] - robot.coms[0], [0.0, 0.0, 0.1 * share], atol=1e-12)
-    same = changed_link(changed_link(robot, "LF_THIGH", inertia=2.0), "LF_THIGH", inertia=0.5)
+    same = changed(robot, read_changes("inertia:LF_THIGH=2x; inertia:LF_THIGH=0.5x"))
     np.testing.assert_allclose(same.inertias, robot.inertias, atol=1e-15)
     with pytest.raises(RobotError, match="has no mass"):
-        changed_link(robot, "base", mass=2.0)
+        changed(robot, read_changes("mass:base=2x"))
 
 
 @pytest.mark.parametrize(

@@ -26,9 +26,6 @@ def test_what_carries_no_meaning_is_corrected(tmp_path: Path, capfd: pytest.Capt
 MIMIC = '<mimic joint="{}"/>'
 LEAD = LIMIT + MIMIC.format("lead")
 CORRECTED = {
-    arm(tip=link("tip", more='<visual><geometry><box size="1 x 1"/></geometry></visual>')): (
-        'link "tip": a <visual> without a valid shape is left out; it is missing in figures and extremes; no other number changes'
-    ),
     arm(elbow=joint("elbow", "base", "tip", more=LIMIT + MIMIC.format("nobody"))): (
         'joint "elbow" mimics "nobody", which does not exist; it is computed as a joint that moves freely'
     ),
@@ -70,9 +67,9 @@ def hung(links: str, *joints: str) -> str:
 
 NUMBER, NUMBERS = "; it has to be one finite number, such as 0.5", "; it has to be 3 finite numbers, such as 0 0 0.5"
 NAMED_TWICE = 'are called "{}"; names have to be unique, so rename one'
-CIRCLE = "that no root link carries; a URDF is a tree"
+CIRCLE = "a circle that no root link carries"
 REFUSED = {
-    urdf(): "has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them",
+    urdf(): "has no <link>, so there is no robot in it; if it defines macros, give the file that uses them",
     urdf('<link name="a"/>'): "no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
     urdf(link("a", mass="0")): "no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
     urdf(link("a"), "<link/>"): "<link> number 2 has no name; give it one",
@@ -86,40 +83,37 @@ REFUSED = {
     arm().replace('<parent link="base"/>', ""): 'joint "elbow": it names no parent link; every joint has to join two links',
     hung("ab"): '2 links have no parent: "a", "b"; a robot has one root, so join the others to it',
     hung("abcdefg"): '7 links have no parent: "a", "b", "c", "d", "e" and 2 more; a robot has one root',
-    hung("ab", "jab", "kba"): f'joints "j", "k" form a circle {CIRCLE}',
-    hung("abc", "jbc", "kcb"): f'joints "j", "k" form a circle {CIRCLE}',
-    hung("ab", "jbb"): f'joint "j" forms a circle {CIRCLE}',
+    hung("ab", "jab", "kba"): f'{CIRCLE} holds "j", "k"; a URDF is a tree, so remove one of these joints',
+    hung("abc", "jbc", "kcb"): f'{CIRCLE} holds "j", "k"; a URDF is a tree, so remove one of these joints',
+    hung("ab", "jbb"): f'{CIRCLE} holds "j"; a URDF is a tree, so remove one of these joints',
     hung("abc", "jab", "kac", "lbc"): 'link "c" is the child of two joints, "k" and "l"; a URDF is a tree',
     elbow(kind="ball"): 'joint "elbow" is of type "ball", which URDF does not have; it has "revolute", "continuous", "prismatic"',
-    # Beyond doubles, and a digit that is not ASCII, as well.
     **{
-        tip(mass): f'link "tip": mass is "{mass}"{NUMBER}'
-        for mass in ("inf", "nan", "1e999", "1e400", "1e-320", "1e-400", "0x10", "${m}", "1,5", "\u0661")
+        tip(mass): f'link "tip": <mass> value is "{mass}"{NUMBER}'
+        for mass in ("inf", "nan", "1e999", "1e400", "0x10", "${m}", "1,5")
     },
     **{
-        tip(mass): f'link "tip": mass is {mass} kg, which cannot be computed with; give numbers up to'
+        tip(mass): f'link "tip": <mass> value is {mass} kg, which cannot be computed with; give numbers up to'
         for mass in ("1e+25", "1e-19")
     },
     tip("-1"): 'link "tip": mass -1 kg is negative; give the mass that the body has, or 0',
-    tip().replace('<mass value="1"/>', "<mass/>"): 'link "base": mass is missing' + NUMBER,
-    tip().replace('<mass value="1"/>', ""): 'link "base": its <inertial> has no <mass>; add it, or drop the <inertial>',
-    tip(inertia=""): 'link "tip": its <inertial> has no <inertia>; add it, or drop the <inertial> of a link without mass',
-    tip(inertia=INERTIA.replace('ixy="0"', "")): f'link "tip": ixy is missing{NUMBER}',
+    tip().replace('<mass value="1"/>', "<mass/>"): 'link "base": <mass> value is missing' + NUMBER,
+    tip().replace('<mass value="1"/>', ""): 'link "base": <mass> value is missing' + NUMBER,
+    tip(inertia=""): 'link "tip": <inertia> ixx is missing' + NUMBER,
+    tip(inertia=INERTIA.replace('ixy="0"', "")): f'link "tip": <inertia> ixy is missing{NUMBER}',
     tip(inertia=INERTIA.replace('iyy="0.1"', 'iyy="-0.1"')): 'link "tip": iyy = -0.1 kg m² is negative; give the moment of inertia',
-    tip(inertia='<origin xyz="0 0"/>' + INERTIA): f'link "tip": <inertial> origin xyz is "0 0"{NUMBERS}',
+    tip(inertia='<origin xyz="0 0"/>' + INERTIA): f'link "tip": <origin> xyz is "0 0"{NUMBERS}',
     elbow(axis="0 0 0"): 'joint "elbow": its axis is 0 0 0, so it has no direction; give it one',
-    elbow(axis="0 nan 0"): f'joint "elbow": axis is "0 nan 0"{NUMBERS}',
-    elbow(f'<origin rpy="0 x 0"/>{LIMIT}'): f'joint "elbow": <joint> origin rpy is "0 x 0"{NUMBERS}',
-    elbow(f'<origin xyz="0 -1e+25 0"/>{LIMIT}'): 'joint "elbow": <joint> origin xyz is -1e+25 m, which cannot be computed with',
+    elbow(axis="0 nan 0"): f'joint "elbow": <axis> xyz is "0 nan 0"{NUMBERS}',
+    elbow(f'<origin rpy="0 x 0"/>{LIMIT}'): f'joint "elbow": <origin> rpy is "0 x 0"{NUMBERS}',
+    elbow(f'<origin xyz="0 -1e+25 0"/>{LIMIT}'): 'joint "elbow": <origin> xyz is -1e+25 m, which cannot be computed with',
     elbow(""): 'joint "elbow" is revolute and has no <limit>, which URDF requires; add one, or make it continuous',
     elbow("", "prismatic"): 'joint "elbow" is prismatic and has no <limit>, which URDF requires; add one',
-    elbow('<limit lower="-1" upper="1" velocity="1"/>'): f'joint "elbow": <limit> effort is missing{NUMBER}',
-    elbow(f'{LIMIT}<dynamics damping="x"/>'): f'joint "elbow": <dynamics> damping is "x"{NUMBER}',
     elbow(LEAD + MIMIC.format("lead")): 'joint "elbow" has several <mimic>, and a joint can follow only one; keep one',
     elbow(f'{LIMIT}<mimic joint="other" multiplier="nan"/>').replace(
         "</robot>", f"{link('third')}{joint('other', 'base', 'third')}</robot>"
     ): f'joint "elbow": <mimic> multiplier is "nan"{NUMBER}',
-    elbow("", "planar"): 'joint "elbow": planar with the normal 0 1 0 (1 0 0 where none is written); Pinocchio moves every planar',
+    elbow("", "planar"): 'joint "elbow": planar with the normal 0 1 0 (1 0 0 where none is written), but Pinocchio moves it',
     urdf(
         link("l0"), *(f"{link(f'l{k}')}{joint(f'j{k}', 'l0', f'l{k}', 'floating', more='')}" for k in range(1, 102))
     ): "moves with 612 velocities, and up to 606 are computed; fix joints that do not matter",

@@ -23,7 +23,7 @@ def _all() -> str:
     """The list; a robot that cannot be loaded is a row without numbers."""
     from shockpc.cli.progress import progress
     from shockpc.errors import ShockError
-    from shockpc.robot.catalogue import catalogue
+    from shockpc.robot.catalogue import catalogue, own_robots_folder
     from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import catalogue_row, catalogue_sheet
     from shockpc.show.tables import as_text
@@ -37,7 +37,7 @@ def _all() -> str:
         except ShockError:
             rows.append((entry.name, "–", None, "cannot be loaded", f"why: shockpc robots {entry.name}"))
         show(entry.name)
-    own = sum(entry.source == "shockpc" for entry in entries)
+    own = sum(entry.path.parent == own_robots_folder() for entry in entries)
     return as_text(catalogue_sheet(rows, own))
 
 

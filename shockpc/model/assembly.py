@@ -11,8 +11,7 @@ from shockpc.model.closure import closure_block, closure_gap
 from shockpc.model.columns import free_columns
 from shockpc.model.dynamics import dynamics
 from shockpc.model.rows import row_jacobian
-from shockpc.robot.couplings import Loop
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Loop, Robot
 
 __all__ = ["Assembly", "assemble"]
 

@@ -17,8 +17,7 @@ from shockpc.model import CHECKED
 from shockpc.model.contact import unit_directions
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.rows import Block
-from shockpc.robot.couplings import Loop
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Loop, Robot
 
 __all__ = ["Closure", "Place", "all_loops", "closure_block", "closure_gap", "loop_of"]
 

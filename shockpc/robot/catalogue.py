@@ -7,7 +7,7 @@ better one. Nothing is opened here: names and paths only.
 import os
 import sys
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from shockpc.errors import RobotError, UnknownName
 
@@ -69,26 +69,16 @@ _SHARE = "share/example-robot-data"
 
 
 class CatalogueEntry(NamedTuple):
-    """One robot that can be called by name.
-
-    Attributes:
-        name: the name to type, in lower case.
-        source: who provides the file.
-        path: the robot file.
-        aliases: other names it answers to.
-    """
+    """One robot that can be called by name: the name to type, in lower case, the robot file, and other names it answers to."""
 
     name: str
-    source: Literal["shockpc", "example-robot-data"]
     path: Path
-    aliases: tuple[str, ...]
+    aliases: tuple[str, ...] = ()
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    own = [
-        CatalogueEntry(_normalised(_stem(path)), "shockpc", path, ()) for path in sorted(own_robots_folder().glob("*.urdf.xacro"))
-    ]
+    own = [CatalogueEntry(_normalised(_stem(path)), path) for path in sorted(own_robots_folder().glob("*.urdf.xacro"))]
     taken = {entry.name for entry in own}
     data = []
     share = data_folder()
@@ -99,7 +89,7 @@ def catalogue() -> tuple[CatalogueEntry, ...]:
             if name in taken:  # two packages with a file of one name: the package tells them apart
                 name = _normalised(f"{package.removesuffix('_description')}_{_stem(path)}")
             taken |= {name, *aliases}
-            data.append(CatalogueEntry(name, "example-robot-data", path, tuple(aliases)))
+            data.append(CatalogueEntry(name, path, tuple(aliases)))
     return (*own, *sorted(data, key=lambda entry: entry.name))
 
 
@@ -131,10 +121,8 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
     if (has_separator or path.suffix) and os.path.exists(path):
         return path, None
     if has_separator or path.suffix.casefold() in _SUFFIXES:
-        raise RobotError(
-            f'no file "{name_or_path}" (looked in {Path.cwd()}). '
-            "Give the path of a robot file, or the name of a known robot: shockpc robots"
-        )
+        instead = "Give the path of a robot file, or the name of a known robot: shockpc robots"
+        raise RobotError(f'no file "{name_or_path}" (looked in {Path.cwd()}). {instead}')
     known = {name: entry for entry in catalogue() for name in (entry.name, *entry.aliases)}
     entry = known.get(_normalised(name_or_path))
     if entry is None:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
+import pinocchio as pin
 
-from shockpc.errors import StudyError, UnknownName
+from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.robot import Robot
-from shockpc.robot.variant import changed_link, link_mass
 
-__all__ = ["Change", "Property", "changed", "read_changes"]
+__all__ = ["Change", "Property", "changed", "link_mass", "read_changes"]
 
 Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
 """What can be changed."""
@@ -45,19 +45,20 @@ class Change:
         Raises:
             StudyError: the value is not finite, not above zero, or not of the kind that the property takes.
         """
-        text, com = f"change {self}", self.what.startswith("com")
-        if not math.isfinite(self.value):
-            raise StudyError(f"{text}: the value has to be a finite number")
-        if com and self.factor:
-            raise StudyError(
-                f"{text}: a centre of mass is moved by metres, not by a factor; give for example {self.what}:trunk=0.02"
-            )
-        if self.what == "inertia" and not self.factor:
-            raise StudyError(
-                f"{text}: an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x"
-            )
-        if (self.value < 0.0 and not com) or (self.value == 0.0 and self.what == "inertia"):
-            raise StudyError(f"{text}: the value may not be below zero, and a factor of an inertia has to be above zero")
+        what, com = self.what, self.what.startswith("com")
+        faults = {
+            "the value has to be a finite number": not math.isfinite(self.value),
+            f"a centre of mass is moved by metres, not by a factor; give for example {what}:trunk=0.02": com and self.factor,
+            "an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x": (
+                what == "inertia" and not self.factor
+            ),
+            "the value may not be below zero, and a factor of an inertia has to be above zero": (
+                (self.value < 0.0 and not com) or (self.value == 0.0 and what == "inertia")
+            ),
+        }
+        for said, wrong in faults.items():
+            if wrong:
+                raise StudyError(f"change {self}: {said}")
 
     def __str__(self) -> str:
         return f"{self.what}:{self.pattern}={self.value:g}{'x' * self.factor}"
@@ -98,43 +99,73 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         StudyError: a reflected inertia of zero is multiplied.
         RobotError: a link does not move or has no mass, or a body becomes too heavy or too light to compute with.
     """
+    model = pin.Model(robot.model)
     for change in changes:
-        robot = _with_armature(robot, change) if change.what == "armature" else _with_links(robot, change)
-    for body in robot.bodies:
+        if change.what == "armature":
+            _change_armature(robot, model, change)
+            continue
+        known = robot.links
+        names = [change.pattern] if change.pattern in known else fnmatch.filter(known, change.pattern)
+        if names != [change.pattern]:  # a glob means the links that have mass
+            names = [name for name in names if model.frames[_link(robot, name)].inertia.mass > 0.0]
+        if not names:
+            raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+        for name in names:
+            _change_link(robot, model, name, change)
+    found = replace(robot, model=model)
+    for body in found.bodies:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
-    return robot
+    return found
 
 
-def _with_armature(robot: Robot, change: Change) -> Robot:
-    """The robot with the reflected inertia of some joints changed."""
-    model = robot.model.copy()
-    armature = np.array(model.armature)
+def _change_armature(robot: Robot, model: pin.Model, change: Change) -> None:
+    """Change the reflected inertia of some joints."""
     chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
-    if change.factor and not armature[chosen].any():
-        raise StudyError(
-            f'change {change} has no effect, because the file of robot "{robot.name}" gives these joints no reflected inertia; '
-            f"give a number, such as armature:{change.pattern}=0.01"
+    if change.factor and not model.armature[chosen].any():
+        said = f'the file of robot "{robot.name}" gives these joints no reflected inertia'
+        raise StudyError(f"change {change} has no effect, because {said}; give a number, such as armature:{change.pattern}=0.01")
+    model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
+
+
+def _change_link(robot: Robot, model: pin.Model, link: str, change: Change) -> None:
+    """Change one link, and with it the body that it belongs to."""
+    frame = model.frames[_link(robot, link)]
+    own = frame.inertia.copy()
+    if not own.mass > 0.0:
+        raise RobotError(
+            f'link "{link}" of robot "{robot.name}" has no mass, so its inertia cannot be varied; name a link with mass'
         )
-    armature[chosen] = armature[chosen] * change.value if change.factor else change.value
-    model.armature = armature
-    return replace(robot, model=model)
+    if change.what == "mass":
+        factor = change.value if change.factor else change.value / own.mass
+        own.mass, own.inertia = own.mass * factor, own.inertia * factor
+    elif change.what == "inertia":
+        own.inertia = own.inertia * change.value
+    else:
+        own.lever = own.lever + change.value * np.eye(3)["xyz".index(change.what[-1])]
+    frame.inertia = own
+    whole = pin.Inertia.Zero()
+    for part in model.frames:
+        if part.parentJoint == frame.parentJoint and (part.type == pin.FrameType.BODY or part.inertia.mass):
+            whole += part.placement.act(part.inertia)
+    model.inertias[frame.parentJoint] = whole
 
 
-def _with_links(robot: Robot, change: Change) -> Robot:
-    """The robot with some links changed. A glob means the links that have mass."""
-    known = robot.links
-    names = [change.pattern] if change.pattern in known else fnmatch.filter(known, change.pattern)
-    if len(names) > 1 or names != [change.pattern]:
-        names = [name for name in names if link_mass(robot, name) > 0.0]
-    if not names:
-        raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    for name in names:
-        if change.what == "mass":
-            factor = change.value if change.factor else change.value / (link_mass(robot, name) or math.nan)
-            robot = changed_link(robot, name, mass=factor)
-        elif change.what == "inertia":
-            robot = changed_link(robot, name, inertia=change.value)
-        else:
-            robot = changed_link(robot, name, shift=change.value * np.eye(3)["xyz".index(change.what[-1])])
-    return robot
+def link_mass(robot: Robot, link: str) -> float:
+    """Mass of a link [kg], without that of the links that are fixed to it.
+
+    Raises:
+        UnknownName: the robot has no such link.
+        RobotError: the link does not move.
+    """
+    return float(robot.model.frames[_link(robot, link)].inertia.mass)
+
+
+def _link(robot: Robot, name: str) -> int:
+    """The frame of a link that moves, in the Pinocchio model, which keeps the inertia of the link alone with it."""
+    frame = robot.frame(name)
+    if frame.kind != "link":
+        raise RobotError(f'"{name}" of robot "{robot.name}" is a {frame.kind}, which has no mass; name a link')
+    if frame.body < 0:
+        raise RobotError(f'link "{name}" of robot "{robot.name}" is fixed to the world, so its mass does not matter')
+    return int(robot.model.getFrameId(name, pin.FrameType.BODY))

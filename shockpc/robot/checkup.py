@@ -4,15 +4,16 @@ What does keep it is refused while it is read. Nothing is corrected here.
 """
 
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import pinocchio as pin
 
 from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import parse_xml
-from shockpc.robot.inertias import inertia_fault
+from shockpc.robot.limits import inertia_fault
 from shockpc.robot.robot import Robot
 from shockpc.robot.source import RobotSource
 from shockpc.robot.urdf import vector
@@ -21,6 +22,9 @@ __all__ = ["Finding", "check_robot"]
 
 _HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
 _LIGHT = 1e-6  # of the whole robot
+
+
+Level: TypeAlias = Literal["error", "warning", "note"]
 
 
 class Finding(NamedTuple):
@@ -32,7 +36,7 @@ class Finding(NamedTuple):
         text: what was found, and its consequence.
     """
 
-    level: Literal["error", "warning", "note"]
+    level: Level
     where: str
     text: str
 
@@ -40,87 +44,73 @@ class Finding(NamedTuple):
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
     """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
     root = parse_xml(robot.source.xml, robot.source.path.name)
-    found = (*_masses(robot), *_links(root), *_joints(robot, root), *_meshes(robot.source, root))
+    places: dict[tuple[Level, str, str], list[str]] = {}
+    for level, kind, name, text in (*_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root)):
+        places.setdefault((level, kind, text), []).append(name)
+    found = []
+    for (level, kind, text), names in places.items():
+        called = kind if len(names) == 1 else "bodies" if kind == "body" else f"{kind}s"
+        found.append(Finding(level, f"{called} {listed(names, 3)}" if kind else names[0], text))
     return tuple(sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.level)))
 
 
-def _masses(robot: Robot) -> Iterator[Finding]:
+def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """Moving bodies without mass, and masses far from all the others."""
-    names, masses = [body.name for body in robot.bodies], robot.masses
+    masses = robot.masses
     beyond = masses @ robot.moves[:, [joint.v.start for joint in robot.joints]]  # with all that hangs on each body
-    idle = [name for name, total in zip(names, beyond, strict=True) if total == 0]
-    if idle:
-        said = "no mass here nor on what hangs there, so the inertia matrix cannot be inverted; give mass, or make the joint fixed"
-        yield Finding("error", _named("body", idle), said)
-    carriers = [name for name, mass, total in zip(names, masses, beyond, strict=True) if mass == 0 < total]
-    if carriers:
-        yield Finding("note", _named("body", carriers), "no mass here; the shock follows from what hangs on the joints beyond")
-    for body, (name, mass) in enumerate(zip(names, masses, strict=True)):
-        others = np.delete(masses, body)
-        next_mass = float(others.max()) if len(others) else mass
-        if mass > _HEAVY * next_mass > 0:
-            text = f"{mass:g} kg is {mass / next_mass:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
-            yield Finding("warning", _named("body", [name]), text)
-        elif 0 < mass < _LIGHT * robot.mass:
-            text = (
-                f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg; if it is a placeholder, "
-                "its shock has no meaning"
-            )
-            yield Finding("warning", _named("body", [name]), text)
+    for k, (body, mass) in enumerate(zip(robot.bodies, masses, strict=True)):
+        following = float(np.delete(masses, k).max(initial=0.0)) or mass
+        if beyond[k] == 0:
+            said = "no mass here nor on what hangs there, so the inertia matrix cannot be inverted"
+            yield "error", "body", body.name, f"{said}; give mass, or make the joint fixed"
+        elif mass == 0:
+            yield "note", "body", body.name, "no mass here; the shock follows from what hangs on the joints beyond"
+        elif mass > _HEAVY * following:
+            said = f"{mass:g} kg is {mass / following:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
+            yield "warning", "body", body.name, said
+        elif mass < _LIGHT * robot.mass:
+            said = f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg"
+            yield "warning", "body", body.name, f"{said}; if it is a placeholder, its shock has no meaning"
 
 
-def _links(root: Element) -> Iterator[Finding]:
-    """Links of a URDF with inertias that no body has, those with the same fault together; and links that weigh nothing."""
-    faults: dict[str, list[str]] = {}
-    for link in root.findall("link"):  # no other element is read as a link
-        mass, inertia = link.find("inertial/mass"), link.find("inertial/inertia")
-        if mass is not None and inertia is not None and float(mass.get("value", "")) > 0:
-            rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
-            tensor = np.array([[float(inertia.get(entry, "")) for entry in row] for row in rows])
-            fault = inertia_fault(float(mass.get("value", "")), tensor)
+def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
+    """Links with inertias that no body has, and links of a URDF that weigh nothing."""
+    for frame in robot.model.frames:
+        if frame.inertia.mass > 0 and frame.type == pin.FrameType.BODY:
+            fault = inertia_fault(frame.inertia.mass, frame.inertia.inertia)
             if fault is not None:
-                faults.setdefault(fault, []).append(link.get("name", ""))
-    for fault, links in faults.items():
-        yield Finding("warning", _named("link", links), f"{fault}; shock is computed from it all the same")
-    names = [
-        link.get("name", "")
-        for link in root.findall("link")
-        if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None)
-    ]
-    if names:
-        yield Finding("note", _named("link", names), "shapes but no <inertial>, which counts as no mass")
+                yield "warning", "link", frame.name, f"{fault}; shock is computed from it all the same"
+    for link in root.findall("link"):
+        if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None):
+            yield "note", "link", link.get("name", ""), "shapes but no <inertial>, which counts as no mass"
 
 
-def _joints(robot: Robot, root: Element) -> Iterator[Finding]:
+def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Missing armature, followers, limits, and axes that are no unit vectors."""
     if not robot.model.armature.any():
         why = "URDF has no place for it" if robot.source.kind == "urdf" else "no joint gives one"
-        yield Finding(
-            "note",
-            "every joint",
-            f"zero armature ({why}): joints are computed without the inertia of their motors; "
-            "with geared or locked joints the shock is different",
-        )
+        said = f"zero armature ({why}): joints are computed without the inertia of their motors"
+        yield "note", "", "every joint", f"{said}; with geared or locked joints the shock is different"
     for mimic in robot.mimics:
         rule = "".join(f"multiplier {multiplier:g} and " for multiplier in mimic.leaders.values()) + f"offset {mimic.offset:g}"
-        yield Finding("note", _named("joint", [mimic.joint]), f"mimics {mimic.led} with {rule}; it adds no freedom of its own")
+        yield "note", "joint", mimic.joint, f"mimics {mimic.led} with {rule}; it adds no freedom of its own"
     for joint in robot.single_joints:
         lower, upper = joint.limits
         if lower > upper:
             said = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"
-            yield Finding("warning", _named("joint", [joint.name]), said)
+            yield "warning", "joint", joint.name, said
         elif lower == upper:
             said = f"both its limits are {lower:g}, so every other posture is outside them; it is computed all the same"
-            yield Finding("note", _named("joint", [joint.name]), said)
+            yield "note", "joint", joint.name, said
     for element in root.findall("joint"):
-        for axis in element.findall("axis"):
-            length = float(np.linalg.norm(vector(axis.get("xyz"), 3) or ()))
-            if element.get("type") != "fixed" and abs(length - 1) > 1e-3:
-                said = f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
-                yield Finding("note", _named("joint", [element.get("name", "")]), said)
+        axis = element.find("axis")
+        direction = vector(axis.get("xyz"), 3) if axis is not None and element.get("type") != "fixed" else None
+        if direction is not None and axis is not None and abs((length := float(np.linalg.norm(direction))) - 1) > 1e-3:
+            said = f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
+            yield "note", "joint", element.get("name", ""), said
 
 
-def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
+def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Meshes that cannot be read."""
     uris = {uri: None for mesh in root.iter("mesh") for key in ("filename", "file") if (uri := mesh.get(key))}
     lost: list[str] = []
@@ -130,15 +120,8 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[Finding]:
         except RobotError:
             lost.append(uri.rpartition("/")[2])
     if lost:
-        yield Finding(
-            "warning",
-            f"{len(lost)} of {len(uris)} meshes",
+        said = (
             f"missing, or outside the folders that may be read: {listed(lost, 3)}; figures draw boxes of equal inertia instead, "
-            "no number changes. If they lie in a package, say where: --package NAME=DIR",
+            "no number changes. If they lie in a package, say where: --package NAME=DIR"
         )
-
-
-def _named(kind: str, names: list[str]) -> str:
-    """One name or a few, as the subject of a finding."""
-    plural = "bodies" if kind == "body" else f"{kind}s"
-    return f"{plural if len(names) > 1 else kind} {listed(names, 3)}"
+        yield "warning", "", f"{len(lost)} of {len(uris)} meshes", said

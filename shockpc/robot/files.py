@@ -18,14 +18,13 @@ from shockpc.errors import RobotError
 from shockpc.paths import read_file
 from shockpc.printed import listed
 
-__all__ = ["Markup", "OpenFolders", "open_folders", "parse_xml", "read_bytes", "read_text", "read_xml"]
+__all__ = ["OpenFolders", "open_folders", "parse_xml", "read_text", "read_xml"]
 
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _ENCODING = re.compile(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""")
 _CLOSING_TAGS = re.compile(rb"/[^<>]*>\s*(</[^<>]*>\s*)*+")
-_UTF_8 = ("utf-8", "utf8", "us-ascii", "ascii")
-_LATIN = ("iso-8859-1", "iso-8859-15", "latin-1", "windows-1252")
+_LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
 
 class OpenFolders(NamedTuple):
@@ -47,11 +46,7 @@ class OpenFolders(NamedTuple):
         return any(place.is_relative_to(folder) for folder in self.allowed)
 
     def resolve(self, path: Path, named: str) -> Path:
-        """Return a path with links resolved, which the robot file calls `named`.
-
-        Raises:
-            RobotError: it lies outside the folders.
-        """
+        """Return a path with links resolved, which the robot file calls `named`; RobotError if it lies outside the folders."""
         place = Path(os.path.realpath(path))
         if not self.contain(place):
             package = re.match("(?:package|model):/+([^/]+)(/.+)", named)
@@ -64,11 +59,7 @@ class OpenFolders(NamedTuple):
         return place
 
     def package(self, name: str, named: str) -> Path:
-        """Find the folder of a package: as given, then in ROS_PACKAGE_PATH, then among the folders above the file.
-
-        Raises:
-            RobotError: there is none; the text says what the robot file calls `named`.
-        """
+        """Find a package as given, then in ROS_PACKAGE_PATH, then above the file; RobotError about `named` if there is none."""
         if name in self.packages:
             return self.packages[name]
         # What cannot be the name of a package might lead anywhere as a path.
@@ -77,10 +68,8 @@ class OpenFolders(NamedTuple):
             for folder in (*among, *self.file.parents):
                 if os.path.isdir(folder) and name in (folder.name, self._package_name(folder)):
                     return folder
-        raise RobotError(
-            f'{self.file.name}: {named}: no package "{name}" among those given, in ROS_PACKAGE_PATH or above the file. '
-            f"Say where it is: --package {name}=DIR"
-        )
+        searched = "among those given, in ROS_PACKAGE_PATH or above the file"
+        raise RobotError(f'{self.file.name}: {named}: no package "{name}" {searched}. Say where it is: --package {name}=DIR')
 
     def asset(self, uri: str) -> Path:
         """Find the file that a robot file names, an existing one inside the folders, symbolic links resolved.
@@ -109,18 +98,16 @@ class OpenFolders(NamedTuple):
     def _package_name(self, folder: Path) -> str | None:
         """The name that a folder's package.xml gives to the package; None without one, or outside the open folders."""
         path = folder / "package.xml"
-        if not os.path.isfile(path) or not self.contain(path):
-            return None
-        found = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_bytes(path))
-        return found.group(1).decode(errors="replace") if found else None
+        readable = os.path.isfile(path) and self.contain(path)
+        found = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
+        return found[1].decode(errors="replace") if found else None
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
-    """Work out what a robot file may read.
+    """Work out what a robot file may read: its own folder, the packages, folders given by name, and ROS_PACKAGE_PATH.
 
     Its own folder is the nearest one above it with a `package.xml`; else the parent of the folder that holds it, as meshes often
-    lie beside that, unless the home folder lies in there. Then come the packages, folders given by name, and the entries of
-    ROS_PACKAGE_PATH.
+    lie beside that, unless the home folder lies in there.
 
     Raises:
         RobotError: a given package folder does not exist.
@@ -144,72 +131,43 @@ def _ros_package_path() -> list[Path]:
     return [Path(entry) for entry in entries if entry.strip() and os.path.isdir(entry)]
 
 
-class Markup(NamedTuple):
-    """An XML file as read.
-
-    Attributes:
-        text: the whole file.
-        root: its root element; tags and attributes carry their prefixes as written.
-    """
-
-    text: str
-    root: Element
-
-
-def read_bytes(path: Path, what: str = "robot file") -> bytes:
-    """Read a whole file; all input of a robot goes through here.
-
-    Raises:
-        RobotError: as `read_file`.
-    """
-    return read_file(path, what, RobotError)
-
-
 def read_text(path: Path, what: str = "robot file") -> str:
-    """Read a text file in UTF-8, or in the Latin encoding that its XML declaration names.
-
-    Returns:
-        Its text without byte-order marks and blanks before it; an XML declaration says UTF-8.
+    """Read a text file: UTF-8, or the encoding that its XML declaration names; byte-order marks and blanks before it are left out.
 
     Raises:
-        RobotError: as `read_bytes`; or it is empty, or in another encoding.
+        RobotError: as `read_file`; or it is empty, or no text.
     """
-    data = read_bytes(path, what)
+    data = read_file(path, what, RobotError)
     start = _MARKS_AND_BLANKS.sub(b"", data, count=1)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
-    encoding = "utf-8"
-    if declared := _ENCODING.match(start):
-        encoding = declared.group(1).decode().lower()
-        if encoding in _LATIN:
-            start = start[: declared.start(1)] + b"UTF-8" + start[declared.end(1) :]
-        elif encoding not in _UTF_8:
-            named = declared.group(1).decode()
-            raise RobotError(f"{path.name} is in the encoding {named}, which is not read; save the file as UTF-8 text")
+    declared = _ENCODING.match(start)
     try:
-        text = start.decode("utf-8" if encoding in _UTF_8 else encoding)
+        text = start.decode()
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
-        raise RobotError(
-            f"{path.name}: line {line}: byte 0x{start[error.start]:02x} is not UTF-8; save the file as UTF-8 text"
-        ) from None
+        if declared is None or declared[1].lower() not in _LATIN:
+            line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
+            byte = f"byte 0x{start[error.start]:02x}"
+            raise RobotError(f"{path.name}: line {line}: {byte} is not UTF-8; save the file as UTF-8 text") from None
+        text = start.decode(declared[1].decode(), "replace")
     if "\0" in text:
         raise RobotError(f"{path.name} holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text")
     return text
 
 
-def read_xml(path: Path, what: str = "robot file") -> Markup:
-    """Read an XML file.
+def read_xml(path: Path, what: str = "robot file") -> Element:
+    """Read an XML file and return its root element.
 
     Raises:
         RobotError: as `read_text` and `parse_xml`.
     """
-    text = read_text(path, what)
-    return Markup(text, parse_xml(text, path.name))
+    return parse_xml(read_text(path, what), path.name)
 
 
 def parse_xml(text: str, name: str) -> Element:
     """Parse XML text, which messages call by a name, without following anything in it, and return its root element.
+
+    Tags and attributes carry their prefixes as written; values are without blanks around them.
 
     Raises:
         RobotError: the text is not well-formed, has a DOCTYPE, or has more than 490 levels.
@@ -224,7 +182,7 @@ def parse_xml(text: str, name: str) -> Element:
         depth += 1
         if depth > _DEEPEST:
             raise RobotError(f"{name}: line {parser.CurrentLineNumber}: elements are nested more than {_DEEPEST} deep")
-        builder.start(tag, attributes)
+        builder.start(tag, {key: value.strip() for key, value in attributes.items()})
 
     def end(tag: str) -> None:
         nonlocal depth, ended
@@ -232,20 +190,18 @@ def parse_xml(text: str, name: str) -> Element:
         ended = builder.end(tag)
 
     def doctype(*_: object) -> None:
-        raise RobotError(
-            f"{name}: line {parser.CurrentLineNumber}: a DOCTYPE can define entities, and those are never expanded here; "
-            "delete the DOCTYPE and write out what its entities stand for"
-        )
+        said = "a DOCTYPE can define entities, and those are never expanded here; delete it and write out what they stand for"
+        raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {said}")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = builder.data, doctype
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
-        if depth == 0 and ended is not None and _CLOSING_TAGS.fullmatch(text.encode(), parser.ErrorByteIndex):
-            return ended  # closing tags left over after the root element, which other parsers do not read either
-        raise RobotError(
-            f"{name}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
-            "the file is not well-formed XML, so nothing of it is used"
-        ) from None
+        # Closing tags left over after the root element are not read by other parsers either.
+        if depth or ended is None or not _CLOSING_TAGS.fullmatch(text.encode(), parser.ErrorByteIndex):
+            raise RobotError(
+                f"{name}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
+                "the file is not well-formed XML, so nothing of it is used"
+            ) from None
     return builder.close()

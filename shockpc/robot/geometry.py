@@ -1,15 +1,15 @@
 """The geometry of a robot's bodies: convex pieces for the extremes of shock, triangles for silhouettes, boxes of equal inertia.
 
 Nothing is read before it is asked for, and no mesh unless that kind of geometry has one. A shape that cannot be read is left out
-and reported; the others remain. The shapes of a URDF are taken from its XML directly: yourdfpy reads them too, but importing it
-takes longer than an analysis of a robot without meshes.
+and reported; the others remain. The shapes of a URDF are taken from its XML: importing yourdfpy takes longer than an analysis
+without meshes.
 """
 
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Literal, NamedTuple, TypeAlias
+from collections.abc import Callable, Iterable, Iterator
+from typing import Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -18,19 +18,30 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
-from shockpc.printed import listed
-from shockpc.robot.files import parse_xml, read_bytes
-from shockpc.robot.meshes import Mesh, UnreadShape, hull_corners, read_mesh
-from shockpc.robot.robot import Body, Frame, Robot
+from shockpc.paths import read_file
+from shockpc.printed import few, listed
+from shockpc.robot.files import parse_xml
+from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
+from shockpc.robot.robot import Body, Frame, Robot, rotation
 from shockpc.robot.source import RobotSource
+from shockpc.robot.urdf import vector
 
-__all__ = ["Kind", "Outline", "Shape", "ball_points", "body_outline", "inertia_box", "outline"]
+__all__ = ["HalfSpaces", "Kind", "Outline", "Shape", "Unread", "body_outline", "facets", "half_spaces", "inertia_box", "outline"]
 
 Kind: TypeAlias = Literal["collision", "visual"]
+Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
+"""Reads a mesh by its name in the file, and the corners of its hull."""
 
 RIM = 64
 """Corners of the polygon that stands for a circle: it lies inside, by at most 1 − cos(π/64) = 0.12 % of the radius."""
 
+_URDF_SIZES = {
+    "box": (("size", 3, 0.5),),
+    "sphere": (("radius", 1, 1.0),),
+    "cylinder": (("radius", 1, 1.0), ("length", 1, 0.5)),
+    "capsule": (("radius", 1, 1.0), ("length", 1, 0.5)),
+}
+"""Attributes, how many numbers each holds, and what makes of them the sizes that MuJoCo has."""
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
 _MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 _MJCF_MESH = 7
@@ -82,6 +93,14 @@ class Shape(NamedTuple):
         return Shape(self.link, points, self.radius, mesh, discs, self.name)
 
 
+class Unread(NamedTuple):
+    """A shape that cannot be read: its link, its mesh, which may be "", and why."""
+
+    link: str
+    mesh: str
+    reason: str
+
+
 class Outline(NamedTuple):
     """The shapes of a robot.
 
@@ -94,7 +113,7 @@ class Outline(NamedTuple):
 
     shapes: tuple[tuple[Shape, ...], ...]
     pieces: Pieces
-    unread: tuple[UnreadShape, ...]
+    unread: tuple[Unread, ...]
     warnings: tuple[str, ...]
 
 
@@ -107,15 +126,26 @@ def outline(robot: Robot, kind: Kind) -> Outline:
     A shape that cannot be read is left out and named in the warning. The results for the last few robots are kept.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
-    unread: list[UnreadShape] = []
+    unread: list[Unread] = []
+    bare: dict[int, str] = {}
     for piece in _shapes(robot.source, kind):
         frame = robot.frames.get(piece.link)
-        if isinstance(piece, UnreadShape):
+        body = frame.body if frame is not None else -1
+        if isinstance(piece, Unread):
             unread.append(piece)
-        elif frame is not None and frame.body >= 0:
-            shapes[frame.body].append(piece.placed(frame.rotation, frame.offset))
+            bare[body] = f'"{robot.bodies[body].name}"'
+        elif frame is not None and body >= 0:
+            shapes[body].append(piece.placed(frame.rotation, frame.offset))
     pieces = Pieces.of([[(shape.points, shape.radius) for shape in own] for own in shapes])
-    return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), _warnings(robot, kind, unread, shapes))
+    warnings: tuple[str, ...] = ()
+    if unread:
+        count = f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
+        lost = [name for body, name in sorted(bare.items()) if body >= 0 and not shapes[body]]
+        consequence = f"no {kind} geometry is left for {few(lost, 4)}" if lost else "each of their bodies has other shapes"
+        others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
+        also = f"; also {listed(others, 4)}" if others else ""
+        warnings = (f'{count} could not be read (link "{unread[0].link}": {unread[0].reason}{also}); {consequence}',)
+    return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), warnings)
 
 
 def body_outline(robot: Robot) -> Outline:
@@ -124,10 +154,7 @@ def body_outline(robot: Robot) -> Outline:
 
 
 def inertia_box(body: Body) -> Shape | None:
-    """Return the box of uniform density with the body's mass and inertia: a_x = sqrt(6 (I_y + I_z − I_x) / m) and so on.
-
-    Returns: its eight corners; None if the body has no mass, or an inertia that no body can have.
-    """
+    """The box of uniform density with the body's mass and inertia, a_x = sqrt(6 (I_y + I_z − I_x) / m); None if there is none."""
     if not body.mass > 0.0:
         return None
     moments, axes = np.linalg.eigh(body.inertia)
@@ -140,61 +167,50 @@ def inertia_box(body: Body) -> Shape | None:
 
 
 @functools.lru_cache(maxsize=4)
-def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | UnreadShape, ...]:
+def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | Unread, ...]:
     """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
-    return tuple(_urdf_shapes(source, kind) if source.kind == "urdf" else _mjcf_shapes(source, kind))
 
+    @functools.cache  # four legs often share a mesh
+    def load(uri: str) -> tuple[Mesh, Array]:
+        path = source.folders.asset(uri)
+        try:
+            mesh = read_mesh(read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix("."))
+        except ValueError as refusal:
+            raise ValueError(f'"{uri}": {refusal}') from None
+        return mesh, hull_corners(mesh.vertices)
 
-def _urdf_shapes(source: RobotSource, kind: Kind) -> list[Shape | UnreadShape]:
-    """Read the shapes of a URDF, each in the frame of its link.
-
-    Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
-    """
-    load, root = _loader(source), parse_xml(source.xml, source.path.name)
-    found = [*_link_shapes(root, kind, load, np.eye(3))]
+    if source.kind == "mjcf":
+        return tuple(_mjcf_shapes(source, kind, load))
+    root = parse_xml(source.xml, source.path.name)
+    found = tuple(_urdf_shapes(root, kind, load, np.eye(3)))
+    # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
     if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
-        turned = [*_link_shapes(root, kind, load, _Y_TO_Z)]
+        turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
         if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
             return turned
     return found
 
 
-def _link_shapes(
-    root: Element, kind: Kind, load: Callable[[str], tuple[Mesh, Array]], turn: Array
-) -> Iterator[Shape | UnreadShape]:
-    """Place the shapes of every link of a URDF. Args: load: reads a mesh and its corners; turn: (3, 3), of meshes with y up."""
-    for link in root.iter("link"):
+def _urdf_shapes(root: Element, kind: Kind, load: Loader, turn: Array) -> Iterator[Shape | Unread]:
+    """Place the shapes of every link of a URDF. Args: turn: (3, 3), of meshes with y up."""
+    for link in root.findall("link"):
         name = link.get("name", "")
         for element in link.findall(kind):
             shape = element.find("geometry/*")
-            if shape is None:
-                continue
+            uri = "" if shape is None else shape.get("filename", "")
             try:
-                xyz, rpy = (_numbers(element.find("origin"), key, "0 0 0") for key in ("xyz", "rpy"))
+                xyz, rpy = (_numbers(element.find("origin"), key, 3, "0 0 0") for key in ("xyz", "rpy"))
+                if shape is None:
+                    raise ValueError(f"a <{kind}> without a shape")
                 if shape.tag == "mesh":
-                    read, scale = load(shape.get("filename", "")), _numbers(shape, "scale", "1 1 1")
+                    read, scale = load(uri), _numbers(shape, "scale", 3, "1 1 1")
                     found = _mesh(name, read, scale[:, None] * (turn if read[0].y_up else np.eye(3)), np.zeros(3))
                 else:
-                    size, radius, length = (_numbers(shape, key) for key in ("size", "radius", "length"))
-                    found = _primitive(name, shape.tag, np.concatenate([size / 2.0, radius, length / 2.0]))
+                    sizes = [factor * _numbers(shape, key, size) for key, size, factor in _URDF_SIZES.get(shape.tag, ())]
+                    found = _primitive(name, shape.tag, np.concatenate([*sizes, np.zeros(0)]))
                 yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
-                yield UnreadShape(name, shape.get("filename", ""), str(refusal), (kind,))
-
-
-def _loader(source: RobotSource) -> Callable[[str], tuple[Mesh, Array]]:
-    """A function that reads a mesh and the corners of its hull, once each, for four legs often share one."""
-
-    @functools.cache
-    def load(uri: str) -> tuple[Mesh, Array]:
-        path = source.folders.asset(uri)
-        try:
-            mesh = read_mesh(read_bytes(path), path.suffix.lower().removeprefix("."))
-        except ValueError as refusal:
-            raise ValueError(f'"{uri}": {refusal}') from None
-        return mesh, hull_corners(mesh.vertices)
-
-    return load
+                yield Unread(name, uri, str(refusal))
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
@@ -203,12 +219,12 @@ def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> 
     return Shape(link, (corners - origin) @ change.T, mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T))
 
 
-def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) -> float:
+def _distance_to_joints(root: Element, shapes: Iterable[Shape | Unread]) -> float:
     """Sum the distances from the joints of each link to the boxes around its meshes of which the file says that y is up [m]."""
-    places = {link.get("name"): [np.zeros(3)] for link in root.iter("link")}
+    places = {link.get("name"): [np.zeros(3)] for link in root.findall("link")}
     for joint in root.iterfind("joint"):
         for parent in joint.iterfind("parent"):
-            places[parent.get("link")].append(_numbers(joint.find("origin"), "xyz", "0 0 0"))
+            places[parent.get("link")].append(_numbers(joint.find("origin"), "xyz", 3, "0 0 0"))
     total = 0.0
     for shape in shapes:
         if isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up:
@@ -217,65 +233,54 @@ def _distance_to_joints(root: Element, shapes: Iterable[Shape | UnreadShape]) ->
     return total
 
 
-def _numbers(element: Element | None, key: str, default: str = "") -> Array:
-    return np.array((default if element is None else element.get(key, default)).split(), dtype=float)
+def _numbers(element: Element | None, key: str, size: int, default: str = "") -> Array:
+    """The numbers (size,) of an attribute."""
+    text = default if element is None else element.get(key, default)
+    values = vector(text, size)
+    if values is None:
+        raise ValueError(f'its {key} is "{text}"; it has to be {size} finite number{"s" * (size > 1)}')
+    return values
 
 
-def _mjcf_shapes(source: RobotSource, kind: Kind) -> Iterator[Shape | UnreadShape]:
+def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | Unread]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
-    from shockpc.robot.mjcf import compiled, geom_kinds
+    from shockpc.robot.mjcf import compiled
 
     found = compiled(source)
-    m, load = found.model, _loader(source)
+    m = found.model
     for number in range(m.ngeom):
         geom, file, primitive = m.geom(number), found.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
-        if kind not in geom_kinds(geom) or not (primitive or m.geom_type[number] == _MJCF_MESH):
+        collides = bool(geom.contype or geom.conaffinity)
+        # MuJoCo shows groups 0 to 2 unless it is asked for others.
+        wanted = collides if kind == "collision" else not collides or geom.group <= 2
+        if not wanted or not (primitive or m.geom_type[number] == _MJCF_MESH):
             continue
         link = m.body(geom.bodyid[0]).name
         try:
             if file:
-                shape = _mesh(link, load(file.file), file.scale[:, None] * _rotation(file.rotation).T, file.origin)
+                shape = _mesh(link, load(file.file), file.scale[:, None] * rotation(file.rotation).T, file.origin)
+            elif primitive:
+                shape = _primitive(link, primitive, np.array(geom.size))
             else:
-                shape = (
-                    _primitive(link, primitive, np.array(geom.size)) if primitive else _compiled_mesh(link, m, int(geom.dataid[0]))
-                )
-            yield _checked(shape._replace(name=geom.name).placed(_rotation(geom.quat), np.array(geom.pos)))
+                mesh = m.mesh(int(geom.dataid[0]))
+                first, face = int(mesh.vertadr[0]), int(mesh.faceadr[0])
+                vertices = np.array(m.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
+                triangles = np.array(m.mesh_face[face : face + int(mesh.facenum[0])], dtype=np.int64)
+                shape = Shape(link, hull_corners(vertices), mesh=Mesh(vertices, triangles))
+            yield _checked(shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos)))
         except (RobotError, ValueError) as refusal:
-            yield UnreadShape(link, file.name if file else "", str(refusal), (kind,))
-
-
-def _rotation(quaternion: Array) -> Array:
-    """The rotation (3, 3) of a quaternion whose scalar part comes first."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
-
-
-def _compiled_mesh(link: str, m: Any, number: int) -> Shape:
-    """Take a mesh from a compiled model."""
-    first, face = int(m.mesh_vertadr[number]), int(m.mesh_faceadr[number])
-    vertices = np.array(m.mesh_vert[first : first + int(m.mesh_vertnum[number])], dtype=float)
-    triangles = np.array(m.mesh_face[face : face + int(m.mesh_facenum[number])], dtype=np.int64)
-    return Shape(link, hull_corners(vertices), mesh=Mesh(vertices, triangles))
+            yield Unread(link, file.name if file else "", str(refusal))
 
 
 def _checked(shape: Shape) -> Shape:
-    """Return a shape whose numbers can be used. Raises ValueError if a coordinate is not finite or exceeds `LARGEST`."""
+    """A shape whose numbers can be used."""
     if not max(np.abs(shape.points).max(), shape.radius) <= LARGEST:
         raise ValueError(f"it extends beyond {LARGEST:.0e} m, or has coordinates that are not finite")
     return shape
 
 
 def _primitive(link: str, kind: str, size: Array) -> Shape:
-    """Build a primitive around the origin, with its axis along z.
-
-    Args:
-        link: the link it belongs to.
-        kind: "box", "sphere", "cylinder", "capsule" or "ellipsoid".
-        size: as MuJoCo has it: half the sides; radius; radius and half the length; half the axes [m].
-
-    Raises:
-        ValueError: it is none of them, or a size is missing or negative.
-    """
+    """A shape around the origin, its axis along z; size as MuJoCo has it: half the sides or axes, or radius and half length [m]."""
     if len(size) < _SIZES.get(kind, math.inf) or min(size) < 0.0:
         raise ValueError(f"a <{kind}> with these dimensions is not a valid shape")
     radius, ends = float(size[0]), np.outer([-1.0, 1.0], [0.0, 0.0, size[1] if len(size) > 1 else 0.0])
@@ -288,7 +293,7 @@ def _primitive(link: str, kind: str, size: Array) -> Shape:
             rims = np.concatenate([_circle() * radius + end for end in ends])
             return Shape(link, rims, discs=tuple((end, np.array([0.0, 0.0, 1.0]), radius) for end in ends))
         case "ellipsoid":
-            return Shape(link, ball_points() * size[:3])
+            return Shape(link, _ball_points() * size[:3])
     return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
 
 
@@ -300,22 +305,53 @@ def _circle() -> Array:
 
 
 @functools.cache
-def ball_points() -> Array:
+def _ball_points() -> Array:
     """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
     latitude = math.pi * (np.arange(1, 32) / 32 - 0.5)
     rings = [_circle() * math.cos(a) + np.array([0.0, 0.0, math.sin(a)]) for a in latitude]
     return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
 
 
-def _warnings(robot: Robot, kind: Kind, unread: Sequence[UnreadShape], shapes: Sequence[Sequence[Shape]]) -> tuple[str, ...]:
-    """Summarise the shapes that could not be read in one line that ends with the consequence."""
-    if not unread:
-        return ()
-    frames = [robot.frames[lost.link] for lost in unread if lost.link in robot.frames]
-    bare = [robot.bodies[i].name for i in sorted({frame.body for frame in frames if frame.body >= 0}) if not shapes[i]]
-    consequence = f"no {kind} geometry is left for {listed(bare, 4)}" if bare else "each of their bodies has other shapes"
-    others = [name for name in dict.fromkeys(lost.mesh for lost in unread) if name not in ("", unread[0].mesh)]
-    also = f"; also {listed(others, 4)}" if others else ""
-    first = f'link "{unread[0].link}": {unread[0].reason}' if unread[0].link else unread[0].reason
-    count = f"a {kind} shape" if len(unread) == 1 else f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
-    return (f"{count} could not be read ({first}{also}); {consequence}",)
+class HalfSpaces(NamedTuple):
+    """The convex set of the points r with normals · r ≤ offsets.
+
+    Attributes:
+        normals: (m, 3) unit vectors, outward.
+        offsets: (m,) [m].
+    """
+
+    normals: Array
+    offsets: Array
+
+    def depth(self, r: Array) -> float:
+        """How far inside all faces a point (3,) lies; below zero outside [m]."""
+        return float((self.offsets - self.normals @ r).min())
+
+
+def facets(shape: Shape) -> list[Array]:
+    """The surface of a shape, each facet as its corners (k, 3) in the body's frame [m].
+
+    The surface of a mesh is its triangles. A rounded shape is a polyhedron with its corners on the sphere, inside it by at most
+    0.25 % of the radius. A flat shape is its own surface.
+    """
+    if shape.mesh is not None:
+        return list(shape.mesh.vertices[shape.mesh.triangles])
+    points = _corners(shape)
+    found = hull(points)
+    return [points] if found is None else list(points[found.simplices])
+
+
+def half_spaces(shape: Shape) -> HalfSpaces | None:
+    """The half-spaces of a convex shape; None for a mesh, which need not be convex, and for a flat shape, which has no inside."""
+    found = None if shape.mesh is not None else hull(_corners(shape))
+    if found is None:
+        return None
+    faces = np.unique(found.equations.round(12), axis=0)
+    return HalfSpaces(faces[:, :3], -faces[:, 3])
+
+
+def _corners(shape: Shape) -> Array:
+    """Points (k, 3) whose hull is the shape."""
+    if shape.radius == 0.0:
+        return shape.points
+    return np.asarray((shape.points[:, None] + shape.radius * _ball_points()).reshape(-1, 3))

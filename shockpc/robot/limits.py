@@ -1,25 +1,25 @@
-"""How large a robot may be. Beyond it a file is broken, in the wrong units, or made to exhaust the computer."""
+"""What numbers a robot may have: how large it may be, and which inertias no body has."""
 
 from collections.abc import Mapping
 
+import numpy as np
+
+from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
-__all__ = ["LINKS", "refuse_drives", "refuse_number", "refuse_tree"]
+__all__ = ["LEVELS", "LINKS", "POINT", "inertia_fault", "refuse_number", "refuse_tree"]
 
-LINKS = 2000  # URDF's parser recurses over links, and far beyond this it overruns its stack
-_LEVELS = 600
+LINKS = 2000
+LEVELS = 600
 _LIGHTEST = 1e-15  # kg; below 2e-16 Pinocchio moves the centre of mass towards the link's origin
 _LARGEST = 1e24  # kg, m, kg m²; a robot in grams and micrometres stays below
+_FLAT = 0.99  # two principal moments against the third: what is left for numbers that were rounded to two digits
+_NOTHING = 1e-9  # relative to the largest principal moment
+POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
 
 
 def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
-    """Refuse a number whose magnitude is above 1e24, or a mass other than 0 below 1e-15 kg.
-
-    Args:
-        whose: the file and the element, for the message.
-        what: the number's name.
-        value: the number.
-        unit: its unit; "kg" for a mass.
+    """Refuse a number whose magnitude is above 1e24, or a mass [kg] other than 0 below 1e-15 kg; `whose` and `what` name it.
 
     Raises:
         RobotError: with the element and the number.
@@ -31,40 +31,31 @@ def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
         )
 
 
-def refuse_drives(file: str, velocities: int, armature: float) -> None:
-    """Refuse a robot with more than 606 velocities (a chain of 600 joints on a free base), or with a drive out of range.
-
-    Args:
-        file: the file's name, for messages.
-        velocities: their number.
-        armature: the greatest reflected inertia [kg m²].
-
-    Raises:
-        RobotError: with their number, or the greatest reflected inertia.
-    """
-    if velocities > _LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
-        raise RobotError(
-            f"{file} moves with {velocities} velocities, and up to {_LEVELS + 6} are computed; fix joints that do not matter"
-        )
-    refuse_number(file, "the greatest reflected inertia", armature, "kg m²")
-
-
-def refuse_tree(file: str, carriers: Mapping[str, str]) -> None:
-    """Refuse more than 2000 links, or more than 600 that hang on one another.
-
-    Args:
-        file: the file's name, for messages.
-        carriers: the link that carries each link, in an order in which carriers come first; "" for none.
+def refuse_tree(carriers: Mapping[str, str]) -> None:
+    """Refuse more than 2000 links, or more than 600 that hang on one another. Args: carriers: of each link, "" for none, in order.
 
     Raises:
         RobotError: with the number of links, or the first link of level 601.
     """
     if len(carriers) > LINKS:
-        raise RobotError(
-            f"{file} has {len(carriers)} links, and up to {LINKS} are read; leave out those that neither move nor weigh"
-        )
+        raise RobotError(f"it has {len(carriers)} links, and up to {LINKS} are read; leave out those that neither move nor weigh")
     level = {"": 0}
     for link, carrier in carriers.items():
         level[link] = level[carrier] + 1
-        if level[link] > _LEVELS:
-            raise RobotError(f'{file}: link "{link}" is the end of a chain of more than {_LEVELS} links, which is not computed')
+        if level[link] > LEVELS:
+            raise RobotError(f'link "{link}" is the end of a chain of more than {LEVELS} links, which is not computed')
+
+
+def inertia_fault(mass: float, inertia: Array) -> str | None:
+    """Say why no body of a mass above zero [kg] has this inertia (3, 3) about its centre of mass [kg m²]; None if one can."""
+    least, middle, most = (float(moment) for moment in np.linalg.eigvalsh(inertia))
+    if max(abs(least), abs(most)) < POINT * mass:
+        return "the inertia is zero, that of a point"
+    if (inertia == inertia[0, 0]).all():
+        return f"all six entries of the inertia are {inertia[0, 0]:g} kg m², which no body has; they look like a placeholder"
+    shown = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
+    if least < -_NOTHING * abs(most):
+        return f"{shown}, and no body has a negative one"
+    if least + middle < _FLAT * most:
+        return f"{shown}, and no body has one above the sum of the other two"
+    return None

@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.robot.files import parse_xml
 
-__all__ = ["FORMATS", "Mesh", "UnreadShape", "hull_corners", "read_mesh"]
+__all__ = ["Mesh", "hull", "hull_corners", "read_mesh"]
 
 FORMATS = ("stl", "obj", "dae", "ply", "msh")
 """Suffixes of the files that are read."""
@@ -29,6 +29,18 @@ _NO_SHAPE = {
 
 _RELATIVE_FACE = re.compile(rb"^f[^\n]*[ \t]-\d", re.MULTILINE)
 """An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from the face."""
+
+_BROKEN = (
+    RobotError,
+    DeprecationWarning,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    NameError,
+    RuntimeError,
+    ArithmeticError,
+)
 
 
 class Mesh(NamedTuple):
@@ -43,15 +55,6 @@ class Mesh(NamedTuple):
     vertices: Array
     triangles: NDArray[np.int64]
     y_up: bool = False
-
-
-class UnreadShape(NamedTuple):
-    """A shape that cannot be read: its link, its mesh, which may be "", why, and whether it is "collision" or "visual" geometry."""
-
-    link: str
-    mesh: str
-    reason: str
-    kinds: tuple[str, ...]
 
 
 def read_mesh(data: bytes, suffix: str) -> Mesh:
@@ -69,12 +72,29 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     """
     if suffix not in FORMATS:
         raise ValueError(f"meshes are read from {', '.join(known.upper() for known in FORMATS)} files only")
+    y_up = False
     if suffix == "msh":
-        return _checked(*_msh_shape(data))
-    if suffix == "stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        vertices, triangles = _msh_shape(data)
+    elif suffix == "stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         # trimesh reads these too; its import takes longer than an analysis of a robot whose meshes are all of this kind.
         corners = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")], offset=84)["corners"]
-        return _checked(corners.reshape(-1, 3).astype(float), np.arange(3 * len(corners)).reshape(-1, 3))
+        vertices, triangles = corners.reshape(-1, 3).astype(float), np.arange(3 * len(corners)).reshape(-1, 3)
+    else:
+        vertices, triangles, y_up = _by_trimesh(data, suffix)
+    if not len(triangles):
+        raise ValueError("it holds no triangles")
+    if not np.isfinite(vertices).all():
+        raise ValueError("it has vertices that are not finite numbers")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise ValueError("a triangle refers to a vertex that does not exist")
+    # STL files repeat a vertex for every triangle. Adding zero turns −0 into 0, so that equal numbers are equal bytes.
+    rows = np.ascontiguousarray(vertices + 0.0).view(np.dtype((np.void, 24))).ravel()
+    _, first, which = np.unique(rows, return_index=True, return_inverse=True)
+    return Mesh(vertices[first], which[triangles], y_up)
+
+
+def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, NDArray[np.int64], bool]:
+    """Vertices, triangles, and whether the file says that y is up; in one exception all that its readers raise."""
     # Imported here, because they take longer to import than an analysis without meshes takes to run.
     from collada.common import DaeError
     from trimesh.exchange.load import mesh_loaders
@@ -92,33 +112,20 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
             found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
             vertices, triangles = _joined(found)
-            vertices = np.asarray(vertices, dtype=float)
-    except (
-        RobotError,
-        DaeError,
-        DeprecationWarning,
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        NameError,
-        RuntimeError,
-        ArithmeticError,
-    ) as refusal:
+            return np.asarray(vertices, dtype=float) * unit, triangles, y_up
+    except (RobotError, DaeError, DeprecationWarning, *_BROKEN) as refusal:
         why = " ".join(str(refusal).split()) or type(refusal).__name__
         raise ValueError(f"it is not a valid {suffix.upper()} file ({why})") from None
-    return _checked(vertices * unit, triangles)._replace(y_up=y_up)
 
 
-def _checked(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
-    """A mesh whose numbers can be used, with one vertex at each place."""
-    if not len(triangles):
-        raise ValueError("it holds no triangles")
-    if not np.isfinite(vertices).all():
-        raise ValueError("it has vertices that are not finite numbers")
-    if triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise ValueError("a triangle refers to a vertex that does not exist")
-    return _merged(vertices, triangles)
+def hull(points: Array) -> Any | None:
+    """The convex hull of points (n, 3), of SciPy; None if it has no volume."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return ConvexHull(points)
+    except (QhullError, ValueError):
+        return None
 
 
 def hull_corners(vertices: Array) -> Array:
@@ -126,14 +133,8 @@ def hull_corners(vertices: Array) -> Array:
 
     The hull takes a few milliseconds and leaves a small part of the vertices, over which every analysis evaluates the extremes.
     """
-    from scipy.spatial import ConvexHull, QhullError
-
-    if len(vertices) < 5:
-        return vertices
-    try:
-        return np.asarray(vertices[ConvexHull(vertices).vertices])
-    except QhullError:
-        return vertices
+    found = hull(vertices) if len(vertices) > 4 else None
+    return vertices if found is None else np.asarray(vertices[found.vertices])
 
 
 def _msh_shape(data: bytes) -> tuple[Array, NDArray[np.int64]]:
@@ -175,11 +176,3 @@ def _joined(found: dict[str, Any]) -> tuple[Array, NDArray[np.int64]]:
         triangles.append(triangulate_quads(part["faces"]) + count)
         count += len(part["vertices"])
     return np.concatenate(vertices), np.concatenate(triangles)
-
-
-def _merged(vertices: Array, triangles: NDArray[np.int64]) -> Mesh:
-    """Make one vertex of those with equal coordinates: STL files repeat a vertex for every triangle."""
-    # Adding zero turns −0 into 0, so that equal numbers are equal bytes.
-    rows = np.ascontiguousarray(vertices + 0.0).view(np.dtype((np.void, 24))).ravel()
-    _, first, which = np.unique(rows, return_index=True, return_inverse=True)
-    return Mesh(vertices[first], which[triangles])

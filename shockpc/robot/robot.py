@@ -3,40 +3,31 @@
 import fnmatch
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import UnknownName
-from shockpc.robot.couplings import Loop, Mimic
-from shockpc.robot.inertias import inertia_warning
-from shockpc.robot.limits import refuse_drives
+from shockpc.errors import RobotError, UnknownName
+from shockpc.printed import few, listed
+from shockpc.robot.limits import LEVELS, POINT, inertia_fault, refuse_number
 from shockpc.robot.source import RobotSource, read_source
-from shockpc.robot.urdf_model import WORLD, build_urdf
 
-__all__ = ["Body", "Frame", "Joint", "Robot", "load_robot"]
+__all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "add_joint", "axis_joint", "load_robot", "rotation"]
 
-KINDS = {
-    "FreeFlyer": "free",
-    "Spherical": "ball",
-    "Planar": "planar",
-    "Composite": "composite",
-    "P": "prismatic",
-    "RevoluteUnbounded": "continuous",
-    "RUB": "continuous",
-    "R": "revolute",
-}
+WORLD = "world"
+"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
+
+KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
+KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
 
-FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]] = {
-    pin.FrameType.BODY: "link",
-    pin.FrameType.OP_FRAME: "site",
-    pin.FrameType.SENSOR: "geom",
-}
+FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
+FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
 """Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
 
 
@@ -120,6 +111,45 @@ class Frame(NamedTuple):
     kind: Literal["link", "joint", "site", "geom"]
 
 
+class Mimic(NamedTuple):
+    """A joint that follows others: q_joint = Σ multiplier · q_leader + offset.
+
+    Attributes:
+        joint: the follower's name.
+        leaders: multiplier [1] by the name of each joint that it follows; none if it stands still.
+        offset: [rad, m]
+    """
+
+    joint: str
+    leaders: Mapping[str, float]
+    offset: float
+
+    @property
+    def led(self) -> str:
+        """What it follows, for messages."""
+        return f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}" if self.leaders else "a constant"
+
+
+class Loop(NamedTuple):
+    """Two bodies that are held together.
+
+    Attributes:
+        name: of the two ends.
+        bodies: index of each end's body; −1 for the world.
+        points: (3,) each end in its body's frame [m].
+        rotations: (3, 3) each end's frame in its body's frame.
+        axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
+        turns: whether the orientations are held too.
+    """
+
+    name: str
+    bodies: tuple[int, int]
+    points: tuple[Array, Array]
+    rotations: tuple[Array, Array]
+    axes: Array
+    turns: bool
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot as loaded.
@@ -131,7 +161,7 @@ class Robot:
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
-        notes: warnings of the file's reader.
+        notes: warnings of the file's reader, without the file's name.
     """
 
     source: RobotSource
@@ -153,7 +183,7 @@ class Robot:
     @property
     def label(self) -> str:
         """How a command names this robot: its catalogue name, else the path of its file."""
-        return self.source.label
+        return self.source.name or str(self.source.path)
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -162,9 +192,20 @@ class Robot:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Of the file's reader, and of inertias that no body has."""
-        weighed = ((body.name, body.mass, body.inertia) for body in self.bodies)
-        return (*self.source.warnings, *self.notes, *inertia_warning(self.source.path.name, self.label, weighed))
+        """Of the file's reader, and one for all bodies whose inertia, with that of all that is fixed to them, no body has."""
+        odd = []
+        for body in self.bodies:
+            if body.mass > 0 and inertia_fault(body.mass, body.inertia):
+                moments = np.linalg.eigvalsh(body.inertia)
+                shown = ", ".join(f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}" for moment in moments)
+                odd.append(f'"{body.name}" ({shown} kg m²)')
+        said = (
+            f"no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of the other two, and not "
+            "all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+            f"shockpc robots {self.label}"
+        )
+        file = self.source.path.name
+        return (*self.source.warnings, *(f"{file}: {note}" for note in (*self.notes, *([said] if odd else []))))
 
     @cached_property
     def free_base(self) -> bool:
@@ -185,20 +226,11 @@ class Robot:
                 links[frame.parentJoint].append(frame)
         bodies = []
         for joint, carried in list(enumerate(links))[1:]:
-            placement = carried[0].placement if carried else pin.SE3.Identity()
-            inertia = placement.actInv(self.model.inertias[joint])
-            bodies.append(
-                Body(
-                    name=carried[0].name if carried else self.model.names[joint],
-                    joint=joint,
-                    links=tuple(frame.name for frame in carried),
-                    rotation=read_only(placement.rotation),
-                    offset=read_only(placement.translation),
-                    mass=float(inertia.mass),
-                    com=read_only(inertia.lever),
-                    inertia=read_only(inertia.inertia),
-                )
-            )
+            names, place = tuple(frame.name for frame in carried), carried[0].placement
+            inertia = place.actInv(self.model.inertias[joint])
+            frame = read_only(place.rotation), read_only(place.translation)
+            mass, com, tensor = float(inertia.mass), read_only(inertia.lever), read_only(inertia.inertia)
+            bodies.append(Body(names[0], joint, names, *frame, mass, com, tensor))
         return tuple(bodies)
 
     @cached_property
@@ -238,11 +270,7 @@ class Robot:
     @cached_property
     def driven(self) -> np.ndarray:
         """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
-        driven = np.ones(self.model.nv, dtype=bool)
-        for joint in self.joints:
-            driven[joint.v] = joint.kind != "free"
-        driven.flags.writeable = False
-        return driven
+        return np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
 
     @cached_property
     def mass(self) -> float:
@@ -273,9 +301,8 @@ class Robot:
     @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
-        rotation = read_only([body.rotation for body in self.bodies])
-        offset = read_only([body.offset for body in self.bodies])
-        return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
+        turned, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
+        return (turned, offset) if offset.any() or (turned != np.eye(3)).any() else None
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
@@ -285,13 +312,11 @@ class Robot:
     @cached_property
     def moves(self) -> np.ndarray:
         """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of the joints before it."""
-        moves = np.zeros((len(self.bodies), self.model.nv), dtype=bool)
+        moves = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
         for i, joint in enumerate(self.joints):
-            if joint.parent >= 0:
-                moves[i] = moves[joint.parent]
+            moves[i] = moves[joint.parent]
             moves[i, joint.v] = True
-        moves.flags.writeable = False
-        return moves
+        return moves[:-1]
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.
@@ -339,25 +364,80 @@ def load_robot(
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
     source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
-    if source.kind == "mjcf":
-        from shockpc.robot.mjcf_model import build_mjcf
+    try:
+        return _built(source, frames)
+    except RobotError as refusal:
+        file = source.path.name
+        raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}") from None
 
-        built = build_mjcf(source, frames)
+
+def _built(source: RobotSource, frames: Sequence[str]) -> Robot:
+    """The robot of a file. What is refused is said without the file's name."""
+    if source.kind == "mjcf":
+        from shockpc.robot.mjcf import build_mjcf
+
+        found = build_mjcf(source, frames)
     else:
-        built = build_urdf(source)
-    refuse_drives(source.path.name, built.model.nv, float(built.model.armature.max(initial=0.0)))
+        from shockpc.robot.urdf import build_urdf
+
+        found = build_urdf(source)
+    model = found.model
+    if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
+        raise RobotError(f"it moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter")
+    refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
-    for place in built.model.jointPlacements:
+    for place in model.jointPlacements:
         R = place.rotation
         # By einsum, whose rounding is the same on every processor.
         place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
-    return Robot(source, **built._asdict())
+    return replace(found, mimics=_leaders_first(found))
+
+
+def axis_joint(kind: str, axis: Array) -> Any:
+    """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""
+    # By the parser, because a continuous joint about any axis has no constructor in Python.
+    of = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
+    links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
+    return pin.buildModelFromXML(f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{of}</joint></robot>').joints[1]
+
+
+def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
+    """Add a joint and its frame to a model; returns its index."""
+    index: int = model.addJoint(carrier, joint, place, name)
+    model.addJointFrame(index)
+    return index
+
+
+def rotation(quaternion: Array) -> Array:
+    """The rotation (3, 3) of a quaternion (4,) whose scalar part comes first, as MuJoCo has it."""
+    w, x, y, z = (float(value) for value in quaternion)
+    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
+
+
+def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
+    """The mimic joints, each after those that it follows, without leaders that are fixed."""
+    freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
+    for mimic in robot.mimics:
+        for name in (mimic.joint, *mimic.leaders):
+            if freedom.get(name, 1) != 1:
+                many = f"{freedom[name]} degrees of freedom, and only a joint with one can follow or lead; give it one axis"
+                said = f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {many}'
+                raise RobotError(f"{said}, or take the coupling out")
+    followers = {}
+    for mimic in robot.mimics:
+        leaders = {name: by for name, by in mimic.leaders.items() if name in freedom}
+        followers[mimic.joint] = mimic._replace(leaders=leaders)
+    try:
+        order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
+    except CycleError as circle:
+        names = listed(name for name in followers if name in circle.args[1])
+        raise RobotError(f"mimic joints {names} follow one another in a circle; one of them has to lead") from None
+    return tuple(followers[name] for name in order if name in followers)
 
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     """One joint of a model, or a part of one."""
-    short = joint.shortname().removeprefix("JointModel")
-    kind = next((kind for start, kind in KINDS.items() if short.startswith(start)), short)
+    kind = next(kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}"))
     parts: tuple[Joint, ...] = ()
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
@@ -373,15 +453,6 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
         axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
         if joint.nq == 1:
             limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
-    return Joint(
-        name=model.names[number],
-        kind=kind,
-        axis=axis,
-        parent=int(model.parents[number]) - 1,
-        rotation=read_only(place.rotation),
-        offset=read_only(place.translation),
-        q=slice(joint.idx_q, joint.idx_q + joint.nq),
-        v=slice(joint.idx_v, joint.idx_v + joint.nv),
-        limits=limits,
-        parts=parts,
-    )
+    frame = read_only(place.rotation), read_only(place.translation)
+    q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
+    return Joint(model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts)

@@ -1,269 +1,269 @@
-"""A URDF corrected where it carries no meaning, and refused where its parser would drop something without an error.
+"""The robot of a URDF, with the postures and rotors of its SRDF. What cannot be computed is refused by the name of link or joint.
 
-The parser behind Pinocchio drops a body whose joint is part of a circle, or whose <inertial> holds one bad number, and goes on;
-so the tree and the numbers are checked here, by name.
+Both are read here and not by Pinocchio: its parser drops a body whose joint is part of a circle, or whose <inertial> holds one bad
+number, and goes on; of an SRDF it drops a continuous joint that is given by its angle and keeps two states of one name apart.
 """
 
 import math
-import re
-import sys
-from collections.abc import Iterable
-from graphlib import CycleError, TopologicalSorter
-from xml.etree.ElementTree import Element, SubElement, tostring
+from pathlib import Path
+from typing import TypeAlias
+from xml.etree.ElementTree import Element
 
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.printed import listed
+from shockpc.robot.files import parse_xml, read_xml
 from shockpc.robot.limits import refuse_number, refuse_tree
+from shockpc.robot.robot import WORLD, Mimic, Robot, add_joint, axis_joint
+from shockpc.robot.source import RobotSource
 
-__all__ = ["check_urdf", "moving_parts", "normalise_urdf", "vector"]
+__all__ = ["build_urdf", "vector"]
 
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_ZERO = re.compile(r"[+-]?[0.]+([eE].*)?")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-# Shapes of a <geometry>: attribute and how many numbers it holds.
-_SHAPES = {
-    "box": {"size": 3},
-    "cylinder": {"radius": 1, "length": 1},
-    "capsule": {"radius": 1, "length": 1},
-    "sphere": {"radius": 1},
-    "mesh": {"scale": 3},
-}
+_Order: TypeAlias = dict[str, tuple[str, str]]
 
 
-# Numbers of a link and of a joint: element, attributes, how many each holds, whether they must be there, and the unit of those
-# whose size is limited.
-_LINK_NUMBERS = (
-    ("inertial/origin", "xyz", 3, False, "m"),
-    ("inertial/origin", "rpy", 3, False, "rad"),
-    ("inertial/mass", "value", 1, True, "kg"),
-    ("inertial/inertia", "ixx ixy ixz iyy iyz izz", 1, True, "kg m²"),
-)
-_JOINT_NUMBERS = (
-    ("origin", "xyz", 3, False, "m"),
-    ("origin", "rpy", 3, False, "rad"),
-    ("axis", "xyz", 3, True, ""),
-    ("limit", "lower upper", 1, False, ""),
-    ("limit", "effort velocity", 1, True, ""),
-    ("dynamics", "damping friction", 1, False, ""),
-    ("mimic", "multiplier", 1, False, "rad/rad"),
-    ("mimic", "offset", 1, False, "rad"),
-    ("calibration", "rising falling", 1, False, ""),
-    ("safety_controller", "soft_lower_limit soft_upper_limit k_position", 1, False, ""),
-    ("safety_controller", "k_velocity", 1, True, ""),
-)
-
-
-def vector(text: str | None, size: int) -> tuple[float, ...] | None:
-    """Read so many numbers as the parser would: plain decimals, separated by blanks; None if the text is anything else.
-
-    A number that is too large or too small for a double is none, because the parser would drop the element that holds it.
-    """
-    words = (text or "").split()
-    if len(words) != size or not all(map(_NUMBER.fullmatch, words)):
+def vector(text: str | None, size: int) -> Array | None:
+    """So many finite numbers (size,), separated by blanks; None if the text is anything else."""
+    try:
+        values = np.array([float(word.replace("_", "?")) for word in (text or "").split()])
+    except ValueError:
         return None
-    values = tuple(map(float, words))
-    small = (word for value, word in zip(values, words, strict=True) if abs(value) < sys.float_info.min)
-    return values if all(map(math.isfinite, values)) and all(map(_ZERO.fullmatch, small)) else None
+    return values if len(values) == size and np.isfinite(values).all() else None
 
 
-def moving_parts(robot: Element) -> str:
-    """The text of a URDF without shapes, materials, comments and all else that does not change how it moves."""
-    parts = Element("robot", name=robot.get("name", ""))
-    for element in robot:
-        if element.tag in ("link", "joint"):
-            part = SubElement(parts, element.tag, element.attrib)
-            part.extend(child for child in element if child.tag not in ("visual", "collision"))
-    return tostring(parts, encoding="unicode")
+def build_urdf(source: RobotSource) -> Robot:
+    """Build the robot of a URDF, with the joints in the order of Pinocchio's own reader.
 
-
-def normalise_urdf(robot: Element, file: str, name: str) -> tuple[bool, tuple[str, ...]]:
-    """Correct, in place, what carries no meaning but would make the parser fail or print.
-
-    Blanks around attribute values are removed; a robot without a name gets this one. With a warning are removed: xacro elements
-    that are left over, a visual or collision without a valid shape, and a <mimic> that follows no joint of the file.
-
-    Returns:
-        Whether anything changed, and the warnings.
+    A root link that is called "world", or has no mass, and carries nothing but a floating or planar joint is the world, and that
+    joint is the floating base. It stands where its configuration says; its origin in the file is only where it starts.
 
     Raises:
-        RobotError: a joint mimics twice.
+        RobotError: it is not one connected tree of bodies with finite numbers and some mass, or the SRDF cannot be read.
     """
-    warnings, changed = [], not robot.get("name")
-    if changed:
-        robot.set("name", name)
-    for element in robot.iter():
-        for key, value in element.attrib.items():
-            if value != value.strip():
-                element.set(key, value.strip())
-                changed = True
-    left = [element for element in robot if element.tag.startswith("xacro:")]
-    if left:
-        tags = ", ".join(dict.fromkeys(f"<{element.tag}>" for element in left))
-        warnings.append(f"{file}: {tags} ignored, because the links are complete without xacro; if not, name the file .xacro")
-    for element in left:
-        robot.remove(element)
-    for link in robot.findall("link"):
-        for part in (*link.findall("visual"), *link.findall("collision")):
-            if not _has_shape(part):
-                link.remove(part)
-                warnings.append(
-                    f'{file}: link "{link.get("name")}": a <{part.tag}> without a valid shape is left out; '
-                    "it is missing in figures and extremes; no other number changes"
-                )
-    names = {joint.get("name") for joint in robot.findall("joint")}
-    for joint in robot.findall("joint"):
-        mimics = joint.findall("mimic")
-        if len(mimics) > 1:
-            raise RobotError(f'{file}: joint "{joint.get("name")}" has several <mimic>, and a joint can follow only one; keep one')
-        for mimic in mimics:
-            leader = mimic.get("joint", "")
-            if leader not in names or leader == joint.get("name"):
-                joint.remove(mimic)
-                said = "itself" if leader == joint.get("name") else f'"{leader}", which does not exist'
-                warnings.append(f'{file}: joint "{joint.get("name")}" mimics {said}; it is computed as a joint that moves freely')
-    return changed or bool(warnings), tuple(warnings)
-
-
-def _has_shape(part: Element) -> bool:
-    """Whether a visual or collision holds one shape whose numbers can be read, at a place that can be read."""
-    shapes = part.findall("geometry/*")
-    if len(shapes) != 1 or shapes[0].tag not in _SHAPES or (shapes[0].tag == "mesh" and not shapes[0].get("filename")):
-        return False
-    wanted = [(shapes[0].get(key, "1 1 1" if key == "scale" else None), size) for key, size in _SHAPES[shapes[0].tag].items()]
-    wanted += [(origin.get(key, "0 0 0"), 3) for origin in part.findall("origin")[:1] for key in ("xyz", "rpy")]
-    return all(vector(text, size) is not None for text, size in wanted)
-
-
-def check_urdf(robot: Element, file: str) -> None:
-    """Refuse a URDF that is not one connected tree of bodies with finite numbers and some mass.
-
-    Raises:
-        RobotError: naming the link or joint at fault.
-    """
-    links, joints = robot.findall("link"), robot.findall("joint")
+    root = parse_xml(source.xml, source.path.name)
+    links, joints = (_named(root.findall(kind), kind) for kind in ("link", "joint"))
     if not links:
-        raise RobotError(
-            f"{file} has no <link>, so there is no robot in it; if it only defines macros, give the file that uses them"
-        )
-    _check_names(links, "link", file)
-    _check_names(joints, "joint", file)
-    _check_tree([link.get("name", "") for link in links], joints, file)
-    for link in links:
-        _check_link(link, f'{file}: link "{link.get("name")}"')
-    for joint in joints:
-        _check_joint(joint, f'{file}: joint "{joint.get("name")}"')
-    if not any(float(mass.get("value", "0")) > 0 for link in links for mass in link.findall("inertial/mass")):
-        raise RobotError(f"{file}: no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
+        instead = "if it defines macros, give the file that uses them; if it is an SRDF, give the URDF, and this file with --srdf"
+        raise RobotError(f"it has no <link>, so there is no robot in it; {instead}")
+    order = _carriers_first(links, joints)
+    inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
+    if not any(inertia.mass > 0 for inertia in inertias.values()):
+        raise RobotError("no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
+    model = _model(order, joints, inertias)
+    mimics, notes = _mimics(joints)
+    carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
+    kind = joints[model.names[carried[0]]].get("type") if len(carried) == 1 else ""
+    if kind in ("floating", "planar") and (next(iter(order)) == WORLD or not model.inertias[1].mass):
+        base = model.names[carried[0]]
+        model = _model(order, joints, inertias, base)
+        if kind == "planar":
+            notes.append(
+                f'joint "{base}" is planar and carries the whole robot, so it is computed as a floating base; '
+                "--base planar keeps it in the plane of the study"
+            )
+    model.name, start = source.robot_name, pin.neutral(model)
+    start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
+    model.jointPlacements[1] = pin.SE3.Identity()
+    postures = _read_srdf(source.srdf, model, start) if source.srdf is not None else {}
+    return Robot(source, model, read_only(start), postures, mimics, (), tuple(notes))
 
 
-def _check_names(elements: list[Element], kind: str, file: str) -> None:
-    """Every link and every joint needs a name of its own, which is none of Pinocchio's."""
+def _named(elements: list[Element], kind: str) -> dict[str, Element]:
+    """Links or joints by name; each needs one of its own, which is none of Pinocchio's."""
     reserved = {"universe": "the world"} | ({"root_joint": "the free base"} if kind == "joint" else {})
-    seen: set[str] = set()
+    named: dict[str, Element] = {}
     for number, element in enumerate(elements, start=1):
         name = element.get("name")
         if not name:
-            raise RobotError(f"{file}: <{kind}> number {number} has no name; give it one")
-        if name in seen:
-            raise RobotError(f'{file}: two {kind}s are called "{name}"; names have to be unique, so rename one')
+            raise RobotError(f"<{kind}> number {number} has no name; give it one")
+        if name in named:
+            raise RobotError(f'two {kind}s are called "{name}"; names have to be unique, so rename one')
         if name in reserved and element.get("type") != "fixed":
-            raise RobotError(f'{file}: {kind} "{name}" has the name that Pinocchio gives to {reserved[name]}; rename it')
-        seen.add(name)
+            raise RobotError(f'{kind} "{name}" has the name that Pinocchio gives to {reserved[name]}; rename it')
+        named[name] = element
+    return named
 
 
-def _check_tree(links: list[str], joints: list[Element], file: str) -> None:
-    """Every joint joins two links that exist; every link but one, the root, hangs on exactly one joint; none in a circle."""
-    carriers = dict.fromkeys(links, "")
-    above: dict[str, str] = {}
-    for joint in joints:
-        name = joint.get("name", "")
-        if joint.get("type") not in _JOINT_TYPES:
-            raise RobotError(
-                f'{file}: joint "{name}" is of type "{joint.get("type", "")}", which URDF does not have; it has '
-                f"{listed(_JOINT_TYPES)}"
-            )
-        ends = []
-        for end in ("parent", "child"):
-            element = joint.find(end)
-            ends.append(link := element.get("link", "") if element is not None else "")
-            if link not in carriers:
+def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _Order:
+    """The joint above each link and the link that carries it, branch by branch from the root, which has neither."""
+    above: _Order = {}
+    below: dict[str, list[str]] = {link: [] for link in links}
+    for name, joint in sorted(joints.items(), reverse=True):
+        kind, whose = joint.get("type", ""), f'joint "{name}"'
+        if kind not in _JOINT_TYPES:
+            raise RobotError(f'{whose} is of type "{kind}", which URDF does not have; it has {listed(_JOINT_TYPES)}')
+        parent, child = (next((part.get("link", "") for part in joint.findall(end)), "") for end in ("parent", "child"))
+        for end, link in (("parent", parent), ("child", child)):
+            if link not in links:
                 said = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
-                raise RobotError(f'{file}: joint "{name}": {said}; every joint has to join two links of the file')
-        parent, child = ends
+                raise RobotError(f"{whose}: {said}; every joint has to join two links of the file")
         if child in above:
             raise RobotError(
-                f'{file}: link "{child}" is the child of two joints, "{above[child]}" and "{name}"; '
+                f'link "{child}" is the child of two joints, "{name}" and "{above[child][0]}"; '
                 "a URDF is a tree, so cut the loop at one of them"
             )
-        carriers[child], above[child] = parent, name
-    try:
-        order = tuple(TopologicalSorter({link: [carrier] for link, carrier in carriers.items()}).static_order())
-    except CycleError as found:
-        circle = sorted({above[link] for link in found.args[1]})
-        said = f"joints {listed(circle)} form" if len(circle) > 1 else f"joint {listed(circle)} forms"
-        raise RobotError(
-            f"{file}: {said} a circle that no root link carries; a URDF is a tree, so remove one of its joints"
-        ) from None
+        above[child] = name, parent
+        below[parent].append(child)
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
+        raise RobotError(f"{len(roots)} links have no parent: {listed(roots, 5)}; a robot has one root, so join the others to it")
+    order: _Order = {}
+    waiting = roots
+    while waiting:
+        link = waiting.pop()
+        order[link] = above.get(link, ("", ""))
+        waiting += below[link]
+    if lost := sorted(joint for link, (joint, _) in above.items() if link not in order):
         raise RobotError(
-            f"{file}: {len(roots)} links have no parent: {listed(roots, 5)}; a robot has one root, so join the others to it"
+            f"a circle that no root link carries holds {listed(lost, 5)}; a URDF is a tree, so remove one of these joints"
         )
-    refuse_tree(file, {link: carriers[link] for link in order if link})
+    refuse_tree({link: carrier for link, (_, carrier) in order.items()})
+    return order
 
 
-def _check_link(link: Element, whose: str) -> None:
-    """Mass and the six entries of the inertia: all there, all finite, none negative that cannot be."""
-    for inertial in link.findall("inertial"):
-        for tag in ("mass", "inertia"):
-            if inertial.find(tag) is None:
-                raise RobotError(f"{whose}: its <inertial> has no <{tag}>; add it, or drop the <inertial> of a link without mass")
-    _check_numbers(link, _LINK_NUMBERS, whose)
-    for mass in link.findall("inertial/mass"):
-        if float(mass.get("value", "")) < 0:
-            raise RobotError(f"{whose}: mass {mass.get('value')} kg is negative; give the mass that the body has, or 0")
-    for inertia in link.findall("inertial/inertia"):
-        for entry in ("ixx", "iyy", "izz"):
-            if float(inertia.get(entry, "")) < -_ROUNDING:
-                raise RobotError(
-                    f"{whose}: {entry} = {inertia.get(entry)} kg m² is negative; give the moment of inertia that the body has"
-                )
+def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], base: str = "") -> pin.Model:
+    """The model, whose floating base is the joint of this name, or else the root link's."""
+    model = pin.Model()
+    at = {"": (0, pin.SE3.Identity())}
+    for link, (name, parent) in order.items():
+        carrier, place = at[parent]
+        if not name:
+            at[link] = carrier if base else add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint"), place
+        else:
+            joint, whose = joints[name], f'joint "{name}"'
+            place = place * _place(joint, whose)
+            if joint.get("type") == "fixed":
+                model.addFrame(pin.Frame(name, carrier, 0, place, pin.FrameType.FIXED_JOINT), False)
+                at[link] = carrier, place
+            else:
+                moving = pin.JointModelFreeFlyer() if name == base else _moving(joint, whose)
+                index = add_joint(model, carrier, moving, place, name)
+                if joint.get("type") in ("revolute", "prismatic"):
+                    (model.lowerPositionLimit[model.idx_qs[index]],) = _numbers(whose, joint, "limit", "lower", "0")
+                    (model.upperPositionLimit[model.idx_qs[index]],) = _numbers(whose, joint, "limit", "upper", "0")
+                at[link] = index, pin.SE3.Identity()
+        model.addFrame(pin.Frame(link, at[link][0], 0, at[link][1], pin.FrameType.BODY, inertias[link]))
+    return model
 
 
-def _check_joint(joint: Element, whose: str) -> None:
-    """Origin, axis, limits and all that a joint may hold beside them."""
-    _check_numbers(joint, _JOINT_NUMBERS, whose)
-    kind, axis = joint.get("type"), joint.find("axis")
-    direction = (vector(axis.get("xyz"), 3) if axis is not None else None) or (1.0, 0.0, 0.0)
-    if kind in ("revolute", "continuous", "prismatic", "planar") and not any(direction):
-        raise RobotError(f"{whose}: its axis is 0 0 0, so it has no direction; give it one")
-    if kind == "planar" and (direction[:2] != (0.0, 0.0) or direction[2] < 0):
-        shown = " ".join(f"{value:g}" for value in direction)
-        raise RobotError(
-            f"{whose}: planar with the normal {shown} (1 0 0 where none is written); Pinocchio moves every planar joint in "
-            'x and y. Turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
-        )
-    if kind in ("revolute", "prismatic") and joint.find("limit") is None:
+def _inertia(link: Element, whose: str) -> pin.Inertia:
+    """The mass of a link with its centre and its moments, in the link's frame; none without <inertial>."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return pin.Inertia.Zero()
+    (mass,) = _numbers(whose, inertial, "mass", "value", unit="kg")
+    if mass < 0:
+        raise RobotError(f"{whose}: mass {mass:g} kg is negative; give the mass that the body has, or 0")
+    keys = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+    tensor = np.array([[_numbers(whose, inertial, "inertia", key, unit="kg m²")[0] for key in row] for row in keys])
+    for key, moment in zip(("ixx", "iyy", "izz"), np.diag(tensor), strict=True):
+        if moment < -_ROUNDING:
+            raise RobotError(f"{whose}: {key} = {moment:g} kg m² is negative; give the moment of inertia that the body has")
+    place = _place(inertial, whose)
+    tensor = place.rotation @ tensor @ place.rotation.T
+    inertia = pin.Inertia.Zero()  # whose constructor refuses moments of −1e-20
+    inertia.mass, inertia.lever, inertia.inertia = float(mass), place.translation, (tensor + tensor.T) / 2.0
+    return inertia
+
+
+def _place(owner: Element, whose: str) -> pin.SE3:
+    """Where an element stands, as its <origin> says."""
+    xyz, rpy = (_numbers(whose, owner, "origin", key, "0 0 0", unit, 3) for key, unit in (("xyz", "m"), ("rpy", "rad")))
+    roll, pitch, yaw = (pin.Quaternion(pin.AngleAxis(angle, axis)) for angle, axis in zip(rpy, np.eye(3), strict=True))
+    return pin.SE3((yaw * pitch * roll).normalized().matrix(), xyz)
+
+
+def _moving(joint: Element, whose: str) -> pin.JointModel:
+    """A joint for Pinocchio."""
+    kind = joint.get("type", "")
+    if kind == "floating":
+        return pin.JointModelFreeFlyer()
+    axis = _numbers(whose, joint, "axis", "xyz", "1 0 0", size=3)
+    shown = " ".join(f"{value:g}" for value in axis)
+    if not 1e-100 < np.abs(axis).max() < 1e100:
+        raise RobotError(f"{whose}: its axis is {shown}, so it has no direction; give it one, of length 1")
+    if kind == "planar":
+        if axis[:2].any() or axis[2] < 0:
+            raise RobotError(
+                f"{whose}: planar with the normal {shown} (1 0 0 where none is written), "
+                'but Pinocchio moves it in x and y; turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
+            )
+        return pin.JointModelPlanar()
+    if kind != "continuous" and joint.find("limit") is None:
         instead = ", or make it continuous" if kind == "revolute" else ""
         raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
+    return axis_joint(kind, axis)
 
 
-def _check_numbers(owner: Element, table: Iterable[tuple[str, str, int, bool, str]], whose: str) -> None:
-    """Refuse what is not a finite number of a size that can be computed with, or not there though it must be."""
-    for path, keys, size, required, unit in table:
-        for element in owner.findall(path):
-            for key in keys.split():
-                text = element.get(key)
-                if text is None and not required:
-                    continue
-                what = {"mass": "mass", "inertia": key, "axis": "axis"}.get(element.tag, f"<{element.tag}> {key}")
-                if element.tag == "origin":
-                    what = f"<{'inertial' if owner.tag == 'link' else 'joint'}> origin {key}"
-                values = vector(text, size)
-                if values is None:
-                    found = "is missing" if text is None else f'is "{text}"'
-                    wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
-                    raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
-                for value in values if unit else ():
-                    refuse_number(whose, what, value, unit)
+def _numbers(whose: str, owner: Element, tag: str, key: str, default: str = "", unit: str = "", size: int = 1) -> Array:
+    """The numbers (size,) of an attribute; refused if missing without a default, not finite, or too large for their unit."""
+    element = owner.find(tag)
+    text = default if element is None else element.get(key, default)
+    what, values = f"<{tag}> {key}", vector(text, size)
+    if values is None:
+        found = f'is "{text}"' if text else "is missing"
+        wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
+        raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
+    for value in values if unit else ():
+        refuse_number(whose, what, value, unit)
+    return values
+
+
+def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
+    """The joints that follow others, and a warning for each that follows no joint of the file."""
+    mimics, warnings = [], []
+    for name, joint in joints.items():
+        rules, whose = joint.findall("mimic"), f'joint "{name}"'
+        if len(rules) > 1:
+            raise RobotError(f"{whose} has several <mimic>, and a joint can follow only one; keep one")
+        for rule in rules:
+            leader = rule.get("joint", "")
+            if leader == name or leader not in joints:
+                said = "itself" if leader == name else f'"{leader}", which does not exist'
+                warnings.append(f"{whose} mimics {said}; it is computed as a joint that moves freely")
+            elif joint.get("type") != "fixed":
+                (multiplier,) = _numbers(whose, joint, "mimic", "multiplier", "1", "rad/rad")
+                (offset,) = _numbers(whose, joint, "mimic", "offset", "0", "rad")
+                mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
+    return tuple(mimics), warnings
+
+
+def _read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
+    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped."""
+    root = read_xml(path, "SRDF file")
+    if root.tag != "robot" or root.find("link") is not None:
+        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
+    # What a state does not set is as at the start. States of one name (an arm's and a leg's) make one posture.
+    postures: dict[str, Array] = {}
+    for state in root.iter("group_state"):
+        q = postures.setdefault(state.get("name", ""), np.array(start))
+        for entry in state.iter("joint"):
+            name, text = entry.get("name", ""), entry.get("value", "")
+            if name != "root_joint" and not model.existJointName(name):
+                continue
+            joint = model.joints[1 if name == "root_joint" else model.getJointId(name)]
+            values, angle = vector(text, joint.nq), vector(text, 1)
+            if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
+                values = np.array([math.cos(angle[0]), math.sin(angle[0])])
+            if values is None:
+                called = f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the value "{text}"'
+                raise RobotError(f"{called}, but it takes {joint.nq} numbers")
+            q[joint.idx_q : joint.idx_q + joint.nq] = values
+    for entry in root.iterfind("rotor_params/joint"):
+        name = entry.get("name", "")
+        if model.existJointName(name):
+            # The attribute that holds the inertia of the rotor is called mass.
+            inertia, ratio = (vector(entry.get(key), 1) for key in ("mass", "gear_ratio"))
+            if inertia is None or ratio is None or inertia[0] < 0.0:
+                raise RobotError(
+                    f'{path.name}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" and gear_ratio '
+                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero'
+                )
+            joint = model.joints[model.getJointId(name)]
+            model.armature[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * inertia
+    return {name: read_only(q) for name, q in postures.items()}

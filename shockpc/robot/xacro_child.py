@@ -38,18 +38,15 @@ def main() -> None:
     xacro, substitution_args, *_ = [cast(Any, importlib.import_module(library)) for library in libraries]
 
     def open_from_parent(filename: str, *_: object, **__: object) -> io.StringIO:
-        text = ask(read=filename)["text"]
+        text = ask(read=filename)
         if text is None:
             raise FileNotFoundError(errno.ENOENT, "no such file", filename)
         return io.StringIO(text)
 
-    def find(package: str) -> str:
-        return str(ask(find=package)["folder"])
-
     xacro.open = open_from_parent
-    xacro.glob = types.SimpleNamespace(glob=lambda pattern: ask(glob=pattern)["files"])
+    xacro.glob = types.SimpleNamespace(glob=lambda pattern: ask(glob=pattern))
     xacro.filestack, xacro.macrostack = [request["file"]], []
-    substitution_args._eval_find = substitution_args._eval_dict["find"] = find
+    substitution_args._eval_find = substitution_args._eval_dict["find"] = lambda package: ask(find=package)
     substitution_args._eval_dirname = lambda _: os.path.dirname(xacro.filestack[-1])
     sys.stdout = sys.stderr = printed = io.StringIO()
     seconds, memory, links = request["limits"]
@@ -83,7 +80,7 @@ def _explained(error: BaseException, xacro: Any) -> str:
     where = os.path.basename(next(file for file in reversed(xacro.filestack) if file))
     kind = type(cause).__name__
     if kind == "ArgException":
-        return f'{where}: xacro argument "{cause}" has no value; give it one: --xacro {cause}=VALUE'
+        return f'{where}: xacro argument "{cause}" has no value; give: --xacro {cause}:=VALUE'
     if isinstance(cause, FileNotFoundError):
         return f'{where} includes "{cause.filename}", which does not exist'
     if isinstance(cause, RecursionError):

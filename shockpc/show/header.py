@@ -8,8 +8,7 @@ import numpy as np
 from shockpc.model.columns import Base
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
-from shockpc.robot.robot import Robot
-from shockpc.robot.urdf_model import WORLD
+from shockpc.robot.robot import WORLD, Robot
 
 __all__ = [
     "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",

@@ -8,9 +8,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
-from shockpc.robot.geometry import Kind, outline
+from shockpc.robot.geometry import HalfSpaces, Kind, facets, half_spaces, outline
 from shockpc.robot.robot import Robot
-from shockpc.robot.surface import HalfSpaces, facets, half_spaces
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.search import box
 

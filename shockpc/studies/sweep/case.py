@@ -2,15 +2,13 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
-
-import numpy as np
+from typing import Any, cast
 
 from shockpc.errors import StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints, joint_model
+from shockpc.robot.changes import Change, Property, changed
 from shockpc.robot.robot import Robot
-from shockpc.robot.variant import changed_link, link_mass
 from shockpc.scene import Scene
 from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
 
@@ -56,13 +54,7 @@ def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Sce
         return replace(scene, contact=tuple(moved)), robot
     if one.kind == "armature":
         return replace(scene, joints=_with_armature(scene, robot, one.target, float(value))), robot
-    if one.kind == "mass":
-        return scene, changed_link(
-            robot, one.target, mass=float(value) if one.factor else float(value) / link_mass(robot, one.target)
-        )
-    if one.kind == "inertia":
-        return scene, changed_link(robot, one.target, inertia=float(value))
-    return scene, changed_link(robot, one.target, shift=float(value) * np.eye(3)[axis])
+    return scene, changed(robot, [Change(cast(Property, one.kind), one.target, float(value), one.factor)])
 
 
 def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, Any]]) -> dict[str, Scene]:

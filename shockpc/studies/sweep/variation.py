@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from shockpc.errors import StudyError, UnknownName
 from shockpc.model.contact import landing_frames
+from shockpc.robot.changes import link_mass
 from shockpc.robot.robot import Robot
-from shockpc.robot.variant import link_mass
 
 __all__ = ["ATTITUDE", "Variation", "each_of", "variation"]
 
