@@ -28,44 +28,26 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Bracket": "results.bracket",
-    "Chunk": "studies.sweep.study",
-    "Closure": "model.closure",
-    "Contact": "model.contact",
-    "ContactImpulse": "results.contacts",
-    "Design": "studies.compare",
-    "Health": "results.accuracy",
-    "JointLoad": "results.loads",
-    "Joints": "model.joint_model",
-    "Landing": "landing",
-    "OutputError": "errors",
-    "Place": "model.closure",
-    "Point": "scene",
-    "PlaceStudy": "studies.place.study",
-    "PointShock": "results.points",
-    "Posture": "model.posture",
-    "Robot": "robot.robot",
-    "RobotError": "errors",
-    "Rotor": "model.joint_model",
-    "Scene": "scene",
-    "SceneError": "errors",
-    "ShockError": "errors",
-    "ShockMaps": "result",
-    "ShockProfile": "result",
-    "SolveError": "errors",
-    "StudyError": "errors",
-    "Strike": "scene",
-    "UnknownName": "errors",
-    "assert_shock": "testing",
-    "batch": "studies.batch",
-    "compare": "studies.compare",
-    "load_robot": "robot.robot",
-    "place": "studies.place.study",
-    "read_scene": "scene",
-    "resolve": "landing",
-    "shock_maps": "profile",
-    "shock_profile": "profile",
-    "sweep": "studies.sweep.study",
+    "errors": ("OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName"),
+    "landing": ("Landing", "resolve"),
+    "model.closure": ("Closure", "Place"),
+    "model.contact": ("Contact",),
+    "model.joint_model": ("Joints", "Rotor"),
+    "model.posture": ("Posture",),
+    "profile": ("shock_maps", "shock_profile"),
+    "result": ("ShockMaps", "ShockProfile"),
+    "results.accuracy": ("Health",),
+    "results.bracket": ("Bracket",),
+    "results.contacts": ("ContactImpulse",),
+    "results.loads": ("JointLoad",),
+    "results.points": ("PointShock",),
+    "robot.robot": ("Robot", "load_robot"),
+    "scene": ("Point", "Scene", "Strike", "read_scene"),
+    "studies.batch": ("batch",),
+    "studies.compare": ("Design", "compare"),
+    "studies.place.study": ("PlaceStudy", "place"),
+    "studies.sweep.study": ("Chunk", "sweep"),
+    "testing": ("assert_shock",),
 }
 
 __all__ = [
@@ -112,6 +94,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     # The command line answers --help in a moment because nothing heavy is imported before it is used.
-    if name not in _HOMES:
+    home = next((home for home, names in _HOMES.items() if name in names), None)
+    if home is None:
         raise AttributeError(f"module 'shockpc' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"shockpc.{_HOMES[name]}"), name)
+    return getattr(importlib.import_module(f"shockpc.{home}"), name)

@@ -1,6 +1,6 @@
 """Where the parts of a study are computed: in this process, in several on this machine, or on a cluster.
 
-Studies know the interface of `concurrent.futures.Executor` alone.
+Studies know the interface of `concurrent.futures.Executor` alone; None is this process.
 """
 
 import logging
@@ -11,53 +11,38 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from typing import Any, TypeVar
+from contextlib import contextmanager, nullcontext
+from typing import TypeVar
 
 from shockpc.errors import StudyError
 
-__all__ = ["InProcess", "executor", "in_order"]
+__all__ = ["executor", "in_order", "processes"]
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 PATIENCE = "10s"
 """How long to wait for the scheduler of a cluster."""
 
 
-class InProcess(Executor):
-    """Computes in this process: with `submit` at once, with `map` one by one as the results are taken."""
-
-    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Compute now. An error is raised here, not kept."""
-        future: Future[T] = Future()
-        future.set_result(fn(*args, **kwargs))
-        return future
-
-    def map(self, fn: Callable[..., T], *iterables: Any, timeout: float | None = None, chunksize: int = 1) -> Iterator[T]:
-        """Compute each when it is taken."""
-        del timeout, chunksize
-        return map(fn, *iterables)
-
-
 @contextmanager
-def executor(jobs: int, cluster: str | None = None, processes: bool = False) -> Iterator[Executor]:
-    """An executor of so many processes; of this one alone for 1. When it is left by an error, what still runs is ended.
+def executor(jobs: int, cluster: str | None = None) -> Iterator[Executor | None]:
+    """An executor of so many processes; None, which means this one, for 1. When it is left by an error, what still runs is ended.
 
     Args:
         jobs: number of processes.
         cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
-        processes: whether one job has a process of its own, too.
 
     Raises:
         StudyError: a process died; the cluster cannot be reached, or `distributed` is not installed.
     """
-    if cluster is not None:
-        with _dask(cluster) as remote:
-            yield remote
-        return
-    if jobs == 1 and not processes:
-        yield InProcess()
-        return
+    with _dask(cluster) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
+        yield workers
+
+
+@contextmanager
+def processes(jobs: int) -> Iterator[Executor]:
+    """So many processes of this machine, also one."""
     # Forked processes have the libraries loaded already, which saves each of them half a second.
     context = multiprocessing.get_context("fork") if sys.platform == "linux" else None
     with ProcessPoolExecutor(jobs, context, _prepare_worker) as pool:
@@ -106,15 +91,18 @@ def _dask(address: str) -> Iterator[Executor]:
         client.close(timeout=1)
 
 
-def in_order(workers: Executor, function: Callable[[int], T], parts: Iterable[int], ahead: int) -> Iterator[T]:
+def in_order(workers: Executor | None, function: Callable[[S], T], parts: Iterable[S], ahead: int = 64) -> Iterator[T]:
     """Yield the results of parts in their order, while later ones are computed.
 
     Args:
-        workers: do the work.
-        function: of the part's number; it can be pickled.
-        parts: numbers.
-        ahead: number of parts that are submitted before the first one has been read; it limits the memory for results.
+        workers: do the work; this process if there are none.
+        function: of a part; it can be pickled, and so can the parts.
+        parts: what is computed.
+        ahead: number of parts that other processes may compute before the first one has been read, which limits the memory.
     """
+    if workers is None:
+        yield from map(function, parts)
+        return
     waiting: deque[Future[T]] = deque()
     try:
         for part in parts:

@@ -10,16 +10,14 @@ from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, Plane
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError
-from shockpc.model.assembly import Assembly, assemble
-from shockpc.model.closure import all_loops, closure_block
+from shockpc.model.closure import Assembly, all_loops, assemble, closure_block
 from shockpc.model.columns import Base, free_columns
-from shockpc.model.contact import ContactPoint, contact_block, contact_point, stance_block
+from shockpc.model.contact import Contact, contact_block, placed
 from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.equation import Equation, impulsive_equation
 from shockpc.model.joint_model import JointModel, joint_model
-from shockpc.model.motion import Motion, twist_before
-from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name
-from shockpc.model.rows import Block, block_point, block_wrenches, row_jacobian
+from shockpc.model.motion import Motion, approach_speeds, twist_before
+from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
+from shockpc.model.rows import Block, Equation, block_point, row_jacobian
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of
@@ -37,7 +35,7 @@ class Landing:
         robot: the robot.
         plane: of the study.
         up: (3,) unit normal of the ground, world axes.
-        contacts: what strikes.
+        contacts: rows of what strikes; those at a lowest point are placed in each posture.
         stance: rows of the feet that stand already.
         loops: what is closed.
         joint_model: armature and locked joints.
@@ -52,7 +50,7 @@ class Landing:
     robot: Robot
     plane: Plane = field(repr=False)
     up: Array = field(repr=False)
-    contacts: tuple[ContactPoint, ...] = field(repr=False)
+    contacts: tuple[Block, ...] = field(repr=False)
     stance: tuple[Block, ...] = field(repr=False)
     loops: tuple[Loop, ...] = field(repr=False)
     joint_model: JointModel = field(repr=False)
@@ -74,7 +72,7 @@ class Landing:
 
     def rows(self, state: Dynamics) -> tuple[Block, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
-        contacts = (contact_block(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
+        contacts = (placed(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
     def equation(self, state: Dynamics, own: bool = True) -> Equation:
@@ -84,29 +82,15 @@ class Landing:
             state: the robot in N postures, with the armature of its joints.
             own: whether b has a column for the scene's own strike, besides those of the unit strikes.
         """
-        blocks = self.rows(state)
-        return impulsive_equation(state, blocks, self.approach(state, blocks, own), self.columns(state))
+        blocks, G = self.rows(state), self.columns(state)
+        J_c, b = row_jacobian(state, blocks), approach_speeds(state, blocks, self.before if own else None)
+        if G is None:
+            return Equation(state.inertia, J_c, b, None, state, blocks)
+        return Equation(np.swapaxes(G, -1, -2) @ state.H @ G, J_c @ G, b, G, state, blocks)
 
     def columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
         return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
-
-    def approach(self, state: Dynamics, blocks: tuple[Block, ...], own: bool = True) -> Array:
-        """The speeds b (N, nc, 4 or 3) that the impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
-
-        The first three columns are strikes of 1 m/s along world x, y and z, the last is the scene's own strike, if it is wanted.
-        Rows of standing feet and of loops have none.
-        """
-        b = []
-        for block in blocks:
-            speeds = np.zeros((len(state.J), block.size, 4 if own else 3))
-            if block.kind == "contact":
-                wrenches = (1.0 + block.restitution) * block_wrenches(state, block)
-                speeds[..., :3] = wrenches[..., 3:]
-                if own:
-                    speeds[..., 3:] = wrenches @ twist_before(state, self.before, block.body)[..., None]
-            b.append(speeds)
-        return np.concatenate(b, axis=1)
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
@@ -177,8 +161,8 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
     velocity = scene.strike.vector(plane)
     up = ground_normal(plane, velocity)
     joints = joint_model(robot, scene.joints)
-    contacts = tuple(contact_point(robot, contact, up) for contact in scene.contact)
-    stance = tuple(stance_block(robot, frame) for frame in scene.stance)
+    contacts = tuple(contact_block(robot, contact, up) for contact in scene.contact)
+    stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
     q = configuration(robot, scene.posture)
     loops = all_loops(robot, scene.closure)
     assembly = None
@@ -223,20 +207,11 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> 
     rates, given = np.zeros(robot.model.nv), np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
         given[:6] = True
-    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
     for pattern, rate in scene.strike.joint_velocities.items():
-        for name in robot.match_joints(pattern):
-            joint = robot.joint(name)
-            if joint.axis is None:
-                degrees = joint.v.stop - joint.v.start
-                raise SceneError(f'joint "{name}" has {degrees} degrees of freedom, so one rate cannot set it; leave it out')
-            if name in followers:
-                if name == pattern:
-                    raise SceneError(f'joint "{name}" follows {followers[name]}; give the rate of that')
-                continue
+        for joint in settable_joints(robot, pattern):
             if joints.locked[joint.v].any() and rate != 0.0:
                 raise SceneError(
-                    f'joint "{name}" is locked, so it cannot move at {rate:g} {joint.unit}/s before the impact; '
+                    f'joint "{joint.name}" is locked, so it cannot move at {rate:g} {joint.unit}/s before the impact; '
                     "free it or leave it out"
                 )
             rates[joint.v], given[joint.v] = rate, True
@@ -255,7 +230,7 @@ def _refuse_twice(blocks: tuple[Block, ...]) -> None:
         for other in placed[:k]:
             if block.body != other.body or np.linalg.norm(block.point - other.point) > 1e-9:
                 continue
-            name, first = (one.name.partition(" ")[2] for one in (block, other))
+            name, first = (f'"{one.frame}"' for one in (block, other))
             if block.kind != other.kind:
                 same = "" if name == first else f", which is the same point as {name},"
                 raise SceneError(

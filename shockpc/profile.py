@@ -21,8 +21,8 @@ from shockpc.errors import SceneError
 from shockpc.exact.proof import Proof
 from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
-from shockpc.model.equation import Equation
 from shockpc.model.posture import check_rotations
+from shockpc.model.rows import Equation
 from shockpc.result import ShockMaps, ShockProfile, Solution
 from shockpc.results.proof import proven
 from shockpc.robot.robot import Robot

@@ -12,8 +12,8 @@ from shockpc.core.spatial import Array, Plane, read_only
 from shockpc.diagnostic import Diagnostic
 from shockpc.exact.proof import Proof
 from shockpc.landing import Landing, pulse_of
-from shockpc.model.assembly import Assembly
-from shockpc.model.equation import Equation
+from shockpc.model.closure import Assembly
+from shockpc.model.rows import Equation
 from shockpc.results.accuracy import Health, data_warnings, double_error
 from shockpc.results.bracket import Bracket, joint_bracket
 from shockpc.results.contacts import (

@@ -35,7 +35,7 @@ os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  #
 from hostile import FILES, SECRETS, TOKEN, Case, case
 
 from shockpc.cli.entry import entry
-from shockpc.cli.main import main as run_command
+from shockpc.cli.entry import main as run_command
 
 BLOCK = 20
 """Cases that a process takes at once."""
@@ -75,11 +75,8 @@ def prepare() -> None:
 
 def _succeed(words: list[str]) -> None:
     """Run a command that has to succeed."""
-    try:
-        run_command(words)
-    except SystemExit as end:
-        if end.code:
-            sys.exit(f"shockpc {' '.join(words)} ends with {end.code}")
+    if code := run_command(words):
+        sys.exit(f"shockpc {' '.join(words)} ends with {code}")
 
 
 def check(number: int) -> Found:

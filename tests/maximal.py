@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 import flint
 import mpmath
 import numpy as np
-import pinocchio as pin
 
 from shockpc.core.spatial import quaternion_of
 from shockpc.model.closure import loop_of
+from shockpc.model.contact import placed
 
 DIGITS, MOST_DIGITS = 100, 3200
 """Digits to begin with; they are doubled until the balls are narrow, or no more than so many are needed."""
@@ -156,11 +156,9 @@ class _Mechanism:
     def moved(self, R, p, joint, q):
         """A placement carried through a joint, and the columns (6,) of the joint's motion in the world, one for each velocity."""
         if joint.parts:
-            # The two placements before the first part are one, in doubles.
-            first, columns = pin.SE3(joint.rotation, joint.offset) * pin.SE3(joint.parts[0].rotation, joint.parts[0].offset), []
-            for k, part in enumerate(joint.parts):
-                placed = part._replace(rotation=first.rotation, offset=first.translation) if k == 0 else part
-                R, p, own = self.moved(R, p, placed, q)
+            columns = []
+            for part in joint.parts:
+                R, p, own = self.moved(R, p, part, q)
                 columns += own
             return R, p, columns
         p, R = p + R @ self.exact(joint.offset), R @ self.orthogonal(joint.rotation)
@@ -224,11 +222,9 @@ class _Mechanism:
         before, held = self.before(), []
         still = self.exact(np.zeros(4))
         for touch in self.landing.contacts:
-            at, sticks = (
-                self.world(touch.body, touch.points(self.landing.state.rotation[:, touch.body], self.landing.up).reshape(3)),
-                1 + self.exact([touch.restitution])[0],
-            )
-            wrenches = [*forces(self.exact(touch.directions), at), *moments(self.exact(touch.moments))]
+            point = placed(touch, self.landing.state.rotation[:, touch.body], self.landing.up).point
+            at, sticks = self.world(touch.body, point.reshape(3)), 1 + self.exact([touch.restitution])[0]
+            wrenches = [*forces(self.exact(touch.forces), at), *moments(self.exact(touch.moments))]
             held += [({touch.body: wrench}, sticks * (wrench @ before[touch.body])) for wrench in wrenches]
         for frame in map(self.robot.frame, self.scene.stance):
             held += [({frame.body: w}, still) for w in forces(self.exact(np.eye(3)), self.world(frame.body, frame.offset))]
@@ -237,7 +233,7 @@ class _Mechanism:
             R, frame = self.exact(np.eye(3)) if a < 0 else self.rotation[a], loop.rotations[0]
             wrenches = forces(self.exact(loop.axes @ frame.T) @ R.T, self.world(b, loop.points[1]))
             wrenches += moments(self.exact(frame.T) @ R.T) if loop.turns else []
-            held += [({body: w * sign for body, sign in ((a, 1), (b, -1)) if body >= 0}, still) for w in wrenches]
+            held += [({body: w * sign for body, sign in ((b, 1), (a, -1)) if body >= 0}, still) for w in wrenches]
         held = held if chosen is None else [held[k] for k in chosen]
         tied = [self.mimic(mimic) for mimic in self.robot.mimics]
         tied = [row for row in tied if row]

@@ -58,7 +58,7 @@ REPORT = "import sys, json; print(json.dumps(sorted({name.split('.')[0] for name
 COMMAND = f"""
 import atexit, sys
 atexit.register(lambda: exec({REPORT!r}))
-from shockpc.cli.main import main
+from shockpc.cli.entry import main
 main(sys.argv[1:])
 """
 ANALYZE = ("analyze", "anymal_b", "--contact", "LF_FOOT", "--format")

@@ -169,7 +169,7 @@ def test_scene_files(capfd, here, snapshot):
 
 
 PLACES = """
-LANDING:: --out stick.urdf | --out stick.urdf/a/b | --out '' | --out ~nobody-of-that-name/out
+LANDING:: --out stick.urdf | --out stick.urdf/a/b | --out ''
 LANDING:: --save-scene '' | --save-scene dog | --save-scene away/landing.toml | --save-scene stick.urdf/landing.toml
 LANDING:: --save-scene dog/dog.srdf | --save-scene stick.urdf --force | --save-scene new.urdf --force
 LANDING:: --save-scene new.urdf.xacro --force | --save-scene new.XACRO | --save-scene new.xml | --save-scene away/new.mjcf
@@ -222,15 +222,14 @@ def test_files_of_others_are_not_replaced(capfd, here):
     assert contains(message, '"feet.shin.toml"', "--force")
 
 
-@pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml"), ("analyze", "./landing")], ids=lambda words: words[1])
+@pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml")], ids=lambda words: words[1])
 def test_files_that_cannot_be_read(here, words):
     """In a process of its own, in which no file of the folder can be opened."""
-    for name in ("landing.toml", "landing"):
-        (here / name).write_text('robot = "stick.urdf"\n')
+    (here / "landing.toml").write_text('robot = "stick.urdf"\n')
     code = """
 import errno, os, sys
 def refuse(event, arguments):
-    if event == "open" and os.path.basename(str(arguments[0])) in ("stick.urdf", "landing", "landing.toml"):
+    if event == "open" and os.path.basename(str(arguments[0])) in ("stick.urdf", "landing.toml"):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(arguments[0]))
 sys.addaudithook(refuse)
 from shockpc.cli.entry import entry
@@ -238,7 +237,7 @@ entry()
 """
     done = python(code, *words)
     assert (done.returncode, done.stdout) == (2, "")
-    assert contains(done.stderr, "shockpc: ", words[1].removeprefix("./"), "Permission denied")
+    assert contains(done.stderr, "shockpc: ", words[1], "Permission denied")
 
 
 @pytest.mark.parametrize("name", ["stick.toml", "stick"])

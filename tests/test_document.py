@@ -178,7 +178,7 @@ def test_scene_in_the_document_is_the_whole_scene(profile):
 
 def test_same_bytes_every_time():
     """Two processes, with other hash seeds, write the same bytes."""
-    code = "from shockpc.cli.main import main; main()"
+    code = "import sys; from shockpc.cli.entry import main; main(sys.argv[1:])"
     words = ("analyze", "anymal_b", "--contact", "foot", "--strike-angle", "30", "--format", "json")
     first, second = (python(code, *words, PYTHONHASHSEED=seed) for seed in ("1", "2"))
     assert (first.returncode, first.stderr) == (0, "")

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from shockpc.errors import StudyError
-from shockpc.executor import InProcess, executor
+from shockpc.executor import executor, in_order
 
 
 def square(x):
@@ -20,13 +20,12 @@ def die(_):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_are_the_same_wherever_they_are_computed(jobs):
     with executor(jobs) as pool:
-        assert list(pool.map(square, range(9))) == [k * k for k in range(9)]
-        assert pool.submit(square, 4).result() == 16
+        assert list(in_order(pool, square, range(9), ahead=3)) == [k * k for k in range(9)]
 
 
 def test_one_process_computes_what_is_taken_and_no_more():
     seen = []
-    results = InProcess().map(seen.append, range(5))
+    results = in_order(None, seen.append, range(5))
     next(results)
     assert seen == [0]
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from shockpc.core.impulse import choose_rows, is_singular, solve_impact, weakest_columns
+from shockpc.core.impulse import choose_rows, solve_impact, weakest_columns
 
 SEEDS = st.integers(0, 2**32 - 1)
 SIZES = st.integers(1, 12)
@@ -132,7 +132,6 @@ def test_velocities_without_inertia_are_found(name):
     """One without inertia is named by itself, those that share one are named together; in many postures they give no number."""
     H, columns = SINGULAR[name]
     assert weakest_columns(H) == columns
-    assert is_singular(H) == (name != "inertia of rounding")
     both = np.stack([H, np.eye(len(H))])
     J = np.ones((2, 1, len(H)))
     found = solve_impact(both, J, np.ones((2, 1, 1)), lambda k: J[k])

@@ -227,4 +227,4 @@ def test_command(capfd, tmp_path):
     }  # fmt: skip
     outcome = run(capfd, *words[:-5], 0.1, "--range", "12")
     assert (outcome.code, outcome.out) == (2, "")
-    assert '"12" is not LOW:HIGH, such as -30:75' in outcome.err
+    assert '"12" is not 2 values with ":" between them, such as -30:75' in outcome.err

@@ -367,7 +367,7 @@ def test_scene_files_postures_and_weights_on_the_command_line(capfd, tmp_path):
     [
         (("--vary", "strike-angle=1:2"), "n values from a to b"),
         (("--vary", "nothing=1,2"), 'no joint or quantity "nothing"'),
-        (("--within", "0:1,0:1"), "X0:X1,Y0:Y1,Z0:Z1"),
+        (("--within", "0:1,0:1"), "-0.1:0.1,-0.05:0.05,0:0.1"),
         (("--weight", "XX=1"), 'no landing "XX"'),
         (("--drop-height", "0.1", "--vary", "speed=1,2"), "leave that out"),
     ],

@@ -160,12 +160,12 @@ robot = 'leg' | srdf = "\udcff"
 """
 WITHOUT_ROBOT = ["", "robot = 3", "robots = 'leg'", 'robot = "a\\u0000.urdf"']
 EXTREMES = {
-    f"plane = {'[' * 2000}": "is nested hundreds of levels deep; a scene file needs four",
+    f"plane = {'[' * 2000}": "is not TOML, as a scene file has to be: maximum recursion depth",
     f"{'.'.join('a' * 2000)} = 1": "a: no such key; valid here: ",
-    f"[strike]\nvelocity.{'.'.join('a' * 2000)} = 1": "is nested hundreds of levels deep; a scene file needs four",
-    f"range_g = {'9' * 5000}": "holds an integer of thousands of digits",
-    f"range_g = {'9' * 400}": "range_g has to be a finite number, not 99999",
-    f"range_g = 0x{'f' * 5000}": "range_g has to be a finite number, not an integer of thousands of digits",
+    f"[strike]\nvelocity.{'.'.join('a' * 2000)} = 1": "is not TOML, as a scene file has to be: maximum recursion depth",
+    f"range_g = {'9' * 5000}": "is not TOML, as a scene file has to be: Exceeds the limit",
+    f"range_g = {'9' * 400}": "range_g has to be a number up to 1e+12, not 99999",
+    f"range_g = 0x{'f' * 5000}": "is not TOML, as a scene file has to be: Exceeds the limit",
 }
 
 
@@ -246,7 +246,7 @@ TEXTS = st.text(st.characters(codec="utf-8"), max_size=12)
 NAMES = st.one_of(
     TEXTS, st.sampled_from(["a.b", 'say "foot"', "knee=1", "\x7f", "\x00\x1f", "\\", "é", "𝛥ω", "[x]", "#", "'", "a b", "\u2028"])
 )
-FLOATS = st.floats(allow_nan=False, allow_infinity=False)
+FLOATS = st.floats(-1e12, 1e12)
 
 
 def values(kind):

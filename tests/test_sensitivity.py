@@ -18,7 +18,7 @@ from trees import known_robot, robot_from
 from shockpc.errors import StudyError
 from shockpc.exact.balls import balls
 from shockpc.exact.derivative import displaced
-from shockpc.exact.kinematics import data_of, tree_of
+from shockpc.exact.kinematics import data_of
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import contact_velocity
 from shockpc.model.contact import Contact
@@ -135,9 +135,9 @@ def test_regressor_against_differences_in_ball_arithmetic(name):
                 if effect.kind == "armature":
                     armature = balls(inputs.armature)
                     armature[column[effect.name]] += arb(t)
-                    impact = ExactImpact(inputs._replace(armature=armature), tree_of(robot, data))
+                    impact = ExactImpact(inputs._replace(armature=armature))
                 else:
-                    impact = ExactImpact(inputs, tree_of(robot, altered(data, effect, robot, t)))
+                    impact = ExactImpact(inputs, altered(data, effect, robot, t))
                 ends.append(in_balls(found, impact))
             exact = np.array([float(x) for x in (ends[0] - ends[1]) / (2.0 * H)])
             computed = np.array([effect.shock, *effect.copc, effect.ropc])

@@ -23,7 +23,7 @@ from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
-from shockpc.executor import InProcess, executor
+from shockpc.executor import processes
 from shockpc.model.dynamics import dynamics
 from shockpc.show.parts import Parts
 from shockpc.show.tables import Cell, Sheet
@@ -181,7 +181,7 @@ def _sweeps(budget: float) -> Sheet:
         found, Q = resolve(made.scene, made.robot), made.configurations(0)[:4096]
         block, armature = Q[:256], found.joint_model.armature
         equation = found.equation(dynamics(made.robot, block, armature), False)
-        row = _cost(partial(_written, made, InProcess(), 0), budget, ROWS)
+        row = _cost(partial(_written, made, None), budget, ROWS)
         maps = _cost(partial(shock_maps, found, Q), budget, len(Q))
         calls = _cost(partial(dynamics, made.robot, block, armature), budget, len(block))
         eq_4 = _cost(partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms), budget, len(block))
@@ -200,12 +200,12 @@ def _sweeps(budget: float) -> Sheet:
 
 def _in_processes(made: Sweep, jobs: int) -> float:
     """Time for a sweep in so many processes, after they have started [s]; one has a process too, so that both do the same."""
-    with executor(jobs, processes=True) as workers:
+    with processes(jobs) as workers:
         # Long enough to keep a worker busy until the other one has started as well.
         for future in [workers.submit(time.sleep, 0.5) for _ in range(jobs)]:
             future.result()
         start = time.perf_counter()
-        _written(made, workers, 4 * jobs)
+        _written(made, workers)
         return time.perf_counter() - start
 
 
@@ -215,12 +215,12 @@ def _sample(name: str, rows: int) -> Sweep:
     return sweep_of(scene, robot, sample=rows, prove=0, at=[robot.bodies[0].name])
 
 
-def _written(made: Sweep, workers: Executor, ahead: int) -> int:
+def _written(made: Sweep, workers: Executor | None) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
         parts = Parts(made, Path(folder), "parquet")
         parts.prepare(resume=False)
-        return sum(parts.write(workers, ahead))
+        return sum(parts.write(workers))
 
 
 COSTS = {"costs": _package, "many postures": _throughput, "sweeps": _sweeps}

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from shockpc import Landing, Robot, Scene, SceneError, resolve, shock_profile
 from shockpc.core.spatial import Array
+from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_axes, block_point
 from shockpc.profile import impact_jumps
 
@@ -64,7 +65,7 @@ class System(NamedTuple):
     @property
     def sticking(self) -> bool:
         """Whether all contacts are points that stop in all directions."""
-        return all(np.array_equal(one.directions, np.eye(3)) and not len(one.moments) for one in self.landing.contacts)
+        return all(np.array_equal(one.forces, np.eye(3)) and not len(one.moments) for one in self.landing.contacts)
 
     def contact_points(self) -> list[tuple[int, Array]]:
         """Pinocchio's joint, and point in its frame [m], of every contact."""
@@ -97,7 +98,7 @@ def system_of(robot: Robot, scene: Scene) -> System:
     if robot.free_base:
         to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
         v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
-    b, G = landing.approach(state, blocks), landing.columns(state)
+    b, G = approach_speeds(state, blocks, before), landing.columns(state)
     return System(landing, model, held, v, b[0, :, 3], None if G is None else G[0])
 
 

@@ -2,40 +2,37 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
 from shockpc.cli.declare import takes_options
-from shockpc.cli.options import Explain, OutputOptions, RobotName, SceneOptions, in_output
-from shockpc.cli.parse import path
+from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
+from shockpc.cli.parse import scene_file
 
 __all__ = ["analyze"]
 
 
 @takes_options
 def analyze(
-    robot: RobotName,
+    *,
+    robot: str = ROBOT,
     options: SceneOptions,
     output: OutputOptions,
-    bodies: Annotated[
-        str | None, in_output("Show only bodies that match this glob or part of a name (tables and CSV).", "PATTERN")
-    ] = None,
-    save_scene: Annotated[
-        Path | None, in_output("Write the scene that this command line describes, a file for each landing.", "FILE", path)
-    ] = None,
-    force: Annotated[bool, in_output("Let --save-scene replace a file.")] = False,
-    explain: Explain = False,
+    bodies: str | None = in_output("Show only bodies that match this glob or part of a name (tables and CSV).", "PATTERN"),
+    save_scene: Path | None = in_output(
+        "Write the scene that this command line describes, a file for each landing.", "FILE", scene_file
+    ),
+    force: bool = in_output("Let --save-scene replace a file."),
+    explain: bool = EXPLAIN,
 ) -> None:
     """Compute the shock of a landing on every body of a robot."""
     from shockpc.cli.progress import ShownTrace
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import body_pattern, check_out, file_names, scene_files, shown
+        from shockpc.cli.output import body_pattern, file_names, scene_files, shown
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
         from shockpc.show.files import write_folder, write_text
-    check_out(output.out)
     loaded, scenes = scenes_from(robot, options, trace)
     pattern = None if bodies is None else body_pattern(loaded, bodies)
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)

@@ -2,14 +2,15 @@
 
 import importlib
 import sys
-from typing import Annotated
+from collections.abc import Sequence
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from shockpc import __version__
-from shockpc.cli.help import GroupedCommand
 
-__all__ = ["COMMANDS", "app_for"]
+__all__ = ["COMMANDS", "GroupedCommand", "app_for"]
 
 COMMANDS = (
     "analyze", "batch", "bench", "check", "compare", "limits", "paper", "place", "robots", "schema", "sensitivity", "sweep",
@@ -29,7 +30,27 @@ Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files,
 """
 
 
-def app_for(words: list[str]) -> typer.Typer:
+class GroupedCommand(TyperCommand):
+    """A command whose help groups its options by their `rich_help_panel`, without a rich-text library, and says which repeat."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """The parts of the usage line; Typer writes {ROBOT} for an argument that is required."""
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the arguments, then one section for each group in order."""
+        sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
+        for one in self.get_params(ctx):
+            heading = "Arguments" if one.param_type_name == "argument" else getattr(one, "rich_help_panel", None) or "Other options"
+            name, text = one.get_help_record(ctx) or ("", "")
+            sections.setdefault(heading, []).append((name, text + " May be repeated." * getattr(one, "multiple", False)))
+        for heading, records in sections.items():
+            if records:
+                with formatter.section(heading):
+                    formatter.write_dl(records)
+
+
+def app_for(words: Sequence[str]) -> typer.Typer:
     """The command line for these words: if they name a command, it alone is imported and set up, because each takes time."""
     app = typer.Typer(
         help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.",
@@ -40,7 +61,7 @@ def app_for(words: list[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
         callback=_before_the_command,
     )
-    named = words[:1] if words[:1] and words[0] in COMMANDS else []
+    named = [word for word in words[:1] if word in COMMANDS]
     for name in named or COMMANDS:
         module = importlib.import_module(f"shockpc.cli.{name}")
         epilog = EXAMPLES if name == "analyze" else getattr(module, "EPILOG", None)

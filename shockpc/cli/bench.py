@@ -3,11 +3,10 @@
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
 
 from shockpc.cli.declare import argument, takes_options
 from shockpc.cli.options import SceneOptions, in_output
-from shockpc.cli.parse import path, robot_name
+from shockpc.cli.parse import out_folder, robot_name
 
 __all__ = ["bench"]
 
@@ -16,27 +15,24 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 @takes_options
 def bench(
+    *,
     options: SceneOptions,
-    robot: Annotated[
-        str | None,
-        argument("A robot file, a robot's name or a scene (TOML); without it the standing suite runs.", "ROBOT", robot_name),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        in_output("Folder of the report; by default out/bench for the suite, and none for a landing.", "DIR", path),
-    ] = None,
+    robot: str | None = argument(
+        "A robot file, a robot's name or a scene (TOML); without it the standing suite runs.", "ROBOT", robot_name
+    ),
+    out: Path | None = in_output(
+        "Folder of the report; by default out/bench for the suite, and none for a landing.", "DIR", out_folder
+    ),
 ) -> None:
     """Measure the error and the run time of several methods."""
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
         os.environ[name] = "1"
-    from shockpc.cli.output import check_out
     from shockpc.errors import SceneError
 
-    check_out(out)
     if robot is not None:
         _landings(robot, options, out)
-    elif options == SceneOptions():
+    elif not any(options):
         _suite(out or Path("out/bench"))
     else:
         raise SceneError("the options of a landing need a robot: shockpc bench robot.urdf --contact foot")

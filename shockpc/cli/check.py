@@ -1,19 +1,17 @@
 """`shockpc check`: compare landings with budgets, for continuous integration."""
 
 import sys
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NamedTuple
 
 import typer
 
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import in_output
-from shockpc.cli.parse import path
-from shockpc.cli.streams import complain
+from shockpc.cli.parse import out_folder, path, writable
+from shockpc.cli.process import complain
 
-__all__ = ["EPILOG", "CheckOptions", "Report", "check", "report"]
+__all__ = ["EPILOG", "check", "report"]
 
 FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
@@ -60,96 +58,64 @@ Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,
 """What stands under the help of the command."""
 
 
-class Report(NamedTuple):
-    """FORMAT or FORMAT=FILE; standard output without a file."""
-
-    format: str
-    file: Path | None
-
-
-def report(text: str, form: str) -> Report:
-    """A report that is asked for."""
+def report(text: str) -> tuple[str, Path | None]:
+    """FORMAT or FORMAT=FILE; None is standard output."""
     format_, equals, file = text.partition("=")
     if format_ not in FORMATS:
         known = f"valid are {', '.join(FORMATS)}, each also with a file, such as junit=report.xml"
         raise typer.BadParameter(f'"{text}" is not a format; {known}')
-    return Report(format_, path(file) if equals else None)
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckOptions:
-    """With what numbers are compared, and what is reported."""
-
-    baseline: Annotated[Path | None, _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path)] = None
-    update_baseline: Annotated[bool, _in_baseline("Write the numbers into the --baseline file instead of comparing with it.")] = (
-        False
-    )
-    format: Annotated[
-        tuple[Report, ...],
-        in_output(
-            "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
-            "on standard output, or in a file.",
-            "FORMAT[=FILE]",
-            report,
-        ),
-    ] = ()
-    out: Annotated[Path | None, in_output("Write JSON, CSV, JUnit and Markdown into this folder.", "DIR", path)] = None
+    return format_, writable(path(file), "--format") if equals else None
 
 
 @takes_options
 def check(
-    options: CheckOptions,
-    budgets: Annotated[
-        Path | None,
-        argument(
-            "A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.", "BUDGETS", path
-        ),
-    ] = None,
-) -> None:
+    *,
+    budgets: Path | None = argument(
+        "A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.", "BUDGETS", path
+    ),
+    baseline: Path | None = _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path),
+    update_baseline: bool = _in_baseline("Write the numbers into the --baseline file instead of comparing with it."),
+    format_: tuple[tuple[str, Path | None], ...] = in_output(
+        "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
+        "on standard output, or in a file.",
+        "FORMAT[=FILE]",
+        report,
+    ),
+    out: Path | None = in_output("Write JSON, CSV, JUnit and Markdown into this folder.", "DIR", out_folder),
+) -> int:
     """Compare landings with budgets, as a gate in CI."""
     from shockpc.cli.progress import progress
+    from shockpc.errors import OutputError, StudyError
     from shockpc.show.files import write_folder, write_text
     from shockpc.show.reports.check import append_summary, check_files, check_text
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.gate import check_budgets
 
-    asked = options.format or (Report("text", None),)
-    _check_places(options, asked)
-    given = read_budgets(budgets or budgets_file(Path.cwd()))
-    baseline = None if options.baseline is None or options.update_baseline else read_baseline(options.baseline)
-    found = check_budgets(given, baseline, options.update_baseline, partial(progress, "landings computed"))
-    for one in asked:
-        if one.format == "github":
-            append_summary(found)
-        if one.file is None:
-            sys.stdout.write(check_text(found, one.format))
-        else:
-            write_text(one.file, check_text(found, one.format))
-    if options.out is not None:
-        write_folder(options.out, check_files(found))
-    if options.baseline is not None and options.update_baseline:
-        if found.count("not computed"):
-            complain(f'"{options.baseline}" is left as it was, because a number could not be computed')
-        else:
-            write_text(options.baseline, baseline_text(found.cases, found.values))
-    raise typer.Exit(found.exit_code)
-
-
-def _check_places(options: CheckOptions, asked: tuple[Report, ...]) -> None:
-    """See that all can be written before anything is computed."""
-    from shockpc.cli.output import check_file, check_out
-    from shockpc.errors import OutputError, StudyError
-
-    printed = [one.format for one in asked if one.file is None]
+    asked = format_ or (("text", None),)
+    printed = [name for name, file in asked if file is None]
     if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
         listed = " and ".join(printed)
         raise OutputError(f"standard output holds one document, not {listed}; write files, such as --format {printed[0]}=FILE")
-    if options.update_baseline and options.baseline is None:
-        raise StudyError("--update-baseline needs the file to write; name it with --baseline, such as --baseline base.json")
-    for one in asked:
-        if one.file is not None:
-            check_file(one.file, "--format")
-    if options.baseline is not None and options.update_baseline:
-        check_file(options.baseline, "--baseline")
-    check_out(options.out)
+    if update_baseline:
+        if baseline is None:
+            raise StudyError("--update-baseline needs the file to write; name it with --baseline, such as --baseline base.json")
+        writable(baseline, "--baseline")
+    given = read_budgets(budgets or budgets_file(Path.cwd()))
+    earlier = None if baseline is None or update_baseline else read_baseline(baseline)
+    found = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
+    for name, file in asked:
+        if name == "github":
+            append_summary(found)
+        if file is None:
+            sys.stdout.write(check_text(found, name))
+        else:
+            write_text(file, check_text(found, name))
+    if out is not None:
+        write_folder(out, check_files(found))
+    if baseline is not None and update_baseline:
+        if found.count("not computed"):
+            complain(f'"{baseline}" is left as it was, because a number could not be computed')
+        else:
+            write_text(baseline, baseline_text(found.cases, found.values))
+    return found.exit_code

@@ -1,14 +1,8 @@
 """`shockpc compare`: designs side by side."""
 
-import dataclasses
-from typing import TYPE_CHECKING, Annotated
-
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import robot_name
-
-if TYPE_CHECKING:
-    from shockpc.studies.compare import Design
 
 __all__ = ["compare"]
 
@@ -18,15 +12,12 @@ _in_designs = group("Designs")
 @takes_options
 def compare(
     *,
-    designs: Annotated[tuple[str, ...], argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name)],
-    change: Annotated[
-        tuple[str, ...],
-        _in_designs(
-            "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
-            "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints.",
-            "CHANGES",
-        ),
-    ] = (),
+    designs: tuple[str, ...] = argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name, default=...),
+    change: tuple[str, ...] = _in_designs(
+        "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
+        "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints.",
+        "CHANGES",
+    ),
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
@@ -34,28 +25,22 @@ def compare(
 
     The options of the landing hold for every design. One --contact is for all; with as many as there are designs, each has its own.
     """
-    from shockpc.cli.output import check_out, give
+    from shockpc.cli.output import give
+    from shockpc.cli.scenes import one_scene
     from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
     from shockpc.show.reports.compare import compare_report
+    from shockpc.studies.compare import Design, design_with
     from shockpc.studies.compare import compare as study
-    from shockpc.studies.compare import design_with
 
-    check_out(output.out)
     if change and len(designs) > 1:
         raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")
     changes = [read_changes(text) for text in change]
     one_each = len(options.contact) == len(designs) > 1 and not options.together
-    own = [dataclasses.replace(options, contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
-    every = [_design(name, its) for name, its in zip(designs, own, strict=True)]
+    own = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
+    every = []
+    for name, its in zip(designs, own, strict=True):
+        robot, scene = one_scene(name, its)
+        every.append(Design(name, scene, robot))
     every += [design_with(every[0], one) for one in changes]
     give(compare_report(study(every)), output)
-
-
-def _design(name: str, options: SceneOptions) -> "Design":
-    """The design of a name, in its landing."""
-    from shockpc.cli.scenes import one_scene
-    from shockpc.studies.compare import Design
-
-    robot, scene = one_scene(name, options)
-    return Design(name, scene, robot)

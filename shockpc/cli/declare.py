@@ -1,121 +1,80 @@
-"""How options are declared by the fields of records, and how a command takes them.
-
-The annotation of a field holds the description of its option. A command that has a parameter of the record's type, and the
-decorator `takes_options`, has all of these options:
+"""How options are declared, and how a command takes those that the fields of a record declare.
 
     @takes_options
-    def analyze(robot: RobotName, options: SceneOptions) -> None: …
+    def limits(*, robot: str = ROBOT, joint: str = in_question("The joint.", "JOINT"), options: SceneOptions) -> None: …
 
-A command that uses the name of one of them for something else leaves that one out:
-
-    options: Annotated[SceneOptions, without("set")]
-
-Options that may be repeated are tuples.
+A parameter that is called like an option of the record, with an underscore after it, takes its place; the record's is then empty.
+An option whose type is a tuple of any length may be repeated. What is not given is the default, else None, False or empty; where
+the type allows none of these, or the default is `...`, it has to be given.
 """
 
 import copy
 import functools
 import inspect
-import types
 from collections.abc import Callable
-from dataclasses import MISSING, fields, is_dataclass
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, get_args
 
 import typer
 from typer.models import OptionInfo
 
-__all__ = ["argument", "group", "takes_options", "without"]
+__all__ = ["argument", "group", "takes_options"]
 
-Parser = Callable[[str, str], Any]
-"""From what is typed, and the form that the help names, to a value."""
-
-
-class _Without(NamedTuple):
-    """Names of the fields of a record that a command leaves out; they keep their defaults."""
-
-    names: tuple[str, ...]
-
-
-def without(*names: str) -> _Without:
-    """What a command writes beside the type of a record to leave some of its options out."""
-    return _Without(names)
+Parser = Callable[[str], Any]
 
 
 def group(heading: str) -> Callable[..., Any]:
-    """A function that describes the options which stand under one heading of the help.
+    """A function that declares an option which stands under this heading of the help.
 
-    Its arguments are a sentence for the help, the form of the value (what the help calls it), a parser (from the text and the form
-    to the value), `name` (how it is typed, where that is not the field's name) and `least` (of whole numbers).
+    Its arguments are a sentence for the help, the form of the value, a parser, the default, and the least of whole numbers.
     """
-    return functools.partial(_option, heading)
+
+    def option(
+        help_: str, form: str | None = None, parser: Parser | None = None, *, default: Any = None, least: int | None = None
+    ) -> Any:
+        return typer.Option(
+            default, help=help_, metavar=form, parser=parser, min=least, rich_help_panel=heading, show_default=False
+        )
+
+    return option
 
 
-def argument(help_: str, form: str, parser: Parser | None = None) -> Any:
-    """The description of what is typed without a name. Args: help_, form, parser: as of an option."""
-    return typer.Argument(metavar=form, help=help_, parser=_with_form(parser, form), show_default=False)
+def argument(help_: str, form: str, parser: Parser | None = None, *, default: Any = None) -> Any:
+    """Declare what is typed without a name. The arguments are those of an option."""
+    return typer.Argument(default, help=help_, metavar=form, parser=parser, show_default=False)
 
 
-def takes_options(command: Callable[..., None]) -> Callable[..., None]:
+def takes_options(command: Callable[..., int | None]) -> Callable[..., int | None]:
     """Replace each parameter of a command whose type is a record of options by the options that the record declares."""
-    signature = inspect.signature(command, eval_str=True)
-    records: dict[str, tuple[Any, list[str]]] = {}
-    parameters: list[inspect.Parameter] = []
-    for parameter in signature.parameters.values():
-        record, *notes = get_args(parameter.annotation) if get_origin(parameter.annotation) is Annotated else [parameter.annotation]
-        if not is_dataclass(record):
-            parameters.append(_for_typer(parameter.name, parameter.annotation, parameter.default))
-            continue
-        left_out = {name for note in notes if isinstance(note, _Without) for name in note.names}
-        hints, taken = get_type_hints(record, include_extras=True), [one for one in fields(record) if one.name not in left_out]
-        records[parameter.name] = record, [one.name for one in taken]
-        parameters += [
-            _for_typer(one.name, hints[one.name], inspect.Parameter.empty if one.default is MISSING else one.default)
-            for one in taken
-        ]
+    own = inspect.signature(command).parameters
+    records = {name: one.annotation for name, one in own.items() if hasattr(one.annotation, "_fields")}
+    declared: dict[str, tuple[Any, Any]] = {}
+    for name, one in own.items():
+        fields = getattr(one.annotation, "_field_defaults", None)
+        if fields is None:
+            declared[name] = one.annotation, one.default
+        else:
+            kinds = one.annotation.__annotations__
+            declared |= {field: (kinds[field], option) for field, option in fields.items() if f"{field}_" not in own}
 
     @functools.wraps(command)
-    def run(**typed: Any) -> None:
+    def run(**typed: Any) -> int | None:
         typed = {name: tuple(value) if isinstance(value, list) else value for name, value in typed.items()}
-        for name, (record, taken) in records.items():
-            typed[name] = record(**{one: typed.pop(one) for one in taken})
-        command(**typed)
+        for name, record in records.items():
+            typed[name] = record(**{field: typed.pop(field, ()) for field in record._fields})
+        return command(**typed)
 
     # What Typer reads.
-    vars(run)["__signature__"] = signature.replace(parameters=parameters)
-    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    vars(run)["__signature__"] = inspect.Signature([_for_typer(name, *of) for name, of in declared.items()])
+    run.__annotations__ = {}
     return run
 
 
-def _option(
-    heading: str, help_: str, form: str | None = None, parser: Parser | None = None, *, name: str = "", least: int | None = None
-) -> Any:
-    """What `group` describes."""
-    names = [name] if name else []
-    parse = _with_form(parser, form or "")
-    return typer.Option(*names, help=help_, metavar=form, parser=parse, rich_help_panel=heading, show_default=False, min=least)
-
-
-def _with_form(parser: Parser | None, form: str) -> Callable[[str], Any] | None:
-    """A parser of the text alone, as Typer takes it."""
-    if parser is None:
-        return None
-
-    def parse(text: str) -> Any:
-        return parser(text, form)
-
-    return parse
-
-
-def _for_typer(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
     """A parameter as Typer takes it: an option with its name, lists for tuples, text for what a parser reads."""
-    kind, note, *_ = get_args(annotation)
-    info = copy.copy(note)
-    info.default = ... if default is inspect.Parameter.empty else default
-    if isinstance(info, OptionInfo) and not info.param_decls:
+    info, several = copy.copy(declared), get_args(kind)[1:] == (...,)
+    if info.default is None and type(None) not in get_args(kind):
+        info.default = () if several else False if kind is bool else ...
+    if isinstance(info, OptionInfo):
         info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
-    inner, several = (get_args(kind)[0], True) if get_args(kind)[1:] == (...,) else (kind, False)
-    if info.parser is not None:
-        inner = str
-    return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, annotation=types.GenericAlias(list, inner) if several else inner, default=info
-    )
+    annotation = list[str] if several else str if info.parser else kind
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info)

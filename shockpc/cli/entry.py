@@ -1,33 +1,85 @@
-"""The entry point of the `shockpc` command: prepares the process, runs the command line, ends with its exit code."""
+"""The `shockpc` command: runs the command line and ends with its exit code. The library's root error is caught here, once."""
 
-import gc
+import contextlib
+import io
 import os
 import sys
 import warnings
+from collections.abc import Sequence
 
-from shockpc.cli.main import main
-from shockpc.cli.signals import listen
-from shockpc.cli.streams import prepare_streams
+from shockpc.cli.process import complain, deliver, prepare, received
+from shockpc.errors import ShockError
 
-__all__ = ["entry"]
+__all__ = ["entry", "main"]
+
+FAULTY = 3
+INTERRUPTED = 130
+"""Also what Typer returns, without a message, when a command raises KeyboardInterrupt."""
 
 
 def entry() -> None:
     """Run the command line and end the process with its exit code."""
-    listen()
+    prepare()
     # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Imports make many objects and no garbage; to search them for it takes a twentieth of a short run.
-    gc.set_threshold(100_000)
-    prepare_streams()
     # A result that is not finite is refused or reported where it arises; NumPy's lines about it help nobody.
     warnings.simplefilter("ignore")
-    code: object = None
-    try:
-        main()
-    except SystemExit as end:
-        code = end.code
+    code = main(sys.argv[1:])
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()
     # All output is written. Finalising the libraries would take a seventh of a short run, and can change the exit code.
-    os._exit(code if isinstance(code, int) else 0)
+    os._exit(code)
+
+
+def main(words: Sequence[str]) -> int:
+    """Run a command and return its exit code.
+
+    What a command prints is kept until it has ended, so that one which fails prints its message and nothing else.
+    """
+    printed = io.StringIO()
+    try:
+        from shockpc.cli.app import app_for
+
+        with contextlib.redirect_stdout(printed):
+            code: int = app_for(words)(list(words) or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
+        if code != INTERRUPTED:
+            deliver(printed.getvalue())
+            return code
+    except KeyboardInterrupt:
+        pass
+    except Exception as error:
+        # An import that is interrupted may raise another error than KeyboardInterrupt.
+        if not received:
+            message, code = _failure(error, words)
+            complain(message)
+            return code
+    complain("interrupted; no incomplete file was left")
+    # As shells count: 130 after Ctrl-C and 143 after SIGTERM.
+    return 128 + received[0] if received else INTERRUPTED
+
+
+def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
+    """The message about an error, and the exit code."""
+    if hasattr(error, "format_message"):  # Typer's errors in how a command was typed
+        return _usage(error.format_message(), words), ShockError.exit_code
+    if isinstance(error, ShockError):
+        return str(error), error.exit_code
+    if isinstance(error, OSError) and error.filename is not None:
+        return f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code
+    if isinstance(error, MemoryError):
+        return "the memory of this computer does not suffice; give a robot with fewer joints", FAULTY
+    import traceback
+
+    traceback.print_exception(error)
+    # Python's own exit code would be 1, which means that a result exceeds a limit.
+    return "this is an error in shockpc itself, not in your input; please report the lines above", FAULTY
+
+
+def _usage(text: str, words: Sequence[str]) -> str:
+    """An error in how a command was typed, with the command that lists what is valid."""
+    from shockpc.cli.app import COMMANDS
+
+    stop = "" if text.endswith((".", "?")) else "."
+    robot = " To analyze a robot: shockpc analyze ROBOT --contact NAME." if text.startswith("No such command") else ""
+    command = " ".join(["shockpc", *(word for word in words[:1] if word in COMMANDS)])
+    return f"{text[:1].lower()}{text[1:]}{stop}{robot} To see what is valid: {command} --help"

@@ -1,10 +1,9 @@
 """`shockpc limits`: joint limits that keep the shock at a point below a bound."""
 
 import math
-from typing import Annotated
 
 from shockpc.cli.declare import group, takes_options
-from shockpc.cli.options import OutputOptions, RobotName, SceneOptions
+from shockpc.cli.options import ROBOT, OutputOptions, SceneOptions
 from shockpc.cli.parse import Span, finite, span
 
 __all__ = ["limits"]
@@ -15,36 +14,34 @@ _in_question = group("Question")
 @takes_options
 def limits(
     *,
-    robot: RobotName,
-    joint: Annotated[str, _in_question("The joint, by name; joints that a glob matches all have the same value.", "JOINT")],
-    at: Annotated[str, _in_question("Where the shock is limited, offset in the frame [m].", "FRAME[:X,Y,Z]")],
-    max_shock: Annotated[float, _in_question("The bound: |Δv| relative to the strike.", "SHOCK", finite)],
-    range_: Annotated[
-        Span | None,
-        _in_question("Values of the joint to look at; the file's limits by default [deg; m if prismatic].", "LOW:HIGH", span),
-    ] = None,
-    strikes: Annotated[Span | None, _in_question("Strike angles to look at; -30:75 by default [deg].", "LOW:HIGH", span)] = None,
-    step: Annotated[
-        float | None,
-        _in_question("Largest step of the scan; 0.1 deg or 0.0001 m by default [deg; m if prismatic].", "STEP", finite),
-    ] = None,
+    robot: str = ROBOT,
+    joint: str = _in_question("The joint, by name; joints that a glob matches all have the same value.", "JOINT"),
+    at: str = _in_question("Where the shock is limited, offset in the frame [m].", "FRAME[:X,Y,Z]"),
+    max_shock: float = _in_question("The bound: |Δv| relative to the strike.", "SHOCK", finite),
+    range_: Span | None = _in_question(
+        "Values of the joint to look at; the file's limits by default [deg; m if prismatic].", "LOW:HIGH", span
+    ),
+    strikes: Span | None = _in_question("Strike angles to look at; -30:75 by default [deg].", "LOW:HIGH", span),
+    step: float | None = _in_question(
+        "Largest step of the scan; 0.1 deg or 0.0001 m by default [deg; m if prismatic].", "STEP", finite
+    ),
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
     """Find the joint angles that keep the shock below a bound."""
-    from shockpc.cli.output import check_out, give
-    from shockpc.cli.scenes import one_scene, point_from
+    from shockpc.cli.output import give
+    from shockpc.cli.scenes import one_scene
+    from shockpc.scene import point_at
     from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
 
-    check_out(output.out)
     loaded, scene = one_scene(robot, options)
     joints = [loaded.joint(name) for name in loaded.match_joints(joint)]
     unit = 1.0 if joints[0].kind == "prismatic" else math.radians(1.0)
     found = study(
         scene,
         joint,
-        point_from(loaded, at, "--at"),
+        point_at(loaded, at),
         max_shock,
         joint_range=None if range_ is None else (unit * range_[0], unit * range_[1]),
         strikes=None if strikes is None else (math.radians(strikes[0]), math.radians(strikes[1])),

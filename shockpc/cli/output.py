@@ -3,49 +3,32 @@
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from shockpc.cli.options import OutputOptions
+from shockpc.cli.process import complain
 from shockpc.cli.progress import ShownTrace
-from shockpc.cli.scenes import ROBOT_SUFFIXES
-from shockpc.cli.streams import complain
-from shockpc.errors import OutputError, SceneError, UnknownName
-from shockpc.printed import listed
+from shockpc.errors import OutputError, UnknownName
 from shockpc.result import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene
-from shockpc.show.files import check_folder, write_folder
-from shockpc.show.reports.report import Report
+from shockpc.show.files import write_folder
 
-__all__ = ["body_pattern", "check_file", "check_out", "file_names", "give", "scene_files", "shown"]
+if TYPE_CHECKING:
+    from shockpc.show.reports.report import Report
+
+__all__ = ["body_pattern", "file_names", "give", "scene_files", "shown"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
-
-
-def check_out(out: Path | None) -> None:
-    """See that results can be written before anything is computed."""
-    if out is not None:
-        check_folder(out, "--out")
-
-
-def check_file(file: Path, option: str) -> None:
-    """See that the file of an option can be written before anything is computed."""
-    if file.is_dir():
-        raise OutputError(f'"{file}" is a folder; name a file with {option}')
-    if not file.parent.exists():
-        raise OutputError(f'there is no folder "{file.parent}" for {option}; make it, or name another file')
-    check_folder(file.parent, option)
 
 
 def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     """The files that --save-scene writes: the file itself for one landing, else a file each, named after the contact.
 
     Raises:
-        OutputError: one of them cannot be written, or is there already and may not be replaced.
+        OutputError: one of them is there already and may not be replaced.
     """
-    if path.suffix.casefold() in ROBOT_SUFFIXES:
-        raise OutputError(f'"{path}" would be read as a robot; name a scene with --save-scene, such as landing.toml')
-    check_file(path, "--save-scene")
     files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
     present = [file for file in files if os.path.lexists(file)]
     if present and not force:
@@ -54,11 +37,10 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
 
 
 def body_pattern(robot: Robot, pattern: str) -> str:
-    """The pattern of --bodies. A link that is fixed to another body stands for that body.
+    """The pattern of --bodies. Where it matches no body, a link that is fixed to another body stands for that body.
 
     Raises:
-        UnknownName: it matches neither a body nor a link.
-        SceneError: it matches links of several bodies, and no body.
+        UnknownName: it matches neither a body nor links of one body.
     """
     from shockpc.show.tables import fits
 
@@ -66,12 +48,8 @@ def body_pattern(robot: Robot, pattern: str) -> str:
     if any(fits(name, pattern) for name in names):
         return pattern
     carriers = [body.name for body in robot.bodies if any(fits(link, pattern) for link in body.links)]
-    if not carriers:
-        raise UnknownName("body", pattern, names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    if len(carriers) > 1:
-        raise SceneError(
-            f'--bodies: no body matches "{pattern}", and links that match are part of {listed(carriers)}; name one of these'
-        )
+    if len(carriers) != 1:
+        raise UnknownName("body", pattern, carriers or names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
     return carriers[0]
 
 
@@ -89,7 +67,7 @@ def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str
     return landings_text(profiles, format_, bodies)
 
 
-def give(report: Report, output: OutputOptions) -> None:
+def give(report: "Report", output: OutputOptions) -> None:
     """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error."""
     if output.out is not None:
         with ShownTrace().stage("figures and files"):

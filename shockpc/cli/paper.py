@@ -2,30 +2,26 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
 from shockpc.cli.declare import argument, takes_options
 from shockpc.cli.options import in_output
-from shockpc.cli.parse import path
+from shockpc.cli.parse import out_folder
 
 __all__ = ["paper"]
 
 
 @takes_options
 def paper(
-    figures: Annotated[tuple[str, ...], argument("Numbers of figures: 1, 2, 3, 5; all by default.", "[FIGURE]...")] = (),
-    out: Annotated[
-        Path | None, in_output("Write figures, tables and the scenes of all panels into this folder.", "DIR", path)
-    ] = None,
+    *,
+    figures: tuple[str, ...] = argument("Numbers of figures: 1, 2, 3, 5; all by default.", "[FIGURE]..."),
+    out: Path | None = in_output("Write figures, tables and the scenes of all panels into this folder.", "DIR", out_folder),
 ) -> None:
     """Recompute the figures of the paper and check its claims."""
-    from shockpc.cli.output import check_out
     from shockpc.cli.progress import ShownTrace
     from shockpc.paper.figures import paper_figures
     from shockpc.show.reports.paper import paper_text, write_paper
 
     chosen = paper_figures(figures)
-    check_out(out)
     with ShownTrace().stage("figures and claims of the paper"):
         if out is not None:
             write_paper(chosen, out)

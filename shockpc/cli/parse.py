@@ -1,18 +1,15 @@
-"""Texts of the command line to values.
-
-Every parser is given the text and the form of it that the help names, and raises typer.BadParameter with what would be valid.
-"""
+"""Texts of the command line to values. Every parser raises typer.BadParameter with what would be valid."""
 
 import math
 from pathlib import Path
-from typing import Literal, TypeAlias, get_args
+from typing import TypeAlias
 
 import typer
 
+from shockpc.errors import OutputError
 from shockpc.paths import usable_path
 
 __all__ = [
-    "PlaneName",
     "Setting",
     "Span",
     "Variable",
@@ -21,23 +18,25 @@ __all__ = [
     "definition",
     "finite",
     "folder",
+    "out_folder",
     "path",
-    "plane_or_normal",
+    "plane",
     "robot_name",
+    "scene_file",
     "setting",
     "span",
     "variable",
     "vector",
+    "writable",
 ]
 
 Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
 Setting: TypeAlias = tuple[str, float]
 Variable: TypeAlias = tuple[str, str | None]
-PlaneName: TypeAlias = Literal["xz", "yz", "xy"]
 
 
-def finite(text: str, form: str = "") -> float:
+def finite(text: str) -> float:
     """A finite number."""
     try:
         value = float(text)
@@ -48,75 +47,67 @@ def finite(text: str, form: str = "") -> float:
     return value
 
 
-def vector(text: str, form: str) -> Vector:
+def _split(text: str, separator: str, example: str) -> list[str]:
+    """The parts of a text, as many as an example has."""
+    parts = text.split(separator)
+    if len(parts) != (count := example.count(separator) + 1):
+        raise typer.BadParameter(f'"{text}" is not {count} values with "{separator}" between them, such as {example}')
+    return parts
+
+
+def vector(text: str) -> Vector:
     """Three numbers with commas between them."""
-    parts = text.split(",")
-    if len(parts) != 3:
-        raise typer.BadParameter(f'"{text}" is not {form}: three numbers with commas between them, such as 0,15,-0.5')
-    return finite(parts[0]), finite(parts[1]), finite(parts[2])
+    x, y, z = _split(text, ",", "0,15,-0.5")
+    return finite(x), finite(y), finite(z)
 
 
-def span(text: str, form: str) -> Span:
+def span(text: str) -> Span:
     """LOW:HIGH."""
-    low, colon, high = text.partition(":")
-    if not colon:
-        raise typer.BadParameter(f'"{text}" is not {form}, such as -30:75')
+    low, high = _split(text, ":", "-30:75")
     return finite(low), finite(high)
 
 
-def box(text: str, form: str) -> tuple[Vector, Vector]:
+def box(text: str) -> tuple[Vector, Vector]:
     """The two corners of a box typed as X0:X1,Y0:Y1,Z0:Z1."""
-    sides = text.split(",")
-    if len(sides) != 3:
-        raise typer.BadParameter(f'"{text}" is not {form}, such as -0.1:0.1,-0.05:0.05,0:0.1')
-    x, y, z = (span(side, "LOW:HIGH") for side in sides)
+    x, y, z = map(span, _split(text, ",", "-0.1:0.1,-0.05:0.05,0:0.1"))
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
-def plane_or_normal(text: str, form: str) -> PlaneName | Vector:
-    """The name of a plane, or a normal."""
-    names: tuple[PlaneName, ...] = get_args(PlaneName)
-    for name in names:
-        if text == name:
-            return name
-    if "," not in text:
-        raise typer.BadParameter(f'"{text}" is not a plane; valid are {", ".join(names)} or a normal such as 0,-1,0')
-    return vector(text, "NX,NY,NZ")
+def plane(text: str) -> str | Vector:
+    """The name of a plane, which the scene checks, or a normal."""
+    return vector(text) if "," in text else text
 
 
-def setting(text: str, form: str) -> Setting:
+def setting(text: str) -> Setting:
     """NAME=NUMBER."""
-    name, value = definition(text, form)
-    try:
-        return name, finite(value)
-    except typer.BadParameter as refusal:
-        raise typer.BadParameter(f"{name}: {refusal.message}") from None
+    name, value = definition(text)
+    return name, finite(value)
 
 
-def definition(text: str, form: str) -> tuple[str, str]:
+def definition(text: str) -> tuple[str, str]:
     """NAME=TEXT, or NAME:=TEXT as xacro writes it."""
-    name, equals, value = text.partition("=")
+    name, value = variable(text)
     name = name.removesuffix(":").strip()
-    if not (name and equals and value.strip()):
-        raise typer.BadParameter(f'"{text}" is not {form}: a name, an equals sign and a value')
-    return name, value.strip()
+    if not name or value is None:
+        raise typer.BadParameter(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
+    return name, value
 
 
-def folder(text: str, form: str) -> tuple[str, str]:
+def folder(text: str) -> tuple[str, str]:
     """NAME=DIR. A shell leaves a `~` after the equals sign as it is, so it is expanded here."""
-    name, place = definition(text, form)
+    name, place = definition(text)
     return name, str(path(place))
 
 
-def variable(text: str, form: str) -> Variable:
+def variable(text: str) -> Variable:
     """NAME=VALUES, which the sweep interprets; None where only a name is typed."""
     name, equals, values = (part.strip() for part in text.partition("="))
     if not name or (equals and not values):
-        raise typer.BadParameter(f'"{text}" is not {form}, such as "*_KFE=-120:-10:200" or strike-angle=0,15,30')
+        raise typer.BadParameter(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
     return name, values if equals else None
 
 
-def path(text: str, form: str = "") -> Path:
+def path(text: str) -> Path:
     """A path that a file or folder can have."""
     try:
         return usable_path(text)
@@ -124,7 +115,39 @@ def path(text: str, form: str = "") -> Path:
         raise typer.BadParameter(str(refusal)) from None
 
 
-def robot_name(text: str, form: str = "") -> str:
+def robot_name(text: str) -> str:
     """A robot's name or path as it was typed, because `./dog` is a path and `dog` a name; what cannot be a path is neither."""
     path(text)
     return text
+
+
+def out_folder(text: str) -> Path:
+    """A folder in which results can be written, which is found out before anything is computed."""
+    from shockpc.show.files import check_folder
+
+    folder = path(text)
+    check_folder(folder, "--out")
+    return folder
+
+
+def scene_file(text: str) -> Path:
+    """The file of a scene that can be written."""
+    if not text.casefold().endswith(".toml"):
+        raise typer.BadParameter(f'"{text}" would not be read as a scene, whose name ends in .toml')
+    return writable(path(text), "--save-scene")
+
+
+def writable(file: Path, option: str) -> Path:
+    """The file of an option, if it can be written, which is found out before anything is computed.
+
+    Raises:
+        OutputError: it cannot.
+    """
+    from shockpc.show.files import check_folder
+
+    if file.is_dir():
+        raise OutputError(f'"{file}" is a folder; name a file with {option}')
+    if not file.parent.exists():
+        raise OutputError(f'there is no folder "{file.parent}" for {option}; make it, or name another file')
+    check_folder(file.parent, option)
+    return file

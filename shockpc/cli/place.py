@@ -1,9 +1,7 @@
 """`shockpc place`: where on a body a sensor sees least shock."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-import typer
+from typing import TYPE_CHECKING, Literal
 
 from shockpc.cli.declare import argument, group, takes_options
 from shockpc.cli.options import OutputOptions, SceneOptions
@@ -17,68 +15,66 @@ __all__ = ["place"]
 
 _in_landings, _in_region, _in_sensors = group("Landings"), group("Where a sensor may be"), group("Sensors")
 
-INCOMPLETE = 3
-"""Exit code if some landings could not be computed."""
-
 
 @takes_options
 def place(
     *,
-    scenes: Annotated[
-        tuple[str, ...], argument("Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name)
-    ],
+    scenes: tuple[str, ...] = argument(
+        "Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name, default=...
+    ),
     options: SceneOptions,
-    vary: Annotated[
-        tuple[Variable, ...],
-        _in_landings(
-            "Each landing with all of these values, a:b:n or a,b,c: of strike-angle [deg], speed [m/s], base-pitch [deg], joints "
-            "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
-            "NAME=VALUES",
-            variable,
-        ),
-    ] = (),
-    weight: Annotated[
-        tuple[Setting, ...],
-        _in_landings(
-            "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by glob or "
-            "part of their name; others weigh 1.",
-            "LANDING=WEIGHT",
-            setting,
-        ),
-    ] = (),
-    body: Annotated[str | None, _in_region("The body, or a link that is fixed to it; the base by default.", "NAME")] = None,
-    within: Annotated[
-        tuple[Vector, Vector] | None,
-        _in_region("Only in this box of the body's frame, whatever the geometry [m].", "X0:X1,Y0:Y1,Z0:Z1", box),
-    ] = None,
-    surface: Annotated[bool, _in_region("Only on the surface of the geometry (within the box, if one is given).")] = False,
-    geometry: Annotated[Literal["collision", "visual"], _in_region("Which geometry; collision by default.")] = "collision",
-    count: Annotated[
-        int, _in_sensors("Number of sensors that belong together: in each landing the one with the least shock counts.", "N")
-    ] = 1,
-    alternatives: Annotated[int, _in_sensors("Number of further places, each the best at a distance; 2 by default.", "N")] = 2,
-    apart: Annotated[
-        float | None,
-        _in_sensors("This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite),
-    ] = None,
+    vary: tuple[Variable, ...] = _in_landings(
+        "Each landing with all of these values, a:b:n or a,b,c: of strike-angle [deg], speed [m/s], base-pitch [deg], joints "
+        "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
+        "NAME=VALUES",
+        variable,
+    ),
+    weight: tuple[Setting, ...] = _in_landings(
+        "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by glob or "
+        "part of their name; others weigh 1.",
+        "LANDING=WEIGHT",
+        setting,
+    ),
+    body: str | None = _in_region("The body, or a link that is fixed to it; the base by default.", "NAME"),
+    within: tuple[Vector, Vector] | None = _in_region(
+        "Only in this box of the body's frame, whatever the geometry [m].", "X0:X1,Y0:Y1,Z0:Z1", box
+    ),
+    surface: bool = _in_region("Only on the surface of the geometry (within the box, if one is given)."),
+    geometry: Literal["collision", "visual"] = _in_region("Which geometry; collision by default.", default="collision"),
+    count: int = _in_sensors(
+        "Number of sensors that belong together: in each landing the one with the least shock counts.", "N", default=1
+    ),
+    alternatives: int = _in_sensors("Number of further places, each the best at a distance; 2 by default.", "N", default=2),
+    apart: float | None = _in_sensors(
+        "This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite
+    ),
     output: OutputOptions,
-) -> None:
+) -> int:
     """Find where on a body a sensor sees least shock.
 
     A robot without --contact lands on each of its feet alone. What counts is the greatest shock over all landings. The optimum over
     the body is exact, with its gap stated; the shock at the places is proven. With --pulse and --range-g, also how much of a
     sensor's range is left along each axis, and how to turn it.
     """
-    from shockpc.cli.output import check_out, give
+    from shockpc.cli.output import file_names, give
     from shockpc.cli.progress import progress
+    from shockpc.cli.scenes import is_scene_file, scenes_from
+    from shockpc.errors import SolveError
     from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
+    from shockpc.studies.sweep.case import scene_grid
 
-    check_out(output.out)
-    robot, landings = _landings(scenes, options, vary)
+    landings: dict[str, Scene] = {}
+    robots: list[Robot] = []
+    for name in dict.fromkeys(scenes):
+        robot, its = scenes_from(name, options, on_each_foot=True)
+        robots.append(robot)
+        prefix = f"{Path(name).stem} " if is_scene_file(name) and len(scenes) > 1 else ""
+        for scene, contact in zip(its, file_names(its), strict=True):
+            landings |= scene_grid(prefix + contact, scene, robot, vary)
     found = study(
         landings,
-        robot,
+        robots[0],
         body=body,
         within=within,
         surface=surface,
@@ -90,25 +86,7 @@ def place(
         progress=progress("landings computed", len(landings)),
     )
     give(place_report(found), output)
-    if found.failures:
-        raise typer.Exit(INCOMPLETE)
-
-
-def _landings(names: tuple[str, ...], options: SceneOptions, vary: tuple[Variable, ...]) -> "tuple[Robot, dict[str, Scene]]":
-    """The robot, and all landings by name."""
-    from shockpc.cli.output import file_names
-    from shockpc.cli.scenes import is_scene_file, scenes_from
-    from shockpc.studies.sweep.case import scene_grid
-
-    landings: dict[str, Scene] = {}
-    robots: list[Robot] = []
-    for name in dict.fromkeys(names):
-        robot, scenes = scenes_from(name, options, on_each_foot=True)
-        robots.append(robot)
-        prefix = f"{Path(name).stem} " if is_scene_file(name) and len(names) > 1 else ""
-        for scene, contact in zip(scenes, file_names(scenes), strict=True):
-            landings |= scene_grid(prefix + contact, scene, robot, vary)
-    return robots[0], landings
+    return SolveError.exit_code if found.failures else 0
 
 
 def _weights(landings: list[str], given: tuple[Setting, ...]) -> dict[str, float] | None:

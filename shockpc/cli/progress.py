@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from shockpc.cli.signals import was_interrupted
+from shockpc.cli.process import received
 from shockpc.trace import Trace
 
 __all__ = ["ShownTrace", "progress"]
@@ -53,7 +53,7 @@ def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
     def show(name: str = "", parts: int = 1) -> None:
         nonlocal count
         count += parts
-        if was_interrupted():
+        if received:
             # A signal that comes while a library calls back is lost there.
             raise KeyboardInterrupt
         if sys.stderr.isatty():

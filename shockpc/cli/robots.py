@@ -1,22 +1,29 @@
 """`shockpc robots`: the robots known by name, and the contents of one robot."""
 
 import sys
-from typing import Annotated
+from typing import TYPE_CHECKING
 
 from shockpc.cli.declare import argument, takes_options
-from shockpc.cli.options import RobotOptions
+from shockpc.cli.options import PACKAGE, XACRO
 from shockpc.cli.parse import robot_name
+
+if TYPE_CHECKING:
+    from shockpc.robot.robot import Robot
 
 __all__ = ["robots"]
 
 
 @takes_options
 def robots(
-    options: RobotOptions,
-    robot: Annotated[str | None, argument("A name from the list, or a robot file.", "ROBOT", robot_name)] = None,
+    *,
+    robot: str | None = argument("A name from the list, or a robot file.", "ROBOT", robot_name),
+    xacro: tuple[tuple[str, str], ...] = XACRO,
+    package: tuple[tuple[str, str], ...] = PACKAGE,
 ) -> None:
     """List the robots known by name, or check and show one."""
-    sys.stdout.write(_all() if robot is None else _one(robot, options))
+    from shockpc.robot.robot import load_robot
+
+    sys.stdout.write(_all() if robot is None else _one(load_robot(robot, xacro=dict(xacro), packages=dict(package))))
 
 
 def _all() -> str:
@@ -41,15 +48,13 @@ def _all() -> str:
     return as_text(catalogue_sheet(rows, own))
 
 
-def _one(name: str, options: RobotOptions) -> str:
-    """One robot, with the check-up of its file."""
+def _one(robot: "Robot") -> str:
+    """A robot, with the check-up of its file."""
     from shockpc.printed import printable
     from shockpc.robot.checkup import check_robot
-    from shockpc.robot.robot import load_robot
     from shockpc.show.reports.robots import joints_sheet, links_sheet, robot_lines
     from shockpc.show.tables import as_text
 
-    robot = load_robot(name, xacro=dict(options.xacro), packages=dict(options.package))
     lines = [f"{label:<12} {text}" for label, text in robot_lines(robot)]
     findings = [printable(f"{finding.level}: {finding.where}: {finding.text}") for finding in check_robot(robot)]
     blocks = ["\n".join(lines) + "\n", as_text(links_sheet(robot)), as_text(joints_sheet(robot))]

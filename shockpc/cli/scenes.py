@@ -2,28 +2,23 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-import typer
-
 from shockpc.cli.options import SceneOptions
-from shockpc.cli.parse import Setting, vector
-from shockpc.errors import SceneError, ShockError
+from shockpc.cli.parse import Setting
+from shockpc.errors import SceneError
 from shockpc.model.contact import Contact, landing_frames, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
-from shockpc.scene import Point, Scene, Strike, plane_of, robot_of
+from shockpc.scene import Scene, Strike, plane_of, point_at, read_scene, robot_of
 from shockpc.trace import Trace
 
-__all__ = ["ROBOT_SUFFIXES", "is_scene_file", "one_scene", "point_from", "scenes_from"]
+__all__ = ["is_scene_file", "one_scene", "scenes_from"]
 
-Record = TypeVar("Record", Contact, Posture, Joints, Strike)
-
-ROBOT_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf")
+Record = TypeVar("Record", Contact, Posture, Joints, Scene, Strike)
 
 
 def scenes_from(
@@ -40,34 +35,37 @@ def scenes_from(
     Raises:
         ShockError: an option's value is not valid, or names nothing in the robot.
     """
-    scene = Scene(robot=robot)
-    if is_scene_file(robot):
-        from shockpc.scene import read_scene
-
-        scene = read_scene(Path(robot))
-    scene = dataclasses.replace(
+    scene = read_scene(robot) if is_scene_file(robot) else Scene(robot=robot)
+    scene = _with(
         scene,
-        srdf=scene.srdf if options.srdf is None else str(options.srdf),
+        srdf=None if options.srdf is None else str(options.srdf),
         xacro={**scene.xacro, **dict(options.xacro)},
         packages={**scene.packages, **dict(options.package)},
     )
     with (trace or Trace()).stage("robot file"):
         loaded = robot_of(scene, [name.strip() for text in options.contact for name in (text, *text.split("+"))])
-    scene = dataclasses.replace(
+    scene = _with(
         scene,
-        base=options.base or scene.base,
-        plane=scene.plane if options.plane is None else options.plane,
+        base=options.base,
+        plane=options.plane,
         posture=_posture(scene.posture, options),
         strike=_strike(scene.strike, options),
-        stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_frames(loaded, text))) or scene.stance,
+        stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_frames(loaded, text))) or None,
         joints=_joints(scene.joints, options),
-        assemble=tuple(options.assemble) or scene.assemble,
-        v_in=options.v_in or scene.v_in,
-        pulse=options.pulse or scene.pulse,
-        range_g=scene.range_g if options.range_g is None else options.range_g,
-        point=scene.point + tuple(point_from(loaded, text, "--point") for text in options.point),
+        assemble=options.assemble or None,
+        v_in=options.v_in,
+        pulse=options.pulse,
+        range_g=options.range_g,
+        point=scene.point + tuple(point_at(loaded, text) for text in options.point),
     )
-    return loaded, [_with_contacts(scene, options, frames) for frames in _landings(loaded, scene, options, on_each_foot)]
+    changes = {
+        "offset": options.offset,
+        "at": options.contact_point,
+        "restitution": options.restitution,
+        "directions": _up(scene) if options.slide else None,
+    }
+    landings = _contacts(loaded, scene, options, on_each_foot)
+    return loaded, [_with(scene, contact=tuple(_with(contact, **changes) for contact in landing)) for landing in landings]
 
 
 def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, Scene]:
@@ -86,60 +84,30 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
 
 
 def is_scene_file(name: str) -> bool:
-    """Whether a path is a scene: decided by its content where the suffix leaves it open, because a robot file begins with a tag."""
-    path = Path(name)
-    suffix = path.suffix.casefold()
-    if suffix in (".toml", *ROBOT_SUFFIXES):
-        return suffix == ".toml"
-    try:
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            head = file.read(4096).removeprefix(b"\xef\xbb\xbf").lstrip()
-    except OSError:
-        return False
-    return bool(head) and not head.startswith(b"<")
+    """Whether what is analysed is a scene, not a robot."""
+    return Path(name).suffix.casefold() == ".toml"
 
 
-def _landings(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: bool) -> list[tuple[str, ...] | None]:
-    """The frames of each landing; None for the contacts that the scene file gives."""
-    if not options.contact:
-        if scene.contact:
-            return [None]
-        if on_each_foot:
-            return [(foot,) for foot in each_foot(robot)]
-        known = feet(robot)
-        names = ", ".join(f'"{name}"' for name in known[:8] or robot.links[-1:])
-        first = _with_contacts(scene, options, known[:1] or robot.links[-1:])
-        asked = f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {names}'
-        raise SceneError(asked + _reach(first, robot))
-    landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
-    if options.together:
-        landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
-    return list(dict.fromkeys(landings))
+def _contacts(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: bool) -> list[tuple[Contact, ...]]:
+    """The contacts of each landing."""
+    if options.contact:
+        landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
+        if options.together:
+            landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
+    elif scene.contact:
+        return [scene.contact]
+    elif on_each_foot:
+        landings = [(foot,) for foot in each_foot(robot)]
+    else:
+        names = ", ".join(f'"{name}"' for name in feet(robot)[:8] or robot.links[-1:])
+        raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {names}')
+    return [tuple(Contact(frame=frame) for frame in landing) for landing in dict.fromkeys(landings)]
 
 
-def _reach(scene: Scene, robot: Robot) -> str:
-    """How far a contact's link reaches below the contact point, as the end of a message; empty if it does not."""
-    from shockpc.landing import resolve
-    from shockpc.results.plausibility import heights
-
-    with suppress(ShockError):
-        return "".join(f"; {one}" for one in heights(resolve(scene, robot)))
-    return ""
-
-
-def _with_contacts(scene: Scene, options: SceneOptions, frames: tuple[str, ...] | None) -> Scene:
-    """The scene of one landing."""
-    directions = None
-    if options.slide:
-        horizontal = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9
-        velocity = scene.strike.velocity
-        # In the plane seen from above, and with a velocity in it, up is the world's y.
-        directions = ("y",) if horizontal and velocity is not None and velocity[2] == 0.0 else ("z",)
-    changes = {"offset": options.offset, "at": options.contact_point, "restitution": options.restitution, "directions": directions}
-    contacts = scene.contact if frames is None else tuple(Contact(frame=frame) for frame in frames)
-    return dataclasses.replace(scene, contact=tuple(_with(contact, **changes) for contact in contacts))
+def _up(scene: Scene) -> tuple[str, ...]:
+    """The direction that a sliding contact keeps: z, or the world's y in the plane seen from above with a velocity in it."""
+    horizontal, velocity = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9, scene.strike.velocity
+    return ("y",) if horizontal and velocity is not None and velocity[2] == 0.0 else ("z",)
 
 
 def _with(record: Record, **values: Any) -> Record:
@@ -182,18 +150,3 @@ def _replaced(values: Mapping[str, float], settings: Iterable[Setting]) -> dict[
     """Values by name or glob with settings applied. Later entries take precedence, so a name that is set again moves to the end."""
     given = dict(settings)
     return {name: value for name, value in values.items() if name not in given} | given
-
-
-def point_from(robot: Robot, text: str, option: str) -> Point:
-    """FRAME or FRAME:X,Y,Z as the value of an option; the frame's own name may hold a colon.
-
-    Raises:
-        SceneError: the offset is not three numbers.
-    """
-    frame, colon, offset = text.rpartition(":")
-    if not colon or text in robot.frames:
-        return Point(frame=text)
-    try:
-        return Point(frame=frame, offset=vector(offset, "X,Y,Z"))
-    except typer.BadParameter as refusal:
-        raise SceneError(f"{option} {frame}: {refusal.message}") from None

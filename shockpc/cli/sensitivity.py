@@ -1,10 +1,9 @@
 """`shockpc sensitivity`: what changes the shock at a point, and by how much."""
 
 import sys
-from typing import Annotated
 
 from shockpc.cli.declare import group, takes_options
-from shockpc.cli.options import Explain, OutputOptions, RobotName, SceneOptions, in_output
+from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
 
 __all__ = ["sensitivity"]
 
@@ -12,24 +11,24 @@ __all__ = ["sensitivity"]
 @takes_options
 def sensitivity(
     *,
-    robot: RobotName,
-    at: Annotated[str, group("Question")("The point, offset in the frame [m].", "FRAME[:X,Y,Z]")],
+    robot: str = ROBOT,
+    at: str = group("Question")("The point, offset in the frame [m].", "FRAME[:X,Y,Z]"),
     options: SceneOptions,
-    rows: Annotated[int, in_output("Rows of the table; 16 by default.", "N", least=1)] = 16,
+    rows: int = in_output("Rows of the table; 16 by default.", "N", least=1, default=16),
     output: OutputOptions,
-    explain: Explain = False,
+    explain: bool = EXPLAIN,
 ) -> None:
     """Rank masses, inertias and angles by effect on the shock."""
-    from shockpc.cli.output import check_out, give
+    from shockpc.cli.output import give
     from shockpc.cli.progress import ShownTrace
-    from shockpc.cli.scenes import one_scene, point_from
+    from shockpc.cli.scenes import one_scene
+    from shockpc.scene import point_at
     from shockpc.show.reports.sensitivity import sensitivity_report
     from shockpc.studies.sensitivity import sensitivity as study
 
     trace = ShownTrace()
-    check_out(output.out)
     loaded, scene = one_scene(robot, options, trace)
-    found = study(scene, point_from(loaded, at, "--at"), loaded, trace)
+    found = study(scene, point_at(loaded, at), loaded, trace)
     with trace.stage("output"):
         give(sensitivity_report(found, rows), output)
     if explain:

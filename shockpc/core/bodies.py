@@ -37,7 +37,7 @@ def body_jumps(
     twists, rates, places = (
         part.copy() for part in (J.transpose(2, 1, 0), delta_qd.transpose(1, 2, 0), position.transpose(1, 2, 0))
     )
-    jumps = np.empty((len(parent), 6, *rates.shape[1:]))
+    jumps = np.empty((len(parent), 6, *rates.shape[1:]), dtype=rates.dtype)
     for jump, columns, before in zip(jumps, own, parent, strict=True):
         if columns.stop - columns.start == 1:
             np.multiply(twists[columns.start, :, None], rates[columns.start], out=jump)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross_matrix
 
 __all__ = ["Pieces", "greatest_shock", "shock_extremes"]
 
@@ -91,21 +91,18 @@ def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
 
     Returns: (...); NaN without pieces.
     """
-    shape, w, v = delta_omega.shape[:-1], delta_omega.reshape(-1, 3), delta_v.reshape(-1, 3)
-    greatest = np.full(len(w), np.nan)
+    omega, v = delta_omega.reshape(-1, 3), delta_v.reshape(-1, 3)
+    greatest = np.full(len(omega), np.nan)
     together = max(1, 1_000_000 // max(len(pieces.points), 1))
-    for k in range(0, len(w) if len(pieces.points) else 0, together):
-        (a, b, c), (x, y, z) = (w[k : k + together, i, None] for i in range(3)), pieces.points.T
-        jump = v[k : k + together, :, None] + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+    for k in range(0, len(omega) if len(pieces.points) else 0, together):
+        part = slice(k, k + together)
+        jump = v[part, :, None] + cross_matrix(omega[part]) @ pieces.points.T
         squared = np.maximum.reduceat(np.sum(jump * jump, axis=1), pieces.start, axis=1)
-        if pieces.radius.any():
-            spin = np.linalg.norm(w[k : k + together], axis=-1)
-            axis = w[k : k + together] / np.where(spin > 0.0, spin, 1.0)[:, None]
-            along = np.sum(axis * v[k : k + together], axis=-1)[:, None]
-            reach = np.sqrt(np.maximum(squared - along**2, 0.0)) + spin[:, None] * pieces.radius
-            squared = reach**2 + along**2
-        greatest[k : k + together] = np.sqrt(squared.max(axis=1))
-    return greatest.reshape(shape)
+        spin = np.linalg.norm(omega[part], axis=-1, keepdims=True)
+        along = np.sum(omega[part] * v[part], axis=-1, keepdims=True) / np.where(spin > 0.0, spin, 1.0)
+        reach = np.sqrt(np.maximum(squared - along**2, 0.0)) + spin * pieces.radius
+        greatest[part] = np.hypot(reach, along).max(axis=1)
+    return greatest.reshape(delta_omega.shape[:-1])
 
 
 def _distances(p: Array, pieces: Pieces) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 from shockpc.core.inertia import Inertia, diagonal_of, solve_inertia
 from shockpc.core.spatial import Array
 
-__all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "is_singular", "solve_impact", "weakest_columns"]
+__all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "solve_impact", "weakest_columns"]
 
 EPS = float(np.finfo(float).eps)
 
@@ -111,16 +111,13 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
         delta_qd = X @ impulse
         condition = stiffness / np.where(well, pivot, np.nan)
-    choices = {}
+    choices, rank = {}, np.full(n, nc)
     for k in unclear:
         choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k])
-        r = choice.rows
+        r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]
         impulse[k], delta_qd[k] = choice.spread @ part, X[k][:, r] @ part
-    rank = np.full(n, nc)
-    for k, choice in choices.items():
-        rank[k] = len(choice.rows)
     return Impact(delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices)
 
 
@@ -181,14 +178,15 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
     J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) * weight
     length, whole = np.linalg.norm(J, axis=1), np.linalg.norm(terms * weight, axis=1)
-    alive = length > TOLERANCE * np.where(whole > 0.0, whole, 1.0)
+    whole = np.where(whole > 0.0, whole, 1.0)
+    share = length / whole
+    alive = share > TOLERANCE
     # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
-    unit = np.where(alive[:, None], J / np.where(whole > 0.0, whole, 1.0)[:, None], 0.0)
+    unit = np.where(alive[:, None], J / whole[:, None], 0.0)
     _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
     bound = TOLERANCE * np.sqrt(len(J_c))
     kept = s > bound
     rank = int(kept.sum())
-    share = length / np.where(whole > 0.0, whole, 1.0)
     uncertain = bool(np.any(_near(s, bound)) or np.any(_near(share, TOLERANCE)))
     # The impulse along a row is unique where its unit vector lies in the row space.
     unique = ~alive | (np.sum(Vt[kept] ** 2, axis=0) > 1.0 - 1e-9)
@@ -219,15 +217,6 @@ def _farthest(X: Array, rank: int) -> np.ndarray:
         X = X - np.outer(e, e @ X)
         X[:, chosen] = 0.0
     return np.array(sorted(chosen), dtype=int)
-
-
-def is_singular(H: Array) -> bool:
-    """Whether an inertia (nv, nv) cannot be told from a singular one in double precision."""
-    d = np.sqrt(np.abs(np.diagonal(H)))
-    if not np.all(d > 0.0):
-        return True
-    values = np.linalg.eigvalsh(H / d[:, None] / d[None, :])
-    return bool(values[0] <= 1e-14 * values[-1])
 
 
 def weakest_columns(H: Array) -> list[int]:

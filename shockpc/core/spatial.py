@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Array", "Plane", "cross_matrix", "largest_norm", "plane_from", "quaternion_of", "read_only", "velocity_at"]
+__all__ = ["Array", "Plane", "cross_matrix", "plane_from", "quaternion_of", "read_only", "velocity_at"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -95,13 +95,6 @@ def quaternion_of(rotation: Array) -> Array:
     found = products[largest] / products[largest, largest]
     whole = np.round(found)
     return np.asarray(np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found))
-
-
-def largest_norm(values: Array) -> Array:
-    """Euclidean norms over the second axis, (n, m, k) → (n, k), without underflow of squares."""
-    size = np.abs(values).max(axis=1, initial=0.0)
-    scaled = values / np.where(size > 0.0, size, 1.0)[:, None]
-    return np.asarray(size * np.sqrt(np.sum(scaled**2, axis=1)))
 
 
 def read_only(values: ArrayLike) -> Array:

@@ -1,6 +1,6 @@
 """Balls (midpoint and radius, python-flint's `arb`): from doubles, which are exact numbers, and back to the nearest doubles."""
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
@@ -12,18 +12,18 @@ __all__ = [
     "BallMatrix",
     "Balls",
     "PrecisionError",
+    "SingularError",
     "balls",
-    "blocks",
     "cross_matrix",
     "entries",
     "matrix",
     "nearest",
+    "radii",
     "rotation_matrix",
-    "unit_vector",
 ]
 
-Balls: TypeAlias = NDArray[np.object_]
-"""An array of balls."""
+Balls: TypeAlias = NDArray[Any]
+"""An array of balls; what is written for doubles takes it as well."""
 
 BallMatrix: TypeAlias = arb_mat
 """A matrix of balls, with the operations of linear algebra."""
@@ -39,6 +39,18 @@ class PrecisionError(ArithmeticError):
     """A ball is too wide to be rounded to a double: the precision has to be raised."""
 
 
+class SingularError(ArithmeticError):
+    """A pivot may be zero: no inertia resists a motion, rows depend on one another, or the precision is too low to tell.
+
+    Attributes:
+        of_inertia: whether it is the inertia's.
+    """
+
+    def __init__(self, of_inertia: bool) -> None:
+        super().__init__(of_inertia)
+        self.of_inertia = of_inertia
+
+
 def matrix(values: ArrayLike) -> arb_mat:
     """A matrix (n, m) of doubles, exactly, or of balls."""
     array = np.asarray(values)
@@ -47,8 +59,8 @@ def matrix(values: ArrayLike) -> arb_mat:
 
 
 def balls(values: ArrayLike) -> Balls:
-    """An array of doubles, exactly."""
-    array = np.asarray(values, dtype=float)
+    """An array of doubles, exactly, or of balls."""
+    array = np.asarray(values)
     out = np.empty(array.size, dtype=object)
     out[:] = [arb(value) for value in array.ravel().tolist()]
     return out.reshape(array.shape)
@@ -59,6 +71,12 @@ def entries(M: arb_mat) -> Balls:
     out = np.empty(M.nrows() * M.ncols(), dtype=object)
     out[:] = M.entries()
     return out.reshape(M.nrows(), M.ncols())
+
+
+def radii(values: Balls) -> Array:
+    """Upper bounds of the radii of some balls, of the same shape."""
+    array = np.asarray(values, dtype=object)
+    return np.array([float(ball.rad()) for ball in array.ravel().tolist()]).reshape(array.shape)
 
 
 def nearest(values: Balls, size: ArrayLike) -> Array:
@@ -72,15 +90,10 @@ def nearest(values: Balls, size: ArrayLike) -> Array:
     Raises:
         PrecisionError: a ball is too wide.
     """
-    array = np.asarray(values, dtype=object)
-    floor = np.broadcast_to(np.asarray(size, dtype=float) * NEGLIGIBLE, array.shape).ravel().tolist()
-    out = []
-    for ball, least in zip(array.ravel().tolist(), floor, strict=True):
-        value, radius = float(ball), float(ball.rad())
-        if not radius <= ENOUGH * max(abs(value), least):
-            raise PrecisionError
-        out.append(0.0 if abs(value) <= radius else value)
-    return np.array(out).reshape(array.shape)
+    rounded, radius = np.asarray(values, dtype=object).astype(float), radii(values)
+    if not np.all(radius <= ENOUGH * np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE)):
+        raise PrecisionError
+    return np.asarray(np.where(np.abs(rounded) <= radius, 0.0, rounded))
 
 
 def cross_matrix(r: arb_mat) -> arb_mat:
@@ -89,23 +102,9 @@ def cross_matrix(r: arb_mat) -> arb_mat:
     return arb_mat(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
 
 
-def unit_vector(values: Array) -> "list[arb]":
-    """A vector of doubles (3,) divided by its length."""
-    x, y, z = (arb(value) for value in values.tolist())
-    length = (x * x + y * y + z * z).sqrt()
-    return [x / length, y / length, z / length]
-
-
 def rotation_matrix(quaternion: Array | Balls) -> arb_mat:
     """The rotation (3, 3) of a quaternion (x, y, z, w), of doubles or balls, divided by its length: exactly orthogonal."""
     x, y, z, w = (arb(value) for value in quaternion.tolist())
     s = 2 / (x * x + y * y + z * z + w * w)
     xx, yy, zz, xy, xz, yz, wx, wy, wz = (s * p for p in (x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z))
     return arb_mat([[1 - yy - zz, xy - wz, xz + wy], [xy + wz, 1 - xx - zz, yz - wx], [xz - wy, yz + wx, 1 - xx - yy]])
-
-
-def blocks(A: arb_mat, B: arb_mat | None, C: arb_mat | None, D: arb_mat) -> arb_mat:
-    """The matrix [[A, B], [C, D]] of 3 × 3 blocks; None is zero."""
-    a, b, c, d = ([0] * 9 if part is None else part.entries() for part in (A, B, C, D))
-    rows = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:], *c[:3], *d[:3], *c[3:6], *d[3:6], *c[6:], *d[6:]]
-    return arb_mat(6, 6, rows)

@@ -5,14 +5,12 @@ the difference loses are there to be lost: the precision is raised until the quo
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, balls, entries, nearest, rotation_matrix
-from shockpc.exact.kinematics import elementary, loaded_tree
 from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact, Inputs
 from shockpc.robot.robot import Robot
@@ -36,11 +34,10 @@ def derivatives(inputs: Inputs, paths: Sequence[Callable[[float], Inputs]], outp
     """
 
     def differences(impact: ExactImpact) -> Array:
-        tree = loaded_tree(inputs.robot, impact.bits)
         size: ArrayLike = [abs(float(value)) for value in outputs(impact)]
         found = np.zeros((len(paths), len(outputs(impact))))
         for k, path in enumerate(paths):
-            after, before = (outputs(ExactImpact(path(t), tree)) for t in (STEP, -STEP))
+            after, before = (outputs(ExactImpact(path(t))) for t in (STEP, -STEP))
             found[k] = nearest((after - before) / (2.0 * STEP), size)
         return found
 
@@ -57,28 +54,20 @@ def displaced(robot: Robot, q: Array, rates: Array, t: float) -> Balls:
         t: the time [s]; the second order is the same for t and −t, so that it cancels in a central difference.
     """
     out = balls(q)
-    for part in (part for joint in robot.joints for part in elementary(joint)):
+    for part in robot.single_joints:
         if not rates[part.v].any():
             continue
-        at, step = out[part.q], balls(t * rates[part.v])
+        at, step, first, end = out[part.q], balls(t * rates[part.v]), part.q.start, part.q.stop
         if part.kind in ("revolute", "prismatic"):
             out[part.q] = at + step
-        elif part.kind == "continuous":
-            out[part.q] = _turned(at[0], at[1], step[0])
-        elif part.kind == "planar":
-            x, y, c, s = at
-            a, b, turn = step
-            out[part.q] = [x + c * a - s * b, y + s * a + c * b, *_turned(c, s, turn)]
+        elif part.kind in ("continuous", "planar"):
+            c, s = at[-2:]
+            if part.kind == "planar":
+                out[first : first + 2] = at[:2] + np.array([c * step[0] - s * step[1], s * step[0] + c * step[1]])
+            out[end - 2 : end] = c - s * step[-1], s + c * step[-1]
         else:
             vector, scalar, half = at[-4:-1], at[-1], step[-3:] / 2
             if part.kind == "free":
-                rotation = entries(rotation_matrix(at[-4:]))
-                out[part.q.start : part.q.start + 3] = at[:3] + rotation @ step[:3]
-            turned = [*(vector + scalar * half + np.cross(vector, half)), scalar - np.sum(vector * half)]
-            out[part.q.stop - 4 : part.q.stop] = turned
+                out[first : first + 3] = at[:3] + entries(rotation_matrix(at[-4:])) @ step[:3]
+            out[end - 4 : end] = *(vector + scalar * half + np.cross(vector, half)), scalar - np.sum(vector * half)
     return out
-
-
-def _turned(cosine: Any, sine: Any, angle: Any) -> list[Any]:
-    """Cosine and sine of an angle, of any common length, after a small turn."""
-    return [cosine - sine * angle, sine + cosine * angle]

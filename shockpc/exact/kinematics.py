@@ -1,8 +1,8 @@
-"""Kinematics of a robot in ball arithmetic: the transforms between its joints and the places of its bodies.
+"""A robot in one posture in ball arithmetic: the same record that `model.dynamics` computes in doubles with Pinocchio.
 
 Every joint is split into elementary ones (a composite joint has several, with massless bodies between them). The rotation through
-an elementary joint is affine in the sine and cosine of its angle, and its place in its displacement. Twists are (ω, v) and wrenches
-(moment, force), both written at the origin and in the axes of the joint's own frame (Featherstone 2008, Chapter 2).
+an elementary joint is affine in the sine and cosine of its angle, and its place in its displacement. Twists (ω, v) and wrenches
+(moment, force) are written in world axes at the base's origin, where those of different bodies may be added.
 """
 
 import functools
@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from flint import arb, arb_mat
 
-from shockpc.core.spatial import Array, quaternion_of
-from shockpc.exact.balls import Balls, blocks, cross_matrix, matrix, rotation_matrix, unit_vector
+from shockpc.core.spatial import Array, Plane, quaternion_of
+from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rotation_matrix
+from shockpc.model.dynamics import Dynamics
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["Data", "Node", "Pose", "Tree", "data_of", "elementary", "loaded_tree", "poses", "tree_of"]
+__all__ = ["Data", "data_of", "posed"]
 
 EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 
@@ -44,135 +45,99 @@ class Data(NamedTuple):
     body_offset: Array
 
 
-class Node(NamedTuple):
-    """An elementary joint with what it carries, at some precision.
-
-    Attributes:
-        parent: index of the node before; −1 for the world.
-        body: index of the body that it carries; −1 inside a composite joint.
-        joint: its record.
-        rotation: (3, 3) of its frame at rest in the parent's.
-        offset: (3, 1) its origin there [m].
-        parts: what its coordinate does to them: the rotation becomes parts[0] + parts[1] cos q + parts[2] sin q, or the origin
-            moves by parts[0] q; empty for a joint of several coordinates.
-        S: (6, n) twists of its unit velocities in its own frame.
-        inertia: (6, 6) spatial inertia of its body in its own frame.
-    """
-
-    parent: int
-    body: int
-    joint: Joint
-    rotation: arb_mat
-    offset: arb_mat
-    parts: tuple[arb_mat, ...]
-    S: arb_mat
-    inertia: arb_mat
-
-
-class Tree(NamedTuple):
-    """A robot at some precision.
-
-    Attributes:
-        nodes: the elementary joints, each after its parent.
-        carrier: index of the node that carries each body.
-        frame: transform (6, 6) of twists from that node's frame into the body's; None where they are the same.
-        frame_place: rotation (3, 3) and origin (3, 1) of the body's frame in the node's; None where they are the same.
-    """
-
-    nodes: tuple[Node, ...]
-    carrier: tuple[int, ...]
-    frame: tuple[arb_mat | None, ...]
-    frame_place: tuple[tuple[arb_mat, arb_mat] | None, ...]
-
-
-class Pose(NamedTuple):
-    """A node in one posture.
-
-    Attributes:
-        X: (6, 6) transform of twists from the parent's frame.
-        rotation: (3, 3) to the world's axes.
-        position: (3, 1) from the base [m].
-    """
-
-    X: arb_mat
-    rotation: arb_mat
-    position: arb_mat
-
-
-def elementary(joint: Joint) -> tuple[Joint, ...]:
-    """The elementary joints of a joint."""
-    return tuple(part for inner in joint.parts for part in elementary(inner)) or (joint,)
-
-
 @functools.lru_cache(maxsize=8)
 def data_of(robot: Robot) -> Data:
     """The numbers of a robot as loaded. Rotation matrices become quaternions, so that they can be made exactly orthogonal."""
-    parts: list[tuple[Array, Array, Joint]] = []
-    for joint in robot.joints:
-        inner = elementary(joint)
-        parts += [(part.rotation, part.offset, part) for part in inner]
-        if joint.parts:
-            # The placement of a composite joint comes before that of its first part.
-            rotation, offset = joint.rotation @ inner[0].rotation, joint.offset + joint.rotation @ inner[0].offset
-            parts[-len(inner)] = (rotation, offset, inner[0])
+    parts = robot.single_joints
     carried = [robot.model.inertias[body.joint] for body in robot.bodies]
     return Data(
         mass=np.array([float(own.mass) for own in carried]),
         lever=np.array([own.lever for own in carried]),
         inertia=np.array([own.inertia for own in carried]),
-        rotation=np.array([quaternion_of(rotation) for rotation, _, _ in parts]),
-        offset=np.array([offset for _, offset, _ in parts]),
-        axis=np.array([np.zeros(3) if part.axis is None else part.axis for *_, part in parts]),
+        rotation=np.array([quaternion_of(part.rotation) for part in parts]),
+        offset=np.array([part.offset for part in parts]),
+        axis=np.array([np.zeros(3) if part.axis is None else part.axis for part in parts]),
         body_rotation=np.array([quaternion_of(body.rotation) for body in robot.bodies]),
         body_offset=np.array([body.offset for body in robot.bodies]),
     )
 
 
-@functools.lru_cache(maxsize=16)
-def loaded_tree(robot: Robot, bits: int) -> Tree:
-    """The tree of a robot as loaded. Args: bits of the context in which it is called."""
-    del bits
-    return tree_of(robot, data_of(robot))
+def posed(
+    robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Plane
+) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], list[arb_mat]]:
+    """A robot in one posture, at the precision of the present context.
+
+    Args:
+        robot: the robot.
+        data: its numbers.
+        q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        plane: along and about whose axes the velocities of a floating base are counted.
+
+    Returns: inertia, Jacobian and placements of the bodies (N = 1); rotation (3, 3) and origin (3, 1) of each joint's frame;
+        and inertia (6, 6) of each body.
+    """
+    q, numbers = balls(q), zip(data.rotation, data.offset, data.axis, strict=True)
+    axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
+    places: list[tuple[arb_mat, arb_mat]] = []
+    columns: list[list[arb]] = []
+    for joint in robot.joints:
+        R, p = places[joint.parent] if joint.parent >= 0 else (EYE, arb_mat(3, 1))
+        for part in joint.parts or (joint,):
+            base = robot.free_base and not places
+            turned, moved, slides, spins = _through(part, q[part.q], *next(numbers))
+            R, p = R * turned, arb_mat(3, 1) if base else p + R * moved
+            slides, spins = (axes, axes) if base else (R * slides, R * spins)
+            columns += [[*[arb(0)] * 3, *slide] for slide in slides.transpose().table()]
+            levers = (cross_matrix(p) * spins).transpose().table()
+            columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
+        places.append((R, p))
+    inertias = [_inertia(*own) for own in zip(data.mass.tolist(), data.lever, data.inertia, places, strict=True)]
+    frames = [
+        (R * _rotation(turned), p + R * _column(offset))
+        for (R, p), turned, offset in zip(places, data.body_rotation, data.body_offset, strict=True)
+    ]
+    state = Dynamics(
+        _joint_inertia(robot, inertias, columns, balls(armature))[None],
+        np.array(columns, dtype=object).T[None],
+        np.array([R.table() for R, _ in frames], dtype=object)[None],
+        np.array([p.entries() for _, p in frames], dtype=object)[None],
+        (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
+        robot.moves,
+    )
+    return state, places, inertias
 
 
-def tree_of(robot: Robot, data: Data) -> Tree:
-    """The tree of a robot with some numbers, at the precision of the present context."""
-    nodes: list[Node] = []
-    carrier: list[int] = []
-    for i, joint in enumerate(robot.joints):
-        parent = carrier[joint.parent] if joint.parent >= 0 else -1
-        inner = elementary(joint)
-        for part in inner:
-            last = part is inner[-1]
-            inertia = _spatial_inertia(data.mass[i], data.lever[i], data.inertia[i]) if last else arb_mat(6, 6)
-            nodes.append(_node(parent, i if last else -1, part, data, len(nodes), inertia))
-            parent = len(nodes) - 1
-        carrier.append(parent)
-    places: list[tuple[arb_mat, arb_mat] | None] = []
-    for quaternion, offset in zip(data.body_rotation, data.body_offset, strict=True):
-        same = not quaternion[:3].any() and not offset.any()
-        places.append(None if same else (_rotation(quaternion), arb_mat(3, 1, offset.tolist())))
-    frames = tuple(None if place is None else _transform(*place) for place in places)
-    return Tree(tuple(nodes), tuple(carrier), frames, tuple(places))
+def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Array) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:
+    """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of its displacements and rotations.
 
-
-def _node(parent: int, body: int, joint: Joint, data: Data, k: int, inertia: arb_mat) -> Node:
-    """One elementary joint."""
-    R, p = _rotation(data.rotation[k]), arb_mat(3, 1, data.offset[k].tolist())
-    zero = [arb(0)] * 3
-    if joint.axis is None:
-        planar = joint.kind == "planar"
-        spins, slides = (EYE.table()[2:], EYE.table()[:2]) if planar else (EYE.table(), EYE.table())
-        columns = [[*zero, *slide] for slide in slides] if joint.kind in ("free", "planar") else []
-        columns += [[*spin, *zero] for spin in spins]
-        return Node(parent, body, joint, R, p, (), arb_mat(columns).transpose(), inertia)
-    axis = unit_vector(data.axis[k])
-    a = arb_mat(3, 1, axis)
+    Args:
+        joint: its record.
+        at: its configuration.
+        quaternion: of its frame at rest.
+        offset: (3,) origin of that.
+        axis: (3,) of a joint of one coordinate.
+    """
+    rest, p, nothing, values = _rotation(quaternion), _column(offset), arb_mat(3, 0), at.tolist()
+    if joint.kind == "ball":
+        return rest * rotation_matrix(at), p, nothing, EYE
+    if joint.kind == "free":
+        return rest * rotation_matrix(at[3:]), p + rest * arb_mat(3, 1, values[:3]), EYE, EYE
+    a = _column(np.array([0.0, 0.0, 1.0]) if joint.kind == "planar" else axis)
+    a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
-        return Node(parent, body, joint, R, p, (R * a,), arb_mat(6, 1, [*zero, *axis]), inertia)
-    # Rodrigues' formula R = a aᵀ + cos (1 − a aᵀ) + sin [a]×.
-    along = R * a * a.transpose()
-    return Node(parent, body, joint, R, p, (along, R - along, R * cross_matrix(a)), arb_mat(6, 1, [*axis, *zero]), inertia)
+        return rest, p + rest * a * values[0], a, nothing
+    if joint.kind == "revolute":
+        sine, cosine = values[0].sin_cos()
+    else:
+        cosine, sine = values[-2:]
+        length = (cosine * cosine + sine * sine).sqrt()
+        cosine, sine = cosine / length, sine / length
+    # Rodrigues' formula.
+    turned = rest * (EYE * cosine + cross_matrix(a) * sine + a * a.transpose() * (1 - cosine))
+    if joint.kind == "planar":
+        return turned, p + rest * arb_mat(3, 1, [*values[:2], 0]), arb_mat(3, 2, [1, 0, 0, 1, 0, 0]), a
+    return turned, p, nothing, a
 
 
 def _rotation(quaternion: Array) -> arb_mat:
@@ -180,61 +145,30 @@ def _rotation(quaternion: Array) -> arb_mat:
     return rotation_matrix(quaternion) if quaternion[:3].any() else EYE
 
 
-def _transform(R: arb_mat, p: arb_mat) -> arb_mat:
-    """Transform (6, 6) of twists into a frame placed at (R, p): (Rᵀ ω, Rᵀ (v + ω × p))."""
-    Rt = R.transpose()
-    return blocks(Rt, None, Rt * cross_matrix(-p), Rt)
+def _column(values: Array) -> arb_mat:
+    """A vector (3, 1)."""
+    return arb_mat(3, 1, values.tolist())
 
 
-def _spatial_inertia(mass: float, lever: Array, inertia: Array) -> arb_mat:
-    """Spatial inertia (6, 6) at the frame's origin of a mass with its inertia about its centre (Featherstone 2008, Eq. 2.63)."""
-    m, C = arb(mass), cross_matrix(arb_mat(3, 1, lever.tolist()))
-    mC = C * m
-    return blocks(matrix(inertia) + mC * C.transpose(), mC, mC.transpose(), EYE * m)
+def _inertia(mass: float, lever: Array, inertia: Array, place: tuple[arb_mat, arb_mat]) -> arb_mat:
+    """Inertia (6, 6) of a body about the base, world axes (Featherstone 2008, Eq. 2.63), from that in its joint's frame."""
+    R, p = place
+    C = cross_matrix(R * _column(lever) + p)
+    mC = C * arb(mass)
+    a, b, c = (R * matrix(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
+    upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
+    return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 
 
-def poses(tree: Tree, q: Array | Balls, free_base: bool) -> list[Pose]:
-    """Every node in one posture.
-
-    Args:
-        tree: the robot.
-        q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
-        free_base: whether the first joint is a floating base, from whose place positions are counted.
-    """
-    found: list[Pose] = []
-    for k, node in enumerate(tree.nodes):
-        R, p = _through(node, q, free_base and k == 0)
-        X = _transform(R, p)
-        if node.parent >= 0:
-            before = found[node.parent]
-            R, p = before.rotation * R, before.position + before.rotation * p
-        found.append(Pose(X, R, p))
-    return found
-
-
-def _through(node: Node, q: Array | Balls, base: bool) -> tuple[arb_mat, arb_mat]:
-    """Rotation (3, 3) and origin (3, 1) of a node's frame in its parent's."""
-    kind, at = node.joint.kind, q[node.joint.q]
-    if kind == "revolute" or kind == "continuous":
-        if kind == "revolute":
-            sine, cosine = arb(at[0]).sin_cos()
-        else:
-            c, s = arb(at[0]), arb(at[1])
-            length = (c * c + s * s).sqrt()
-            sine, cosine = s / length, c / length
-        rest, even, odd = node.parts
-        return rest + even * cosine + odd * sine, node.offset
-    if kind == "prismatic":
-        return node.rotation, node.offset + node.parts[0] * arb(at[0])
-    p = arb_mat(3, 1)
-    if kind == "planar":
-        p = arb_mat(3, 1, [arb(at[0]), arb(at[1]), 0])
-        c, s = arb(at[2]), arb(at[3])
-        length = (c * c + s * s).sqrt()
-        c, s = c / length, s / length
-        R = arb_mat([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    else:
-        R = rotation_matrix(at[-4:])
-        if kind == "free" and not base:
-            p = arb_mat(3, 1, [arb(x) for x in at[:3].tolist()])
-    return node.rotation * R, node.offset + node.rotation * p
+def _joint_inertia(robot: Robot, inertias: list[arb_mat], columns: list[list[arb]], armature: Balls) -> Balls:
+    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves."""
+    composite, H = list(inertias), np.zeros((len(columns), len(columns)), dtype=object)
+    for i in range(len(composite) - 1, -1, -1):
+        v, before = robot.joints[i].v, np.flatnonzero(robot.moves[i])
+        J = arb_mat([columns[k] for k in before])
+        H[before, v] = entries(J * (composite[i] * arb_mat(columns[v]).transpose()))
+        H[v, before] = H[before, v].T
+        if robot.parents[i] >= 0:
+            composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
+    H[np.diag_indices(len(H))] += armature
+    return H

@@ -8,12 +8,10 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from flint import arb, ctx
+from flint import ctx
 
-from shockpc.core.spatial import Array, largest_norm
-from shockpc.exact.balls import PrecisionError, nearest
-from shockpc.exact.equation import SingularError
-from shockpc.exact.kinematics import loaded_tree
+from shockpc.core.spatial import Array
+from shockpc.exact.balls import Balls, PrecisionError, SingularError, nearest, radii
 from shockpc.exact.solution import ExactImpact, Inputs
 
 __all__ = ["Enclosure", "Proof", "motion", "prove", "rounded"]
@@ -51,7 +49,7 @@ class Enclosure:
             with ctx.workprec(self.bits):
                 try:
                     if self._impact is None:
-                        self._impact = ExactImpact(self.inputs, loaded_tree(self.inputs.robot, self.bits))
+                        self._impact = ExactImpact(self.inputs)
                     return compute(self._impact)
                 except (PrecisionError, SingularError):
                     if self.bits >= MOST_BITS:
@@ -66,8 +64,7 @@ class Proof(NamedTuple):
     Attributes:
         enclosure: from which everything else can be read.
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for strikes of 1 m/s along world x,
-            y
-            and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
+            y and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
         bounds: (nb,) proven error of the scene's own jumps relative to each body's motion [1].
@@ -95,37 +92,34 @@ def prove(inputs: Inputs, length: Array) -> Proof:
     enclosure = Enclosure(inputs)
     jumps, bounds = enclosure.read(lambda impact: _jumps(impact, length))
     delta_qd = enclosure.read(lambda impact: rounded(impact.delta_qd))
-    impulse = enclosure.read(lambda impact: rounded(impact.impulse.table(), together=True))
+    impulse = enclosure.read(lambda impact: nearest(impact.impulse, np.abs(impact.impulse.astype(float)).max(initial=0.0)))
     return Proof(enclosure, jumps, delta_qd, impulse, bounds, enclosure.bits)
 
 
 def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
     """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
-    found = [jump.entries() for jump in impact.jumps]
-    values = np.array([[float(x) for x in jump] for jump in found]).reshape(-1, 6, 4)
-    radii = np.array([[float(x.rad()) for x in jump] for jump in found]).reshape(-1, 6, 4)
-    size, width = motion(values, length), motion(radii, length)
+    values, radius = impact.body_jumps.astype(float), radii(impact.body_jumps)
+    size, width = motion(values, length), motion(radius, length)
     own = np.maximum(size[:, 3], AT_REST * size[:, 3].max())
     if np.any(width[:, 3] > 2.0**-70 * own) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
         raise PrecisionError
     # What may be zero is zero; the rest is off by its rounding to a double at most.
-    values[np.abs(values) <= radii] = 0.0
-    lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radii[..., 3]
+    values[np.abs(values) <= radius] = 0.0
+    lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radius[..., 3]
     return values, motion(lost[..., None], length)[:, 0] / np.where(size[:, 3] > 0.0, size[:, 3], 1.0)
 
 
 def motion(jumps: Array, length: Array) -> Array:
     """Size (nb, k) of jumps (nb, 6, k) as speeds: velocity of the frame's origin, and rotation times a length (nb,)."""
-    return largest_norm(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1))
+    # Unlike a sum of squares, hypot does not underflow.
+    return np.asarray(np.hypot.reduce(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1), axis=1))
 
 
-def rounded(table: "list[list[arb]]", together: bool = False) -> Array:
-    """Numbers as doubles. Args: table (n, m); together, whether all of them are of one size, or only those of a row.
+def rounded(velocities: Balls) -> Array:
+    """Joint velocities (nv, m) as doubles, each joint's relative to its own.
 
     Raises:
         PrecisionError: a ball is too wide.
     """
-    values = np.array([[float(x) for x in row] for row in table])
-    largest = np.abs(values).max(initial=0.0)
-    size = largest if together else np.maximum(np.abs(values).max(axis=1, keepdims=True), 1e-30 * largest)
-    return nearest(np.array(table, dtype=object), size)
+    size = np.abs(velocities.astype(float))
+    return nearest(velocities, np.maximum(size.max(axis=1, keepdims=True), 1e-30 * size.max(initial=0.0)))

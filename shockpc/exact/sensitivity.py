@@ -8,9 +8,8 @@ import numpy as np
 from flint import ctx
 
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import Balls
-from shockpc.exact.equation import SingularError
-from shockpc.exact.kinematics import Tree, data_of, tree_of
+from shockpc.exact.balls import Balls, SingularError
+from shockpc.exact.kinematics import Data, data_of
 from shockpc.exact.proof import Proof, motion
 from shockpc.exact.solution import ExactImpact, Inputs
 from shockpc.model.motion import Motion
@@ -63,8 +62,7 @@ def sensitivity(proof: Proof, length: Array, others: Callable[[ExactImpact], lis
         with ctx.workprec(bits):
             try:
                 found = ExactImpact(*_changed(inputs, kinds, seed))
-                moved = np.array([[float(row[3]) for row in jump.table()] for jump in found.jumps])[..., None]
-                of_bodies = motion(moved - jumps, length)[:, 0] / np.where(size > 0.0, size, 1.0)
+                of_bodies = motion(found.body_jumps[..., 3:].astype(float) - jumps, length)[:, 0] / np.where(size > 0.0, size, 1.0)
                 return np.array([*of_bodies, *(_apart(*pair) for pair in zip(others(found), own, strict=True))])
             except SingularError:
                 return np.full(len(size) + len(own), np.inf)
@@ -81,7 +79,7 @@ def _apart(one: Balls, other: Balls) -> float:
     return float(np.sqrt(distance / size)) if size > 0.0 else 0.0
 
 
-def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs, Tree]:
+def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs, Data]:
     """The inputs and the robot with every datum of some kinds changed in its last digit."""
     draw = random.Random(seed)
     data = data_of(inputs.robot)
@@ -100,7 +98,7 @@ def _changed(inputs: Inputs, kinds: tuple[str, ...], seed: int) -> tuple[Inputs,
             block._replace(point=_last_digit(draw, block.point), forces=_last_digit(draw, block.forces)) for block in inputs.blocks
         )
         inputs = inputs._replace(blocks=blocks, before=Motion(*(_last_digit(draw, part) for part in inputs.before)))
-    return inputs, tree_of(inputs.robot, data)
+    return inputs, data
 
 
 def _last_digit(draw: random.Random, values: Array) -> Array:

@@ -2,7 +2,7 @@
 
 import fnmatch
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -15,12 +15,10 @@ from shockpc.robot.robot import Robot
 
 __all__ = [
     "Contact",
-    "ContactPoint",
     "contact_block",
-    "contact_point",
     "landing_frames",
     "match_frames",
-    "stance_block",
+    "placed",
     "unit_directions",
 ]
 
@@ -57,39 +55,6 @@ class Contact:
         return bool(np.linalg.matrix_rank(unit_directions(self.frame, self.directions)) == 3)
 
 
-class ContactPoint(NamedTuple):
-    """A contact placed on its body, in any posture.
-
-    Attributes:
-        frame: its name.
-        body: index of the body that strikes.
-        point: (3,) contact point in the body's frame [m]; where `lowest` is given, what is added to that.
-        lowest: the link's own shapes, on which the lowest point is sought in each posture; None if the point is fixed.
-        directions: (n, 3) unit vectors along which the point is stopped, world axes.
-        moments: (m, 3) unit vectors about which the link is stopped, world axes; m = 0 for a point.
-        restitution: [1]
-    """
-
-    frame: str
-    body: int
-    point: Array
-    lowest: tuple[Shape, ...] | None
-    directions: Array
-    moments: Array
-    restitution: float
-
-    def points(self, rotation: Array, up: Array) -> Array:
-        """The contact point in the body's frame [m], (3,) or one for each posture (N, 3).
-
-        Args:
-            rotation: (N, 3, 3) of the body, body to world.
-            up: (3,) unit normal of the ground, world axes.
-        """
-        if self.lowest is None:
-            return self.point
-        return self.point + np.stack([_lowest_point(self.lowest, R.T @ up) for R in rotation])
-
-
 def match_frames(robot: Robot, pattern: str) -> tuple[str, ...]:
     """The frames that a name, a glob or a part of a link's name means.
 
@@ -101,13 +66,12 @@ def match_frames(robot: Robot, pattern: str) -> tuple[str, ...]:
     if pattern in robot.frames:
         return (pattern,)
     wanted = pattern.casefold()
-    if any(sign in wanted for sign in "*?["):
-        found = [link for link in robot.links if fnmatch.fnmatchcase(link.casefold(), wanted)]
-    else:
-        found = [link for link in robot.links if wanted and wanted in link.casefold()]
+    if wanted and not any(sign in wanted for sign in "*?["):
+        wanted = f"*{wanted}*"
+    found = tuple(link for link in robot.links if fnmatch.fnmatchcase(link.casefold(), wanted))
     if not found:
         raise UnknownName("link or frame", pattern, robot.frames, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    return tuple(found)
+    return found
 
 
 def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
@@ -129,69 +93,52 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
     )
 
 
-def contact_point(robot: Robot, contact: Contact, up: Array) -> ContactPoint:
-    """Place a contact on its body.
+def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> Block:
+    """The rows of a contact, or of a foot that is down already and stays where it is, whatever strikes elsewhere.
 
     Args:
         robot: the robot.
         contact: as the scene states it.
         up: (3,) unit normal of the ground, world axes.
+        kind: what it is.
 
     Raises:
         UnknownName: the robot has no such frame.
         SceneError: the frame does not move, the link has no collision geometry to find a lowest point on, or a direction has no
             length.
     """
-    frame = robot.frame(contact.frame)
+    frame, name = robot.frame(contact.frame), f'{kind} "{contact.frame}"'
     if frame.body < 0:
-        raise SceneError(f'contact "{contact.frame}" is fixed to the world, so it cannot strike; choose a frame on a moving link')
+        raise SceneError(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
     if contact.restitution < 0.0 or contact.restitution > 1.0:
-        raise SceneError(
-            f'contact "{contact.frame}" has restitution {contact.restitution:g}; '
-            "it lies between 0 (stays down) and 1 (bounces fully)"
-        )
-    vectors = unit_directions(f'contact "{contact.frame}"', contact.directions)
+        raise SceneError(f"{name} has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)")
+    vectors = unit_directions(name, contact.directions)
     if not np.any(np.abs(vectors @ up) > 1e-9):
         raise SceneError(
-            f'contact "{contact.frame}" keeps only directions along the ground, so nothing stops its fall; '
+            f"{name} keeps only directions along the ground, so nothing stops its fall; "
             f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions"
         )
-    point, lowest = frame.rotation @ np.asarray(contact.offset, dtype=float), None
-    if contact.at == "lowest":
-        lowest = _shapes(robot, contact.frame)
-    else:
+    point = frame.rotation @ np.asarray(contact.offset, dtype=float)
+    lowest = _shapes(robot, contact.frame) if contact.at == "lowest" else ()
+    if not lowest:
         point = frame.offset + point
     moments = np.zeros((0, 3))
     if contact.kind == "flat":
         moments = np.array([*_across(up), *([up] if contact.sticks else [])])
-    return ContactPoint(contact.frame, frame.body, point, lowest, vectors, moments, contact.restitution)
+    return Block(kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, lowest=lowest)
 
 
-def contact_block(contact: ContactPoint, rotation: Array, up: Array) -> Block:
-    """The rows of a contact. Args: rotation (N, 3, 3) of its body, body to world; up (3,) normal of the ground."""
-    return Block(
-        name=f'contact "{contact.frame}"',
-        kind="contact",
-        body=contact.body,
-        carrier=contact.body,
-        point=contact.points(rotation, up),
-        forces=contact.directions,
-        moments=contact.moments,
-        restitution=contact.restitution,
-    )
+def placed(contact: Block, rotation: Array, up: Array) -> Block:
+    """A contact with its point in each posture, if that is the lowest one.
 
-
-def stance_block(robot: Robot, frame: str) -> Block:
-    """The rows of a foot that is down already: it stays where it is, whatever strikes elsewhere.
-
-    Raises:
-        UnknownName: the robot has no such frame.
-        SceneError: the frame is fixed to the world.
+    Args:
+        contact: as described in any posture.
+        rotation: (N, 3, 3) of its body, body to world.
+        up: (3,) unit normal of the ground, world axes.
     """
-    found = robot.frame(frame)
-    if found.body < 0:
-        raise SceneError(f'stance "{frame}" is fixed to the world, so it stands anyway; name a frame on a moving link')
-    return Block(f'stance "{frame}"', "stance", found.body, found.body, found.offset, np.eye(3))
+    if not contact.lowest:
+        return contact
+    return contact._replace(point=contact.point + np.stack([_lowest_point(contact.lowest, R.T @ up) for R in rotation]))
 
 
 def unit_directions(owner: str, directions: tuple[str | tuple[float, float, float], ...]) -> Array:

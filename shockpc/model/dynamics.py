@@ -16,7 +16,7 @@ from shockpc.core.inertia import Inertia, Momenta, matrix_of
 from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
 
-__all__ = ["PINOCCHIO", "Dynamics", "Workspace", "dynamics"]
+__all__ = ["PINOCCHIO", "Dynamics", "dynamics"]
 
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
@@ -48,28 +48,6 @@ class Dynamics(NamedTuple):
     def H(self) -> Array:
         """(N, nv, nv) joint-space inertia [kg, kg m, kg m²]."""
         return matrix_of(self.inertia)
-
-
-class Workspace(NamedTuple):
-    """A copy of Pinocchio's model with its data.
-
-    Attributes:
-        model: the model; its armature is that of the last call.
-        data: the data.
-        J: (nv, 6) view of the Jacobian's columns, valid for as long as the data are.
-        F: (nv, 6) view of the momenta of unit joint velocities, angular about the centre of mass.
-        com: (3,) view of the centre of mass.
-        placements: (njoints, 12) view of the joints' placements.
-        symmetric: whether crba fills both triangles, which depends on the version.
-    """
-
-    model: pin.Model
-    data: pin.Data
-    J: Array
-    F: Array
-    com: Array
-    placements: Array
-    symmetric: bool
 
 
 def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
@@ -107,7 +85,9 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
     # Pinocchio writes the linear part first.
     J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
     if n * nv**2 >= MANY:
-        inertia = Momenta(J, _about_the_origin(F, com), model.armature, tuple(data.parents_fromRow))
+        about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
+        F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
+        inertia = Momenta(J, F, model.armature, tuple(data.parents_fromRow))
     rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:
@@ -117,24 +97,16 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
     return Dynamics(inertia, J, rotation, position, origin, robot.moves)
 
 
-def _about_the_origin(F: Array, com: Array) -> Array:
-    """Momenta (N, 6, nv), angular part first and about the origin. Args: F (N, nv, 6) as Pinocchio has them; com (N, 3)."""
-    # The posture comes last, so that every operation runs over contiguous numbers.
-    F, (x, y, z) = F.transpose(1, 2, 0), com.T.copy()
-    out = np.concatenate([F[:, 3:], F[:, :3]], axis=1, out=np.empty(F.shape))
-    a, b, c = (out[:, i] for i in (3, 4, 5))
-    out[:, 0] += y * c - z * b
-    out[:, 1] += z * a - x * c
-    out[:, 2] += x * b - y * a
-    return out.transpose(2, 1, 0)
-
-
 @functools.lru_cache(maxsize=16)
-def _workspace(robot: Robot, thread: int) -> Workspace:
-    """The workspace of a robot in one thread; preparing it costs more than using it.
+def _workspace(robot: Robot, thread: int) -> tuple[pin.Model, pin.Data, Array, Array, Array, Array, bool]:
+    """A copy of a robot's model with its data for one thread; preparing it costs more than using it.
 
     Read one by one, J and the placements cost more than the algorithms. Both lie in one piece of memory each, the placements as
     columns of the rotation followed by the translation, at equal steps.
+
+    Returns: the model, whose armature is that of the last call; the data; views of these: the Jacobian's columns (nv, 6), momenta
+        of unit joint velocities (nv, 6) about the centre of mass, the centre of mass (3,) and the joints' placements (njoints, 12);
+        and whether crba fills both triangles, which depends on the version.
     """
     del thread
     model = pin.Model(robot.model)
@@ -145,4 +117,4 @@ def _workspace(robot: Robot, thread: int) -> Workspace:
     if data.oMi[0].translation.ctypes.data - first.ctypes.data != 72 or first.strides != (8, 24):
         raise ImportError(f"Pinocchio {PINOCCHIO} stores placements in another way than versions 4.0 and 4.1; install one of those")
     flat = np.lib.stride_tricks.as_strided(first.T, (model.njoints, 12), (step, 8), writeable=False)
-    return Workspace(model, data, data.J.T, data.Ag.T, data.com[0], flat, np.array_equal(H, H.T))
+    return model, data, data.J.T, data.Ag.T, data.com[0], flat, np.array_equal(H, H.T)

@@ -15,11 +15,9 @@ from shockpc.errors import SceneError
 from shockpc.model import CHECKED
 from shockpc.printed import listed
 from shockpc.robot.robot import Robot
+from shockpc.toml import LARGEST
 
-__all__ = ["LARGEST", "JointModel", "Joints", "Rotor", "joint_model"]
-
-LARGEST = 1e12
-"""Largest reflected inertia, and largest number that a scene may hold, in whatever unit: beyond it squares run out of range."""
+__all__ = ["JointModel", "Joints", "Rotor", "joint_model"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,32 +83,20 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     for pattern, rotor in joints.rotor.items():
         if pattern in given:
             raise SceneError(f'"{pattern}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
-        if not (rotor.inertia > 0.0 and rotor.gear_ratio != 0.0):
-            raise SceneError(
-                f'rotor of "{pattern}" has inertia {rotor.inertia:g} kg m² and gear ratio {rotor.gear_ratio:g}; '
-                'the inertia has to be above zero and the ratio not zero; for no rotor use model = "free"'
-            )
         given[pattern] = rotor.gear_ratio**2 * rotor.inertia
-        if given[pattern] > LARGEST:
-            raise SceneError(
-                f'rotor of "{pattern}" reflects {given[pattern]:.3g} kg m², which cannot be computed with; it may reflect up to '
-                f'{LARGEST:g}, and a joint that holds is model = "locked"'
-            )
     for pattern, inertia in given.items():
-        if not inertia > 0.0:
+        if not 0.0 < inertia <= LARGEST:
             raise SceneError(
-                f'armature of "{pattern}" is {inertia:g}; a reflected inertia has to be above zero; '
-                'for none use model = "free" (--joints free)'
+                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST:g}; '
+                'for none use model = "free" (--joints free), and for a joint that holds model = "locked"'
             )
-        for columns in _velocities(robot, pattern):
-            armature[columns] = inertia
+        armature[_velocities(robot, pattern)] = inertia
     for pattern in joints.locked:
-        for columns in _velocities(robot, pattern):
-            locked[columns] = True
+        locked[_velocities(robot, pattern)] = True
     if joints.model == "locked":
         locked |= robot.driven
     for pattern in given:
-        if all(locked[columns].all() for columns in _velocities(robot, pattern)):
+        if locked[_velocities(robot, pattern)].all():
             raise SceneError(
                 f'"{pattern}" is locked, so a reflected inertia changes nothing there; leave out the lock, or the armature or rotor'
             )
@@ -123,10 +109,10 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     return JointModel(armature, locked, _named(armature[robot.driven], locked[robot.driven]))
 
 
-def _velocities(robot: Robot, pattern: str) -> list[slice]:
-    """The velocity columns of the joints that a pattern means."""
+def _velocities(robot: Robot, pattern: str) -> list[int]:
+    """The velocities of the driven joints that a pattern means."""
     names = (pattern,) if pattern == robot.joints[0].name else robot.match_joints(pattern)
-    driven = [robot.joint(name).v for name in names if robot.joint(name).kind != "free"]
+    driven = [k for name in names for k in range(robot.model.nv)[robot.joint(name).v] if robot.driven[k]]
     if not driven:
         raise SceneError(f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one')
     return driven

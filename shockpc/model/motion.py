@@ -1,14 +1,16 @@
 """How a robot moves before it strikes: the velocity and rotation of its base, and the rates of its joints."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.model.dynamics import Dynamics
+from shockpc.model.rows import Block, block_wrenches
 from shockpc.robot.robot import Robot
 
-__all__ = ["Motion", "com_velocity", "twist_before"]
+__all__ = ["Motion", "approach_speeds", "com_velocity", "twist_before"]
 
 
 class Motion(NamedTuple):
@@ -31,6 +33,25 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     if not before.joint_rates.any():
         return np.broadcast_to(whole, (len(state.J), 6))
     return np.asarray(whole + state.J @ np.where(state.moves[body], before.joint_rates, 0.0))
+
+
+def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | None) -> Array:
+    """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
+
+    The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a motion, if one is given. Rows of
+    standing feet and of loops have none.
+    """
+    b = []
+    for block in blocks:
+        wrenches = block_wrenches(state, block)
+        speeds = np.zeros((*wrenches.shape[:2], 3 if before is None else 4), dtype=wrenches.dtype)
+        if block.kind == "contact":
+            wrenches = wrenches + block.restitution * wrenches if block.restitution else wrenches
+            speeds[..., :3] = wrenches[..., 3:]
+            if before is not None:
+                speeds[..., 3:] = wrenches @ twist_before(state, before, block.body)[..., None]
+        b.append(speeds)
+    return np.concatenate(b, axis=1)
 
 
 def com_velocity(robot: Robot, state: Dynamics, before: Motion) -> Array:

@@ -14,7 +14,16 @@ from shockpc.model import CHECKED
 from shockpc.printed import listed
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["STANDING", "Posture", "check_rotations", "configuration", "held_joints", "outside_limits", "reference_name"]
+__all__ = [
+    "STANDING",
+    "Posture",
+    "check_rotations",
+    "configuration",
+    "held_joints",
+    "outside_limits",
+    "reference_name",
+    "settable_joints",
+]
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""
@@ -70,28 +79,23 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     """
     name = reference_name(robot, posture.reference)
     # A robot may have a posture that it calls neutral itself; that one is meant then.
-    q = np.array(robot.postures[name]) if name in robot.postures else np.array(robot.start)
-    q = _with_rotations(robot, name, q)
-    _set_base(robot, posture, q)
-    for pattern, value in posture.joints.items():
-        _set_joints(robot, pattern, value, q, 1.0)
-    for pattern, value in posture.joints_deg.items():
-        _set_joints(robot, pattern, value, q, math.pi / 180.0)
-    for mimic in robot.mimics:
-        led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
-        _set(robot.joint(mimic.joint), led + mimic.offset, q)
-    return q
-
-
-def _with_rotations(robot: Robot, name: str, q: Array) -> Array:
-    """The posture with its quaternions and cosines made whole: files round them, and another length than 1 scales the shock."""
-    whole = np.asarray(pin.normalize(robot.model, q))
-    if not (pin.isNormalized(robot.model, whole, 1e-9) and np.abs(whole - q).max(initial=0.0) < 0.05):
+    given = robot.postures.get(name, robot.start)
+    # Files round quaternions and cosines, and another length than 1 would scale the shock.
+    q = np.array(pin.normalize(robot.model, np.array(given)))
+    if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - given).max(initial=0.0) < 0.05):
         raise SceneError(
             f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
             "sine, has length 1; correct it in the file of postures"
         )
-    return whole
+    _set_base(robot, posture, q)
+    for values, unit in ((posture.joints, 1.0), (posture.joints_deg, math.pi / 180.0)):
+        for pattern, value in values.items():
+            for joint in settable_joints(robot, pattern):
+                _set(joint, value if joint.kind == "prismatic" else value * unit, q)
+    for mimic in robot.mimics:
+        led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
+        _set(robot.joint(mimic.joint), led + mimic.offset, q)
+    return q
 
 
 def check_rotations(robot: Robot, Q: Array) -> None:
@@ -110,7 +114,7 @@ def check_rotations(robot: Robot, Q: Array) -> None:
 
 def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
     """Put the base where the scene says; the rest of q is left alone."""
-    if posture.base_position is None and posture.base_rpy_deg is None and posture.base_quaternion is None:
+    if (posture.base_position, posture.base_rpy_deg, posture.base_quaternion) == (None, None, None):
         return
     if posture.base_rpy_deg is not None and posture.base_quaternion is not None:
         raise SceneError("the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them")
@@ -131,22 +135,24 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         q[3:7] = np.asarray(posture.base_quaternion) / length
 
 
-def _set_joints(robot: Robot, pattern: str, value: float, q: Array, unit: float) -> None:
-    """Set every joint that a name or a glob means."""
-    names = robot.match_joints(pattern)
+def settable_joints(robot: Robot, pattern: str) -> tuple[Joint, ...]:
+    """The joints whose one coordinate a name or a glob sets; those that follow others are left out of a glob.
+
+    Raises:
+        UnknownName: no joint fits.
+        SceneError: the joint of that name follows others, or one has several degrees of freedom.
+    """
     followers = {mimic.joint: mimic.led for mimic in robot.mimics}
-    for name in names:
-        if name in followers:
-            if name == pattern:
-                raise SceneError(f'joint "{name}" follows {followers[name]}, so it cannot be set by itself; set that')
-            continue
-        joint = robot.joint(name)
+    if pattern in followers:
+        raise SceneError(f'joint "{pattern}" follows {followers[pattern]}, so it cannot be set by itself; set that')
+    found = tuple(robot.joint(name) for name in robot.match_joints(pattern) if name not in followers)
+    for joint in found:
         if joint.axis is None:
-            degrees = joint.v.stop - joint.v.start
             raise SceneError(
-                f'joint "{name}" has {degrees} degrees of freedom, so one number cannot set it; use a reference posture instead'
+                f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, so one number cannot set it; '
+                "leave it out, or use a reference posture"
             )
-        _set(joint, value if joint.kind == "prismatic" else value * unit, q)
+    return found
 
 
 def _set(joint: Joint, value: float, q: Array) -> None:
@@ -165,10 +171,9 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
     held = np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
         held[:6] = True
-    named = {name for pattern in movable for name in robot.match_joints(pattern)}
-    set_ = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
+    named = {name for pattern in movable or (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
     for name in robot.joint_names:
-        if (name not in named) if movable else (name in set_):
+        if (name in named) != bool(movable):
             held[robot.joint(name).v] = True
     return held
 
@@ -184,15 +189,14 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
         # The slack lets a posture rest on a limit that a file states in rounded decimals.
         if excess > 1e-4:
             unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
-            where = f"{excess * size:.3g} {unit} outside {{}} limits [{low * size:.3g}, {high * size:.3g}]"
+            where = f"{excess * size:.3g} {unit} outside limits [{low * size:.3g}, {high * size:.3g}]"
             found.setdefault(where, {})[joint.name] = excess
     return tuple(
         Diagnostic(
             "limits",
             "+".join(excesses),
             max(excesses.values()),
-            f"{'joints' if len(excesses) > 1 else 'joint'} {listed(excesses, 4)} {'stand' if len(excesses) > 1 else 'stands'} "
-            f"{where.format('their' if len(excesses) > 1 else 'its')}; the profile is computed there all the same",
+            f"{listed(excesses, 4)}: {where}; the profile is computed there all the same",
         )
         for where, excesses in found.items()
     )

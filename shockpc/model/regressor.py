@@ -11,9 +11,6 @@ __all__ = ["INERTIA_ENTRIES", "inertia_regressor", "parameter_directions"]
 INERTIA_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """The entries of an inertia by row and column; those off the diagonal stand for both of their places."""
 
-PACKED = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
-"""The same in the order in which Pinocchio stores them."""
-
 
 def inertia_regressor(robot: Robot, q: Array, a: Array) -> Array:
     """The derivative (nv, nb, 10) of H(q) a with respect to the inertial parameters of every body.
@@ -39,17 +36,15 @@ def parameter_directions(robot: Robot, body: int) -> Array:
     mass along x, y and z of the body's frame [m]; `INERTIA_ENTRIES` about the centre of mass, axes of the body's frame [kg m²].
     """
     own, rotation = robot.model.inertias[robot.bodies[body].joint], robot.bodies[body].rotation
-    m, c, eye = float(own.mass), np.array(own.lever), np.eye(3)
+    m, c, zero = float(own.mass), np.array(own.lever), np.zeros((3, 3))
 
-    def column(mass: float, moment: Array, inertia: Array) -> Array:
-        return np.array([mass, *moment, *(inertia[i, j] for i, j in PACKED)])
+    def parameters(mass: float, lever: Array, inertia: Array) -> Array:
+        return np.asarray(pin.Inertia(mass, lever, inertia).toDynamicParameters())
 
-    mass = column(1.0, c, c @ c * eye - np.outer(c, c))
-    columns = [mass, m * mass + column(0.0, np.zeros(3), np.array(own.inertia))]
-    for axis in rotation.T:
-        cross = np.outer(c, axis)
-        columns.append(column(0.0, m * axis, m * (2.0 * (c @ axis) * eye - cross - cross.T)))
+    columns = [parameters(1.0, c, zero), own.toDynamicParameters()]
+    # They are quadratic in the centre of mass, so a central difference is the derivative.
+    columns += [(parameters(m, c + axis, zero) - parameters(m, c - axis, zero)) / 2.0 for axis in rotation.T]
     for i, j in INERTIA_ENTRIES:
         entry = np.outer(rotation[:, i], rotation[:, j])
-        columns.append(column(0.0, np.zeros(3), entry if i == j else entry + entry.T))
+        columns.append(parameters(0.0, np.zeros(3), entry if i == j else entry + entry.T))
     return np.stack(columns, axis=1)

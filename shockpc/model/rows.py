@@ -1,8 +1,7 @@
-"""What is held during an impact, described once: contacts, standing feet and loops as rows.
+"""What is held during an impact, described once: contacts, standing feet and loops as rows; and Eq. 4 with them.
 
 A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a body, along an axis fixed in the
-world or in a body. The description does not know the posture. It is evaluated in double precision for N postures here, and in ball
-arithmetic for one in `exact`.
+world or in a body. The description does not know the posture. It is evaluated for N postures, in doubles or, for a proof, in balls.
 """
 
 from collections.abc import Sequence
@@ -10,10 +9,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from shockpc.core.impulse import TOLERANCE
+from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
+from shockpc.robot.geometry import Shape
 
-__all__ = ["Block", "block_axes", "block_point", "block_wrenches", "row_jacobian", "row_terms", "slices_of"]
+__all__ = ["Block", "Equation", "block_axes", "block_point", "block_wrenches", "point_at", "row_jacobian", "row_terms", "slices_of"]
 
 NO_AXES = np.zeros((0, 3))
 
@@ -22,28 +24,33 @@ class Block(NamedTuple):
     """The rows of one contact, standing foot or closure: its forces, then its moments.
 
     Attributes:
-        name: what holds, such as 'contact "foot"'.
         kind: only the rows of a contact have a speed to undo.
+        frame: name of what is held.
         body: index of the body on which the unit impulses act; −1 for the world.
-        carrier: index of the body in which the point is fixed; −1 for the world.
-        point: (3,), or (N, 3) where it differs between postures, in the carrier's frame [m].
+        point: (3,), or (N, 3) where it differs between postures, at which they act, in the body's frame [m].
         forces: (n, 3) axes of the unit forces.
         moments: (m, 3) axes of the unit moments.
         other: index of the body on which the opposite impulses act; −1 for the ground or the world.
         axes_body: index of the body in whose frame the axes are fixed; −1 for the world.
         restitution: e, by which the speed along each row is reversed [1].
+        lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
     """
 
-    name: str
     kind: Literal["contact", "stance", "closure"]
+    frame: str
     body: int
-    carrier: int
     point: Array
     forces: Array
     moments: Array = NO_AXES
     other: int = -1
     axes_body: int = -1
     restitution: float = 0.0
+    lowest: tuple[Shape, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """For messages, such as 'contact "foot"'."""
+        return f'{self.kind} "{self.frame}"'
 
     @property
     def size(self) -> int:
@@ -59,26 +66,32 @@ def slices_of(blocks: Sequence[Block]) -> tuple[slice, ...]:
 
 def block_point(state: Dynamics, block: Block) -> Array:
     """Position (N, 3) of the point of a block, world axes, from the base [m]."""
-    if block.carrier < 0:
-        return np.asarray(block.point - state.origin)
-    turned = (state.rotation[:, block.carrier] @ block.point[..., None])[..., 0]
-    return np.asarray(state.position[:, block.carrier] + turned)
+    return point_at(state, block.body, block.point)
+
+
+def point_at(state: Dynamics, body: int, point: Array) -> Array:
+    """Position (N, 3) of a point of a body or of the world, world axes, from the base [m]. Args: point (3,) or (N, 3)."""
+    if body < 0:
+        return np.asarray(point - state.origin)
+    return np.asarray(state.position[:, body] + (state.rotation[:, body] @ point[..., None])[..., 0])
 
 
 def block_axes(state: Dynamics, block: Block) -> Array:
     """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
     axes = np.concatenate([block.forces, block.moments])
     if block.axes_body < 0:
-        return np.broadcast_to(axes, (len(state.J), *axes.shape))
+        # Adding zeros makes balls of them where the posture is in balls, before doubles are multiplied with doubles and rounded.
+        return np.asarray(axes + 0.0 * state.origin[:, None])
     return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
 
 
 def block_wrenches(state: Dynamics, block: Block) -> Array:
     """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin [m], and force; world axes."""
     n, axes = len(block.forces), block_axes(state, block)
-    out = np.zeros((*axes.shape[:2], 6))
+    point = block_point(state, block)
+    out = np.zeros((*axes.shape[:2], 6), dtype=point.dtype)
     out[:, :n, 3:], out[:, n:, :3] = axes[:, :n], axes[:, n:]
-    (x, y, z), (a, b, c) = block_point(state, block).T[..., None], axes[:, :n].transpose(2, 0, 1)
+    (x, y, z), (a, b, c) = point.T[..., None], axes[:, :n].transpose(2, 0, 1)
     out[:, :n, 0], out[:, :n, 1], out[:, :n, 2] = y * c - z * b, z * a - x * c, x * b - y * a
     return out
 
@@ -111,3 +124,49 @@ def _moved(state: Dynamics, block: Block) -> Array:
     """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
     body, other = (np.where(end < 0, 0.0, state.moves[end].astype(float)) for end in (block.body, block.other))
     return np.asarray(body - other)
+
+
+class Equation(NamedTuple):
+    """The impulsive equation of motion in N postures, in the free velocities ẏ.
+
+    Attributes:
+        inertia: GᵀHG, armature included.
+        J_c: (N, nc, ny) J_c G, closure rows included.
+        b: (N, nc, k) speeds to be undone along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
+        G: (N, nv, ny), or None where all velocities are free.
+        state: the robot.
+        blocks: the rows.
+    """
+
+    inertia: Inertia
+    J_c: Array
+    b: Array
+    G: Array | None
+    state: Dynamics
+    blocks: tuple[Block, ...]
+
+    @property
+    def H(self) -> Array:
+        """(N, ny, ny) GᵀHG [kg, kg m, kg m²]."""
+        return matrix_of(self.inertia)
+
+    def terms(self, k: int) -> Array:
+        """Sizes (nc, ny) of the terms that the entries of J_c are sums of, in one posture."""
+        terms = row_terms(self.state, self.blocks)[k]
+        return terms if self.G is None else np.asarray(terms @ np.abs(self.G[k]))
+
+    def cancellation(self) -> Array:
+        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most [1].
+
+        Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity: little cancels.
+        """
+        weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
+        terms = row_terms(self.state, self.blocks)
+        terms = terms if self.G is None else terms @ np.abs(self.G)
+        length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, terms))
+        moves = length > TOLERANCE * whole
+        return np.asarray(np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0))
+
+    def full(self, delta: Array) -> Array:
+        """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""
+        return delta if self.G is None else np.asarray(self.G @ delta)

@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.core.percussion import dot
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import Balls, balls, entries
+from shockpc.exact.balls import Balls, balls
 from shockpc.exact.proof import Proof, motion
 from shockpc.exact.sensitivity import sensitivity
 from shockpc.exact.solution import ExactImpact
@@ -91,7 +91,7 @@ def data_warnings(landing: Landing, proof: Proof, translates: np.ndarray) -> tup
     def others(impact: ExactImpact) -> list[Balls]:
         normals = np.sum(impact.orientations[turning] * balls(landing.plane.normal)[:, None], axis=1)
         turns = dot(normals, impact.body_jumps[turning][:, :3, 3])
-        along = entries(impact.impulse)[:, 3]
+        along = impact.impulse[:, 3]
         axes = [(impact.inputs.blocks[k].forces, own.start) for k, own in loaded]
         return [speed_in(impact, landing), *turns[:, None], *(along[first : first + len(f)] @ balls(f) for f, first in axes)]
 

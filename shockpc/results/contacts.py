@@ -8,13 +8,11 @@ from shockpc.core.impulse import choose_rows
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix, nearest
-from shockpc.exact.equation import block_axes, block_point
+from shockpc.exact.balls import BallMatrix, Balls, PrecisionError, balls, matrix, nearest
 from shockpc.exact.proof import Enclosure, Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
-from shockpc.model.equation import Equation
-from shockpc.model.rows import Block
+from shockpc.model.rows import Block, Equation, block_axes, block_point
 from shockpc.results.variants import held_joints_enclosure
 
 __all__ = ["ContactImpulse", "StanceImpulse", "TotalImpulse", "contact_impulses", "pulled", "stance_impulses", "total_impulse"]
@@ -121,10 +119,10 @@ def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
 
     def read(impact: ExactImpact) -> tuple[Array, Array]:
         force, moment = balls(np.zeros(3)), balls(np.zeros(3))
-        rows, size = entries(impact.independent_impulse)[:, 3], 0.0
+        rows, size = impact.independent_impulse[:, 3], 0.0
         for block, own in zip(impact.inputs.blocks[:count], impact.slices[:count], strict=True):
-            point = np.array(block_point(impact.mechanism, block).entries(), dtype=object)
-            axes = entries(block_axes(impact.mechanism, block).transpose())
+            point = block_point(impact.state, block)[0]
+            axes = block_axes(impact.state, block)[0]
             for j, axis in enumerate(axes):
                 part = axis * rows[own.start + j]
                 size += abs(float(rows[own.start + j]))
@@ -174,7 +172,7 @@ def _point(landing: Landing, proof: Proof, block: Block) -> Array:
     reach = float(np.abs(origin).max()) + float(np.abs(landing.state.position[0]).max()) + 1e-3
 
     def read(impact: ExactImpact) -> Array:
-        place = np.array(block_point(impact.mechanism, block).entries(), dtype=object)
+        place = block_point(impact.state, block)[0]
         return nearest(place + balls(origin), reach)
 
     return proof.enclosure.read(read)
@@ -189,7 +187,7 @@ def _impulse(landing: Landing, proof: Proof, k: int) -> tuple[Array | None, floa
     size = float(np.abs(proof.impulse[:, 3]).max(initial=0.0))
 
     def read(impact: ExactImpact) -> tuple[Array, Array | None]:
-        along = entries(impact.impulse)[own, 3][:n]
+        along = impact.impulse[own, 3][:n]
         impulse = np.sum(along[:, None] * balls(block.forces), axis=0)
         up = balls(landing.up)
         normal = dot(impulse, up)

@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import Balls, balls, entries, nearest
+from shockpc.exact.balls import Balls, balls, nearest
 from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
@@ -31,7 +31,7 @@ def energy(landing: Landing, proof: Proof) -> Energy:
 
     def read(impact: ExactImpact) -> tuple[Array, Array | None]:
         e = balls(np.repeat([block.restitution for block in impact.inputs.blocks], [block.size for block in impact.inputs.blocks]))
-        works = entries(impact.independent_impulse)[:, 3] * entries(impact.speeds)[:, 3]
+        works = impact.independent_impulse[:, 3] * impact.speeds[:, 3]
         lost, size = -np.sum(works * (1 - e) / (1 + e)) / 2, float(np.abs(works.astype(float)).sum())
         if not landing.floating:
             return nearest(_one(lost), size), None

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import entries, nearest
+from shockpc.exact.balls import nearest
 from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
@@ -37,26 +37,20 @@ def joint_loads(landing: Landing, proof: Proof) -> tuple[JointLoad, ...]:
     of least norm.
     """
     robot = landing.robot
-    chosen = [(i, joint) for i, joint in enumerate(robot.joints) if not (robot.free_base and i == 0)]
+    chosen = robot.joints[robot.free_base :]
+    bodies, first = slice(int(robot.free_base), None), [joint.v.start for joint in chosen]
 
     def loads(impact: ExactImpact) -> tuple[Array, Array, Array]:
-        forces, moments, along = [], [], []
-        for i, joint in chosen:
-            node = impact.mechanism.tree.carrier[i]
-            own = impact.joint_loads[node]
-            R = impact.mechanism.poses[node].rotation
-            wrench = entries(own)[:, 0]
-            turned = entries(R)
-            moments.append(turned @ wrench[:3])
-            forces.append(turned @ wrench[3:])
-            S = impact.mechanism.tree.nodes[node].S
-            along.append((S.transpose() * own)[0, 0] if joint.axis is not None else own[0, 0])
-        force, moment = (np.array(part, dtype=object).reshape(-1, 3) for part in (forces, moments))
+        own = impact.joint_loads[bodies]
+        force = own[:, 3:]
+        moment = own[:, :3] - np.cross(impact.joint_origins[bodies], force)
+        # The power of the wrench in a unit velocity of the joint; in the first one where it has several.
+        along = np.sum(impact.state.J[0, :, first].T * own.T, axis=0)
         size = float(np.abs(np.concatenate([force, moment]).astype(float)).max(initial=0.0))
-        return nearest(force, size), nearest(moment, size), nearest(np.array(along, dtype=object), size)
+        return nearest(force, size), nearest(moment, size), nearest(along, size)
 
     forces, moments, along = proof.enclosure.read(loads)
     return tuple(
         JointLoad(joint.name, force, moment, float(part) if joint.axis is not None else None)
-        for (_, joint), force, moment, part in zip(chosen, forces, moments, along, strict=True)
+        for joint, force, moment, part in zip(chosen, forces, moments, along, strict=True)
     )

@@ -4,16 +4,15 @@ import math
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, is_singular, weakest_columns
+from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SolveError
-from shockpc.exact.equation import SingularError
+from shockpc.exact.balls import SingularError
 from shockpc.exact.proof import Proof, prove
 from shockpc.exact.solution import Inputs
 from shockpc.landing import Landing, contact_velocity
-from shockpc.model.equation import Equation
-from shockpc.model.rows import block_axes, row_jacobian, row_terms, slices_of
+from shockpc.model.rows import Equation, block_axes, row_jacobian, row_terms, slices_of
 from shockpc.printed import few, listed
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.results.points import spots
@@ -54,7 +53,7 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         )
     diagonal = np.diagonal(equation.H[0])
     if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
-        raise SolveError(_without_inertia(landing, equation, -1))
+        raise SolveError(_without_inertia(landing, equation))
     joints, length = landing.joint_model, rotation_lengths(landing)
     blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in equation.blocks)
     every = RowChoice.every(equation.J_c.shape[1])
@@ -66,8 +65,8 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         try:
             proof = prove(inputs, length)
         except SingularError as singular:
-            if singular.body >= 0 or is_singular(equation.H[0]):
-                raise SolveError(_without_inertia(landing, equation, singular.body)) from None
+            if singular.of_inertia:
+                raise SolveError(_without_inertia(landing, equation)) from None
             continue
         _refuse_contradiction(landing, equation, choice, proof)
         _refuse_singular(landing, equation, proof)
@@ -86,15 +85,15 @@ def _chosen(equation: Equation, impact: Impact) -> RowChoice:
     return choose_rows(equation.J_c[0], equation.terms(0), size, impact.scale[0])
 
 
-def _without_inertia(landing: Landing, equation: Equation, body: int) -> str:
+def _without_inertia(landing: Landing, equation: Equation) -> str:
     """The message for an inertia that cannot be inverted: the bodies whose joints carry none."""
     robot = landing.robot
     columns = weakest_columns(equation.H[0])
     velocities = columns if equation.G is None else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
     names = [
         name.name
-        for i, (name, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True))
-        if i == body or any(joint.v.start <= v < joint.v.stop for v in velocities)
+        for name, joint in zip(robot.bodies, robot.joints, strict=True)
+        if any(joint.v.start <= v < joint.v.stop for v in velocities)
     ]
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
     bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""

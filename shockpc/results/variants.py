@@ -11,6 +11,5 @@ __all__ = ["held_joints_enclosure"]
 
 def held_joints_enclosure(enclosure: Enclosure, landing: Landing) -> Enclosure:
     """The robot with every joint locked and its base free, without rows: only what its inertia resists can be read from it."""
-    none = RowChoice(np.zeros(0, dtype=int), np.zeros((0, 0)), np.zeros(0, dtype=bool), False)
-    nothing = np.zeros(landing.robot.model.nv)
+    none, nothing = RowChoice.every(0), np.zeros(landing.robot.model.nv)
     return Enclosure(enclosure.inputs._replace(blocks=(), choice=none, base="free", armature=nothing, locked=landing.robot.driven))

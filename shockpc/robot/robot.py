@@ -64,7 +64,7 @@ class Joint(NamedTuple):
             (quaternion), continuous (cosine, sine), revolute, prismatic, or composite (several of these after one another).
         axis: (3,) unit vector in the joint's frame; None where there is more than one.
         parent: index of the body that carries it; −1 for the world.
-        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in the part before.
+        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in that of the part before it.
         offset: (3,) its origin there [m].
         q: where its configuration is in q.
         v: where its velocities are in q̇.
@@ -442,9 +442,10 @@ def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
     axis, limits = None, (-np.inf, np.inf)
     if kind == "composite":
         inner = joint.extract()
+        steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
         parts = tuple(
             _joint(model, part, number, step)._replace(name=name)
-            for part, step, name in zip(inner.joints, inner.jointPlacements, model.names[number].split("+"), strict=True)
+            for part, step, name in zip(inner.joints, steps, model.names[number].split("+"), strict=True)
         )
     elif joint.nv == 1:
         data = joint.createData()

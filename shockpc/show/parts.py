@@ -75,10 +75,10 @@ class Parts:
                 )
         write_text(path, json.dumps(description, indent=1, ensure_ascii=False) + "\n")
 
-    def write(self, executor: Executor, ahead: int) -> Iterator[int]:
+    def write(self, executor: Executor | None) -> Iterator[int]:
         """Compute the parts that are missing; yield the number of rows that were there, then of each part.
 
-        Args: executor, computes and writes them; ahead, number of parts to submit before the first one is done.
+        Args: executor, computes and writes them.
 
         Raises:
             OutputError: a part cannot be written; those that are complete remain.
@@ -88,7 +88,7 @@ class Parts:
         yield made.rows - sum((b - a) * made.strikes for a, b in (made.parts[k] for k in missing))
         save = functools.partial(_save, rows, self.format, json.dumps(self._description(), ensure_ascii=False))
         try:
-            yield from in_order(executor, functools.partial(with_sweep, pickle.dumps(made), save), missing, ahead)
+            yield from in_order(executor, functools.partial(with_sweep, pickle.dumps(made), save), missing)
         finally:
             for unfinished in self._rows.glob(".part-*"):
                 unfinished.unlink(missing_ok=True)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.errors import ShockError
-from shockpc.executor import InProcess
+from shockpc.executor import in_order
 from shockpc.model.contact import Contact
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
@@ -123,7 +123,8 @@ def batch(
     """
     names = list(robots)
     cases: list[BatchRow | Failure] = []
-    for name, found in zip(names, (executor or InProcess()).map(functools.partial(_landings, read, look), names), strict=True):
+    found_of = functools.partial(_landings, read, look)
+    for name, found in zip(names, in_order(executor, found_of, names), strict=True):
         cases += found
         if done is not None:
             done(name)

@@ -17,7 +17,7 @@ from scipy.optimize import brentq, minimize_scalar
 from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.landing import Landing
-from shockpc.model.assembly import assemble
+from shockpc.model.closure import assemble
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration, held_joints
 from shockpc.profile import ILL_CONDITIONED, SWIFT, proof_of, shock_maps, shock_profile

@@ -23,6 +23,7 @@ from shockpc.exact.solution import ExactImpact, Inputs
 from shockpc.landing import Landing
 from shockpc.model.closure import closure_block
 from shockpc.model.columns import free_columns
+from shockpc.model.contact import placed
 from shockpc.model.dynamics import dynamics
 from shockpc.model.motion import com_velocity, twist_before
 from shockpc.model.posture import held_joints
@@ -325,13 +326,13 @@ def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
 def _path(landing: Landing, inputs: Inputs, rates: Array) -> Callable[[float], Inputs] | None:
     """The inputs as joints move; None where the lowest point of a contact jumps."""
     robot, h = landing.robot, 2.0**-20
-    lowest = [k for k, contact in enumerate(landing.contacts) if contact.lowest is not None]
+    lowest = [k for k, contact in enumerate(landing.contacts) if contact.lowest]
     speeds: dict[int, Array] = {}
     if lowest:
         # What is lowest is found in double precision, so the speed of that point over its link is known to ten digits.
         state = dynamics(robot, np.stack([displaced(robot, landing.q, rates, t).astype(float) for t in (h, -h)]))
         for k in lowest:
-            after, before = landing.contacts[k].points(state.rotation[:, landing.contacts[k].body], landing.up)
+            after, before = placed(landing.contacts[k], state.rotation[:, landing.contacts[k].body], landing.up).point
             speeds[k] = (after - before) / (2.0 * h)
             if np.abs(speeds[k]).max() > JUMPS:
                 return None

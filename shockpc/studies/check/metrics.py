@@ -14,7 +14,7 @@ from shockpc.printed import printable
 from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.robot import Robot
-from shockpc.scene import GRAVITY, Point, Scene
+from shockpc.scene import GRAVITY, Point, Scene, point_at
 
 __all__ = ["METRICS", "Metric", "MetricName", "Place", "measure", "places", "with_points"]
 
@@ -160,13 +160,9 @@ def _points(robot: Robot, scene: Scene, at: str, bodies: list[str]) -> list[str 
         return [at if at in bodies else listed[at]]
     if at in robot.frames:
         return [Point(frame=at)]
-    frame, colon, offset = at.rpartition(":")
+    frame, colon, _ = at.rpartition(":")
     if colon and frame in robot.frames:
-        try:
-            x, y, z = map(float, offset.split(","))
-        except ValueError:
-            raise StudyError(f'"{printable(at)}" is not a point; give FRAME:x,y,z, such as {printable(frame)}:0,0,0.1') from None
-        return [Point(frame=frame, offset=(x, y, z))]
+        return [point_at(robot, at)]
     names = _matching(robot, "point or body", at, [*bodies, *listed], [*bodies, *listed, *robot.frames])
     return [name if name in bodies else listed[name] for name in names]
 

@@ -216,8 +216,8 @@ def _friction(landing: Landing, impulse: Array) -> Array:
     worst = np.zeros(impulse.shape[:2])
     start = 0
     for contact in landing.contacts:
-        n = len(contact.directions)
-        force = impulse[..., start : start + n] @ contact.directions
+        n = len(contact.forces)
+        force = impulse[..., start : start + n] @ contact.forces
         normal = force @ landing.up
         friction = _length(force - normal[..., None] * landing.up) / normal
         worst = np.maximum(worst, np.where(normal > 0.0, friction, np.nan))

@@ -17,7 +17,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError, StudyError, UnknownName
-from shockpc.executor import InProcess, in_order
+from shockpc.executor import in_order
 from shockpc.landing import Landing, resolve
 from shockpc.profile import shock_profile
 from shockpc.results.geometry import body_pieces
@@ -408,10 +408,10 @@ def sweep(
     robot = robot or robot_of(scene)
     made = sweep_of(scene, robot, vary, **options)
     return in_order(
-        executor or InProcess(),
+        executor,
         functools.partial(with_sweep, pickle.dumps(made), _chunk_of),
         range(len(made.parts)),
-        0 if executor is None else 8,
+        ahead=8,
     )
 
 

@@ -1,15 +1,19 @@
-"""Standard output and standard error, whatever state the caller left them in."""
+"""The process of a command: signals, and the standard streams in whatever state the caller left them."""
 
 import contextlib
 import io
 import os
+import signal
 import sys
 from typing import Any, TextIO
 
 from shockpc.errors import OutputError
 from shockpc.printed import message
 
-__all__ = ["complain", "deliver", "prepare_streams"]
+__all__ = ["complain", "deliver", "prepare", "received"]
+
+received: list[int] = []
+"""The signals that have come."""
 
 
 class _Lenient(io.FileIO):
@@ -22,20 +26,30 @@ class _Lenient(io.FileIO):
         return len(data)
 
 
-def prepare_streams() -> None:
-    """Make standard error safe to write to, and keep the numbers of closed streams from being given to other files.
+def prepare() -> None:
+    """Let Ctrl-C and SIGTERM unwind a run, so that files which are half written are removed; make standard error safe to write to.
 
-    A message that nobody can receive, because standard error is closed, full or a pipe without a reader, must not change how a
-    command ends.
+    Signals that the caller wants ignored (nohup, or a job in the background) are. A message that nobody can receive, because
+    standard error is closed, full or a pipe without a reader, must not change how a command ends. The numbers of closed streams are
+    kept from being given to other files.
     """
-    for number in (0, 1, 2):
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _stop)
+    for stream in (0, 1, 2):
         try:
-            os.fstat(number)
+            os.fstat(stream)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # the lowest free number, which is this one
     sys.stderr = io.TextIOWrapper(
         io.BufferedWriter(_Lenient(2, "w", closefd=False)), encoding="utf-8", errors="backslashreplace", line_buffering=True
     )
+
+
+def _stop(number: int, _: Any) -> None:
+    """Unwind whatever runs."""
+    received.append(number)
+    raise KeyboardInterrupt
 
 
 def complain(text: str) -> None:
