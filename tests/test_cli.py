@@ -14,7 +14,7 @@ from commands import STICK, good, run
 from test_scene_file import EVERY_KEY
 
 import shockpc
-import shockpc.show.figure.canvas
+import shockpc.show.figure.style
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.scene import GRAVITY
@@ -28,7 +28,7 @@ FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
 @pytest.fixture(autouse=True)
 def _no_figures(monkeypatch):
     """Drawing them takes longer than all else; other tests look at them."""
-    monkeypatch.setattr(shockpc.show.figure.canvas, "render", lambda name, draw: {})
+    monkeypatch.setattr(shockpc.show.figure.style, "render", lambda name, draw: {})
 
 
 def document(capfd, *words):

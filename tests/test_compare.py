@@ -187,8 +187,9 @@ def test_figure_shows_each_design_and_one_colour_scale(capfd, tmp_path):
     good(capfd, "compare", "go2", "hyq", "--contact", "FL_foot", "--contact", "lf_foot", "--out", tmp_path)
     drawn = (tmp_path / "compare.svg").read_text()
     assert drawn.count("normalised shock |Δv|") == 1
-    for text in (">A<", ">B<", ">on FL_foot<", ">on lf_foot<", "sensors of A: a imu", "sensors of B: a trunk_imu"):
-        assert text in drawn
+    sensors = ("sensor or point of A", "imu", "sensor or point of B", "trunk_imu")
+    for text in ("A", "B", "on FL_foot", "on lf_foot", *sensors):
+        assert f">{text}<" in drawn
     assert (tmp_path / "compare.png").stat().st_size > 10_000
 
 

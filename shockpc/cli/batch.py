@@ -42,9 +42,9 @@ def batch(
         raise StudyError("--figures needs a folder to write to; give one with --out")
     look = None
     if figures:
-        from shockpc.show.figure.contact_sheet import thumbnail
+        from shockpc.show.figure.view import view_of
 
-        look = thumbnail
+        look = view_of
     with executor(min(jobs, len(names))) as pool:
         read = functools.partial(scenes_from, options=options, on_each_foot=True)
         found = study.batch(names, read, pool, look, progress("robots computed", len(names)))

@@ -5,8 +5,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import new_chart, render
-from shockpc.show.figure.palette import CURVES, INK, PAPER
+from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart, render
 
 __all__ = ["error_time_svg"]
 
@@ -22,22 +21,19 @@ def error_time_svg(title: str, series: dict[str, list[tuple[float, float]]], acc
     """
 
     def draw() -> Figure:
-        figure = new_chart(8.0, 4.6, _text(title))
+        figure = new_chart(8.0, 4.6, printable(title, 90))
         axes = figure.add_subplot(xscale="log", yscale="log", xlabel="run time [µs]", ylabel="largest error over the bodies [-]")
         axes.axhline(accurate, color=INK, linewidth=0.8, linestyle="--", label=f"accurate: below {accurate:g}")
         for k, (name, points) in enumerate(series.items()):
             style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "markeredgewidth": 0.3, "markeredgecolor": PAPER}
             style |= {"marker": MARKS[k % len(MARKS)], "color": CURVES[(k + k // len(CURVES)) % len(CURVES)], "alpha": 0.8}
             times, errors = [1e6 * seconds for seconds, _ in points], [max(error, FLOOR) for _, error in points]
-            axes.plot(times, errors, label=_text(name), **style)
+            axes.plot(times, errors, label=printable(name, 60), **style)
         axes.set_ylim(bottom=FLOOR / 3.0)
         axes.grid(True)
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_major_formatter("{x:.0e}")
         figure.legend(loc="outside right upper")
         return figure
 
-    return render("chart", draw, formulas=True)["chart.svg"]
-
-
-def _text(name: str) -> str:
-    """A name as it is written where texts between dollar signs are formulas."""
-    return printable(name, 60).replace("$", r"\$")
+    return render("chart", draw)["chart.svg"]

@@ -1,6 +1,6 @@
-"""The figure of a landing: the robot in the plane, each body coloured by the shock at each of its points."""
+"""Landings in the plane, one or several on one scale: each body is coloured by the shock at each of its points."""
 
-import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,28 +8,15 @@ from matplotlib.figure import Figure
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.robot.geometry import outline
-from shockpc.show.figure.bodies import draw_bodies
-from shockpc.show.figure.canvas import add_axes, new_page
-from shockpc.show.figure.marks import draw_marks, letter
-from shockpc.show.figure.page import LINE, coordinates, key, plane_names, remarks, shock_bar, table, title
-from shockpc.show.figure.silhouette import to_plane
-from shockpc.show.figure.view import View, numbered, view_of
-from shockpc.show.figure.window import windows_of
-from shockpc.show.header import joint_model_text, posture_text, strike_text
+from shockpc.show.figure.page import LEFT, Page, Rows, short
+from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
+from shockpc.show.figure.view import View, Window, view_of, windows_of
+from shockpc.show.header import angle_text, joint_model_text, posture_text, strike_text
 
-__all__ = ["draw_landing"]
+__all__ = ["draw_landing", "draw_panels"]
 
-MOST, LEAST = (5.4, 6.4), (3.4, 2.2)
-"""Largest and smallest sides of the picture [inches]."""
-
-MARGIN, LEFT, HEAD, FOOT, COLUMN = 0.2, 0.62, 0.86, 1.0, 3.3
-"""Room around everything, for the vertical coordinate, the title, the colour bar, and the column beside the picture [inches]."""
-
-ROWS = 14
-"""Most bodies, and most sensors, that are listed."""
-
-NEAR = (0.15, 0.15)
-"""Distance from the robot, as a share of its size, up to which a centre of percussion is in the picture."""
+FOOT, GAP, BAR = 0.8, 0.15, 4.6
+"""Room for coordinates and the colour bar, and between panels; smallest width of the bar under panels [inches]."""
 
 OUT_OF_PLANE = 0.1
 """Share of a body's motion out of the plane above which the figure says so [1]."""
@@ -42,30 +29,69 @@ def draw_landing(profile: ShockProfile) -> Figure:
     depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
     """
     view = view_of(profile)
-    numbers = {i: n for n, i in enumerate(numbered(profile, view), start=1)}
-    rows, points, notes = _body_rows(profile, numbers), _point_rows(profile), _notes(profile, view, numbers)
-    tall = LINE * (len(rows) + len(points) + len(notes) + 12.0)
-    (window,) = windows_of([profile], [view], [view.struck], NEAR, MOST, (LEAST[0], max(LEAST[1], tall - FOOT)))
+    (window,) = windows_of([view], (0.15, 0.15), (5.4, 6.4), (3.4, 2.2))
     width, height = window.sides
-    x, y = LEFT + width + 2.0 * MARGIN, height + FOOT
-    figure, page = new_page(x + COLUMN + MARGIN, y + HEAD)
-    picture = add_axes(figure, LEFT, FOOT, width, height)
-    coordinates(picture, window, plane_names(profile))
-    signs = draw_bodies(picture, view) | draw_marks(picture, profile, view, window, numbers)
-    if all(drawn.region.is_empty for drawn in view.drawn):
-        nothing = "no body of this robot has a shape, or an inertia that a body can have"
-        picture.text(0.5, 0.9, nothing, ha="center", transform=picture.transAxes)
-    title(page, MARGIN, y + HEAD - 0.14, _title(profile), x + COLUMN - MARGIN)
-    shock_bar(figure, LEFT, 0.48, width)
-    y = table(page, x, y, (0.0, 0.2, 1.65, 2.08, 2.68, COLUMN), rows)
-    y = remarks(page, x, y, notes)
-    if points:
-        y = table(page, x, y - LINE, (0.0, 0.2, 2.68, COLUMN), points)
-    key(page, signs, (x, y - LINE))
-    return figure
+    tables = [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])]
+    page = Page(LEFT + width, height + FOOT, _heading(profile), tables, _notes(profile, view))
+    _picture(page, LEFT, page.low + FOOT, view, window)
+    page.bar(LEFT, width)
+    page.key()
+    return page.figure
 
 
-def _title(profile: ShockProfile) -> tuple[str, str, str]:
+def draw_panels(
+    profiles: Sequence[ShockProfile], title: str, labels: Sequence[str], captions: Sequence[Sequence[str]], note: str = ""
+) -> Figure:
+    """Draw landings from left to right.
+
+    A body has the same number in every panel, and so has its centre of percussion. Centres outside a panel are given under it.
+
+    Args:
+        profiles: of the landings, each with a panel.
+        title: of the figure.
+        labels: printed large under each panel.
+        captions: lines under each label.
+        note: under the tables, in italics.
+    """
+    views = [view_of(profile) for profile in profiles]
+    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in view.numbers]
+    number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
+    numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
+    views = [view._replace(numbers=own) for view, own in zip(views, numbers, strict=True)]
+    windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
+    under = [[*lines, *_outside(*one)] for lines, one in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
+    foot = FOOT + 0.3 + 0.13 * max(map(len, under))
+    width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
+    models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
+    bodies: Rows = [("", "body"), *((str(k), printable(name.replace("_", " "), 40)) for name, k in number.items())]
+    page = Page(
+        LEFT + width,
+        windows[0].sides[1] + foot,
+        (title, f"joint model: {models}"),
+        [bodies, *_sensors(profiles, labels)],
+        [note],
+    )
+    x, y = LEFT, page.low + foot
+    for k, (view, window) in enumerate(zip(views, windows, strict=True)):
+        _picture(page, x, y, view, window, left=k == 0)
+        middle = x + window.sides[0] / 2.0
+        page.write(middle, y - 0.42, labels[k], 10.0, window.sides[0], fontweight="bold", ha="center")
+        for n, text in enumerate(under[k]):
+            page.write(middle, y - 0.6 - 0.13 * n, text, 7.0, window.sides[0] + GAP, ha="center")
+        x += window.sides[0] + GAP
+    page.bar(LEFT, BAR)
+    page.key()
+    return page.figure
+
+
+def _picture(page: Page, x: float, y: float, view: View, window: Window, left: bool = True) -> None:
+    """Draw a landing with its coordinates, from (x, y) to the right and up [inches]."""
+    axes = page.picture(x, y, window, view.names, left)
+    draw_bodies(axes, view)
+    draw_marks(axes, view, window)
+
+
+def _heading(profile: ShockProfile) -> tuple[str, str, str]:
     """Robot and contacts; posture, base and strike; joint model."""
     contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
     robot = printable(profile.robot.source.name or profile.robot.name, 40)
@@ -76,37 +102,31 @@ def _title(profile: ShockProfile) -> tuple[str, str, str]:
     return f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"
 
 
-def _body_rows(profile: ShockProfile, numbers: dict[int, int]) -> list[tuple[str, ...]]:
+def _body_rows(profile: ShockProfile, view: View) -> Rows:
     """The numbered bodies: name, CoPc, RoPc and shock."""
     axes = profile.scene.plane if isinstance(profile.scene.plane, str) else ("e1", "e2")
-    rows: list[tuple[str, ...]] = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
-    for i, number in list(numbers.items())[:ROWS]:
+    rows: Rows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
+    for i, number in view.numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
-        shock = f"{_shock(low)}–{_shock(high)}" if np.isfinite(high) else _shock(profile.shock_com[i])
-        centre = ("none", "") if profile.translates[i] else map(_metres, to_plane(profile.copc_world[i], profile.plane))
-        rows.append((str(number), printable(profile.bodies[i], 16), *centre, _metres(float(profile.ropc[i])), shock))
-    if len(numbers) > ROWS:
-        rows.append(("", f"and {len(numbers) - ROWS} more", "", "", "", ""))
+        shock = f"{short(low)}–{short(high)}" if np.isfinite(high) else short(profile.shock_com[i])
+        centre = map(short, view.centres[i]) if i in view.centres else ("none", "")
+        rows.append((str(number), printable(profile.bodies[i], 16), *centre, short(profile.ropc[i]), shock))
     return rows
 
 
-def _point_rows(profile: ShockProfile) -> list[tuple[str, ...]]:
+def _point_rows(profile: ShockProfile) -> Rows:
     """Sensors and points: name, peak acceleration for a given pulse, and shock."""
-    if not profile.points:
-        return []
-    rows: list[tuple[str, ...]] = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
-    for k, point in enumerate(profile.points[:ROWS]):
+    rows: Rows = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
+    for k, point in enumerate(profile.points):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
-        rows.append((letter(k), printable(point.frame, 24), peak, _shock(point.shock)))
-    if len(profile.points) > ROWS:
-        rows.append(("", f"and {len(profile.points) - ROWS} more", "", ""))
+        rows.append((letter(k), printable(point.frame, 24), peak, short(point.shock)))
     return rows
 
 
-def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[str]:
-    """What limits the picture: motion out of the plane, and bodies that cannot be drawn; lines of text."""
+def _notes(profile: ShockProfile, view: View) -> list[str]:
+    """What limits the picture: motion out of the plane, and bodies that cannot be drawn."""
     notes = []
-    share = {number: float(profile.off_plane[i]) for i, number in numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
+    share = {number: float(profile.off_plane[i]) for i, number in view.numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
     if share:
         notes.append(
             f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the motion is out of the plane; colours "
@@ -120,14 +140,21 @@ def _notes(profile: ShockProfile, view: View, numbers: dict[int, int]) -> list[s
         notes.append(f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}")
     if profile.scene.pulse is not None and profile.points:
         notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
-    return [part for note in notes for part in textwrap.wrap(note, 58)]
+    return notes
 
 
-def _shock(value: float) -> str:
-    """A shock in at most seven characters."""
-    return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"
+def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[Rows]:
+    """What the letters of sensors mean: one table, or one for each panel if they mean different ones."""
+    tables: list[Rows] = [[(letter(k), printable(point.frame, 40)) for k, point in enumerate(one.points)] for one in profiles]
+    if all(rows == tables[0] for rows in tables):
+        return [[("", "sensor or point"), *tables[0]]] if tables[0] else []
+    return [[("", f"sensor or point of {label}"), *rows] for label, rows in zip(labels, tables, strict=True) if rows]
 
 
-def _metres(value: float) -> str:
-    """A length to about three digits."""
-    return (f"{round(value, 2) + 0.0:.2f}" if abs(value) < 9.995 else f"{value:.3g}").replace("-", "−")
+def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
+    """How the panel's robot is struck, and the centres of percussion outside the panel."""
+    lines = [f"strike angle {angle_text(profile)} deg"]
+    for i, number in view.numbers.items():
+        if i in view.centres and not window.holds(view.centres[i], 0.05):
+            lines.append("CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0))
+    return lines

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import new_chart
-from shockpc.show.figure.palette import BANDS, INK, PAPER
+from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
 from shockpc.show.header import contact_name
 from shockpc.studies.limits import ShockLimits
 
@@ -37,8 +36,7 @@ def draw_limits(found: ShockLimits) -> Figure:
     x, y = scale * found.values[chosen], np.degrees(strikes)
     shock = found.shock(strikes)[chosen].T
     levels = [share * found.max_shock for share in SHARES]
-    top = max(1.05 * float(np.nanmax(shock)), 8.0 * found.max_shock)
-    drawn = axes.contourf(x, y, shock, levels=[*levels, top], colors=COLOURS, antialiased=False)
+    drawn = axes.contourf(x, y, shock, levels=levels, colors=COLOURS, extend="max", antialiased=False)
     axes.contour(x, y, shock, levels=[found.max_shock], colors=INK, linewidths=1.6)
     greatest = np.degrees(found.most_severe[1][chosen])
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
@@ -52,9 +50,10 @@ def draw_limits(found: ShockLimits) -> Figure:
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     strip.set(yticks=[], xlabel=f"{printable('+'.join(found.joints), 60)} [{unit}]")
     strip.set_ylabel("allowed at\nevery strike", rotation=0.0, ha="right", va="center", fontsize=6.5)
-    bar = figure.colorbar(drawn, ax=[axes, strip], spacing="uniform", drawedges=True, aspect=28, pad=0.02)
-    bar.set_ticks([*levels, top], labels=[*(f"{level:.3g}" for level in levels), "∞"])
-    bar.set_label("normalised shock |Δv| / v_in [-]; black line: the bound")
+    bar = figure.colorbar(
+        drawn, ax=[axes, strip], drawedges=True, aspect=28, pad=0.02, format="%.3g", extendrect=True, extendfrac="auto"
+    )
+    bar.set_label(f"{SHOCK}; black line: the bound")
     bar.ax.tick_params(length=0.0)
     axes.tick_params(labelbottom=False)
     words = "dotted: most severe strike of each posture; dashed: limits in the file; circle: the scene"

@@ -1,163 +1,144 @@
-"""What surrounds a picture: coordinates along its edges, the colour bar, tables and the key to the signs."""
+"""A page with places in inches: a heading, pictures over a bar of colours, and beside them tables, notes and a key."""
 
 import math
 import re
+import textwrap
 from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import MultipleLocator
+from matplotlib.ticker import MaxNLocator
 
-from shockpc.result import ShockProfile
-from shockpc.show.figure.bodies import BOXED
-from shockpc.show.figure.canvas import add_axes
-from shockpc.show.figure.marks import SIGNS
-from shockpc.show.figure.palette import BANDS, EDGES, INK, faded
-from shockpc.show.figure.window import Window
+from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
+from shockpc.show.figure.view import Window
 
-__all__ = [
-    "LINE", "colour_bar", "coordinates", "key", "legend", "line", "plane_names", "remarks", "round_step", "shock_bar", "table",
-    "title",
-]  # fmt: skip
+__all__ = ["LEFT", "MARGIN", "Page", "Rows", "short"]
+
+Rows = list[tuple[str, ...]]
+"""A table of texts, its header first: a sign, a name, and numbers."""
 
 LINE = 0.165
 """Height of a line of text [inches]."""
 
-WORDS = {
-    "arrow": "velocity of the contact before the impact",
-    "ring": "contact that moves perpendicular to the plane",
-    "centre": "CoPc of the body with this number",
-    "circle": "RoPc: shock is 1 on this circle",
-    "joint": "joint",
-    "sensor": "sensor or point",
-    "outlined": "body in front of the struck limb",
-    "box": "box of the inertia: there is no shape to draw",
-}
-"""What the signs mean."""
+ROWS = 14
+"""Most rows of a table."""
+
+MARGIN, LEFT, COLUMN = 0.2, 0.62, 3.4
+"""Room around everything, for the vertical coordinate left of a picture, and for the column [inches]."""
 
 
-def plane_names(profile: ShockProfile) -> Sequence[str]:
-    """Names of the directions to the right and up."""
-    plane, directions = profile.scene.plane, (profile.plane.e1, profile.plane.e2)
-    return plane if isinstance(plane, str) else [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in directions]
+class Page:
+    """A page.
 
-
-def coordinates(
-    axes: Axes, window: Window, names: Sequence[str], left: bool = True, bottom: bool = True, apart: float = 0.5
-) -> None:
-    """Limit axes to a window and mark coordinates [m].
-
-    Args:
-        axes: in plane coordinates.
-        window: what they show.
-        names: of the directions to the right and up.
-        left: whether the left edge has numbers.
-        bottom: whether the lower edge has numbers.
-        apart: least distance between these [inches].
+    Attributes:
+        figure: that of matplotlib.
+        low: lower edge of the room for pictures [inches].
     """
-    axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]), facecolor="none")
-    for axis, name, shown in ((axes.xaxis, names[0], bottom), (axes.yaxis, names[1], left)):
-        axis.set_major_locator(MultipleLocator(round_step(apart * window.inch)))
-        axis.set_label_text(f"{name} [m]" if shown else "")
-    axes.tick_params(color=INK, labelcolor=INK, labelleft=left, left=left, labelbottom=bottom)
-    axes.spines["left"].set_visible(left)
+
+    def __init__(self, width: float, height: float, heading: Sequence[str], tables: Sequence[Rows] = (), notes: Sequence[str] = ()):
+        """Write everything but the pictures.
+
+        Args:
+            width: right edge of the pictures [inches].
+            height: of the pictures with what is under them [inches].
+            heading: lines, the first one as title.
+            tables: of the column; without any, there is no column.
+            notes: under the tables, in italics.
+        """
+        shown = [[*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))] for rows in tables]
+        lines = [part for note in notes for part in textwrap.wrap(note, 58)]
+        tall = LINE * (sum(len(rows) + 1.2 for rows in shown) + len(lines) + 7.0) if shown else 0.0
+        across = width + MARGIN + (COLUMN + 2.0 * MARGIN if tables else 0.0)
+        top = max(height, tall) + MARGIN
+        self.low, up = top - height, top + 0.32 + 0.18 * len(heading)
+        self.figure = Figure(figsize=(across, up))
+        self._axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, across), ylim=(0.0, up))
+        self._axes.set_axis_off()
+        for k, text in enumerate(heading):
+            y, size, weight = up - 0.14 - 0.07 * bool(k) - 0.18 * k, 8.0 if k else 11.0, "normal" if k else "bold"
+            self.write(MARGIN, y, text, size, across - 2.0 * MARGIN, fontweight=weight)
+        self._x, self._y = width + 2.0 * MARGIN, top
+        for rows in shown:
+            self._table(rows)
+            self._y -= LINE
+        for text in lines:
+            self.write(self._x, self._y, text, 7.0, fontstyle="italic")
+            self._y -= 0.85 * LINE
+        self._y -= LINE * bool(lines)
+
+    def _table(self, rows: Rows) -> None:
+        """Write rows into the column; numbers are under each other at their right edge."""
+        stops = [0.0, 0.2, *(COLUMN - 0.62 * k for k in reversed(range(len(rows[0]) - 2)))]
+        for k, row in enumerate(rows):
+            for column, (stop, cell) in enumerate(zip(stops, row, strict=False)):
+                weight, side = "bold" if k == 0 or column == 0 else "normal", "left" if column < 2 else "right"
+                self.write(self._x + stop, self._y, cell, fontweight=weight, ha=side)
+            self._y -= LINE
+            if k == 0:
+                self._axes.plot([self._x, self._x + COLUMN], [self._y + 0.01] * 2, color=INK, linewidth=0.6)
+                self._y -= 0.03
+
+    def write(self, x: float, y: float, text: str, size: float = 7.5, width: float = math.inf, **style: str) -> None:
+        """Write one line of text down from (x, y), in smaller letters if the width [inches] requires it."""
+        needed = (0.72 if style.get("fontweight") == "bold" else 0.62) * max(len(text), 1) / 72.0
+        look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
+        self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **look)
+
+    def picture(
+        self, x: float, y: float, window: Window, names: Sequence[str] = ("", ""), left: bool = True, bottom: bool = True
+    ) -> Axes:
+        """Add axes that show a window.
+
+        Args:
+            x: left edge [inches].
+            y: lower edge [inches].
+            window: what they show.
+            names: of the directions to the right and up; empty if there are no coordinates.
+            left: whether the left edge has numbers.
+            bottom: whether the lower edge has numbers.
+        """
+        axes = self.axes(x, y, *window.sides)
+        axes.set(xlim=(window.low[0], window.high[0]), ylim=(window.low[1], window.high[1]), facecolor="none")
+        if not any(names):
+            axes.set_axis_off()
+        for axis, side, name, shown in zip((axes.xaxis, axes.yaxis), window.sides, names, (bottom, left), strict=True):
+            axis.set_major_locator(MaxNLocator(max(1, round(side / 0.45)), steps=[1, 2, 5, 10]))
+            axis.set_label_text(f"{name} [m]" if shown else "")
+        axes.tick_params(labelleft=left, left=left, labelbottom=bottom)
+        axes.spines["left"].set_visible(left)
+        return axes
+
+    def axes(self, x: float, y: float, width: float, height: float) -> Axes:
+        """Add axes at a place [inches]."""
+        w, h = self.figure.get_size_inches()
+        return self.figure.add_axes((x / w, y / h, width / w, height / h))
+
+    def bar(
+        self,
+        x: float,
+        width: float,
+        levels: Sequence[float] = EDGES,
+        colours: Sequence[str] = BANDS,
+        text: str = f"{SHOCK}; grey: 1.0 when rounded",
+    ) -> None:
+        """Show colours between levels, one more than colours, under the pictures; the text stands under the bar."""
+        axes, n = self.axes(x, self.low + 0.14, width, 0.14), len(colours)
+        axes.barh(np.zeros(n), np.ones(n), left=np.arange(n), color=colours, edgecolor=INK, linewidth=0.5)
+        axes.set(xlim=(0, n), ylim=(-0.4, 0.4), yticks=[], xlabel=text)
+        axes.set_xticks(range(n + 1), ["∞" if math.isinf(level) else f"{round(level, 12):g}" for level in levels])
+        axes.tick_params(length=0.0)
+
+    def key(self) -> None:
+        """Explain the signs of the pictures at the end of the column."""
+        signs = {sign.get_label(): sign for axes in self.figure.axes for sign in axes.get_legend_handles_labels()[0]}
+        self._axes.legend(
+            handles=sorted(signs.values(), key=lambda sign: -sign.get_zorder()), loc="upper left", borderpad=0.0, borderaxespad=0.0,
+            bbox_to_anchor=(self._x, self._y), bbox_transform=self._axes.transData,
+        )  # fmt: skip
 
 
-def round_step(least: float) -> float:
-    """The smallest of 1, 2, 5, 10, 20 and so on, and of 0.5, 0.2, 0.1 and so on, that is at least a number."""
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= least)
-
-
-def shock_bar(figure: Figure, x: float, y: float, width: float) -> None:
-    """The bands of shock with their limits, from (x, y) to the right and down [inches]."""
-    labels = [*(f"{edge:g}" for edge in EDGES[:-1]), "∞"]
-    text = "normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded"
-    colour_bar(figure, (x, y, width), [*EDGES[:-1], 2.5], BANDS, labels, text)
-
-
-def colour_bar(
-    figure: Figure,
-    place: tuple[float, float, float],
-    levels: Sequence[float],
-    colours: Sequence[str],
-    labels: Sequence[str],
-    text: str,
-) -> None:
-    """Colours between levels.
-
-    Args:
-        figure: has the bar.
-        place: left end, upper edge and width [inches].
-        levels: one more than colours.
-        colours: of the intervals.
-        labels: of the levels.
-        text: under the bar.
-    """
-    x, y, width = place
-    mappable = ScalarMappable(BoundaryNorm(levels, len(colours)), ListedColormap(list(colours)))
-    axes = add_axes(figure, x, y - 0.14, width, 0.14)
-    bar = figure.colorbar(mappable, cax=axes, orientation="horizontal", spacing="uniform", drawedges=True)
-    bar.set_ticks(list(levels), labels=list(labels))
-    bar.ax.tick_params(length=0.0)
-    bar.set_label(text)
-    bar.dividers.set_linewidth(0.5)
-
-
-def title(page: Axes, x: float, y: float, lines: tuple[str, str, str], width: float) -> None:
-    """The title and two lines under it, down from (x, y) [inches]."""
-    for text, drop, size, weight in zip(lines, (0.0, 0.25, 0.43), (11.0, 8.0, 8.0), ("bold", "normal", "normal"), strict=True):
-        line(page, x, y - drop, text, size, width, weight)
-
-
-def remarks(page: Axes, x: float, y: float, lines: Sequence[str]) -> float:
-    """Lines in italics, down from (x, y); return where they end [inches]."""
-    for text in lines:
-        page.text(x, y, text, fontsize=7, fontstyle="italic", va="top")
-        y -= 0.85 * LINE
-    return y
-
-
-def line(page: Axes, x: float, y: float, text: str, size: float, width: float, weight: str = "normal") -> None:
-    """One line of text down from (x, y), in smaller letters if the width [inches] requires it."""
-    text = re.sub(r"(?<!\w)-(?=\d)", "−", text)
-    needed = (0.62 if weight == "normal" else 0.72) * len(text) / 72.0
-    page.text(x, y, text, fontsize=min(size, width / needed), fontweight=weight, va="top")
-
-
-def table(page: Axes, x: float, y: float, stops: Sequence[float], rows: Sequence[Sequence[str]]) -> float:
-    """Write rows down from (x, y), the first one as header; return where they end [inches].
-
-    The stops are the left edges of the first two columns and the right edges of the others, from x.
-    """
-    for k, row in enumerate(rows):
-        for column, (stop, cell) in enumerate(zip(stops, row, strict=True)):
-            weight = "bold" if k == 0 or column == 0 else "normal"
-            page.text(x + stop, y, cell, fontweight=weight, ha="left" if column < 2 else "right", va="top")
-        y -= LINE
-        if k == 0:
-            page.plot([x, x + stops[-1]], [y + 0.01] * 2, color=INK, linewidth=0.6)
-            y -= 0.03
-    return y
-
-
-def key(page: Axes, signs: set[str], place: tuple[float, float]) -> None:
-    """What the signs mean that occur, down from a place [inches]."""
-    handles: list[Line2D | Patch] = [Line2D([], [], **SIGNS[sign]) for sign in WORDS if sign in signs & SIGNS.keys()]
-    if "outlined" in signs:
-        handles.append(Patch(fill=False, edgecolor=faded(INK, 0.35), linewidth=0.5))
-    if "box" in signs:
-        handles.append(Patch(fill=False, edgecolor=INK, linewidth=0.7, linestyle=BOXED))
-    legend(page, handles, [words for sign, words in WORDS.items() if sign in signs], place)
-
-
-def legend(page: Axes, handles: Sequence[Line2D | Patch], words: Sequence[str], place: tuple[float, float]) -> None:
-    """Signs and what they mean, down from a place [inches]."""
-    page.legend(
-        handles, words, loc="upper left", bbox_to_anchor=place, bbox_transform=page.transData, borderpad=0.0, handlelength=1.9,
-        handletextpad=0.6, labelspacing=0.45, borderaxespad=0.0,
-    )  # fmt: skip
+def short(value: float, digits: int = 2) -> str:
+    """A number with some decimals; large ones to three digits."""
+    return f"{round(value, digits) + 0.0:.{digits}f}" if abs(value) < 9.995 else f"{value:.3g}"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
 
-__all__ = ["Region", "contoured", "silhouette", "to_plane"]
+__all__ = ["Region", "silhouette", "surface", "to_plane"]
 
 Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
@@ -29,25 +29,24 @@ def to_plane(points: Array, plane: Plane) -> Array:
     return np.asarray(points @ np.stack([plane.e1, plane.e2], axis=1))
 
 
-def silhouette(shapes: Sequence[Shape], rotation: Array, position: Array, plane: Plane, resolution: float) -> Region:
-    """The union of the projections of a body's shapes on the plane; empty if there are none.
+def surface(shapes: Sequence[Shape]) -> Array:
+    """Points (n, 3) of some shapes [m]: their corners, and for rounded ones their extremes along the axes."""
+    sides = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    return np.concatenate([(shape.points[:, None] + shape.radius * sides).reshape(-1, 3) for shape in shapes])
 
-    Args:
-        shapes: of the body.
-        rotation: (3, 3) of the body, body to world.
-        position: (3,) of its origin, world [m].
-        plane: the plane.
-        resolution: largest distance of the outline from the true one [m].
+
+def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float) -> Region:
+    """The union of the projections of shapes on a plane; empty if there are none.
+
+    The resolution is the largest distance of the outline from the true one [m].
     """
     parts = []
     for shape in shapes:
-        corners = to_plane(shape.points @ rotation.T + position, plane)
         if shape.mesh is None:
-            hull = shapely.MultiPoint(corners).convex_hull
+            hull = shapely.MultiPoint(to_plane(shape.points, plane)).convex_hull
             parts.append(hull.buffer(shape.radius, quad_segs=16) if shape.radius > 0.0 else hull)
         else:
-            vertices = to_plane(shape.mesh.vertices @ rotation.T + position, plane)
-            parts.append(_projection(vertices, shape.mesh.triangles, resolution / 2.0))
+            parts.append(_projection(to_plane(shape.mesh.vertices, plane), shape.mesh.triangles, resolution / 2.0))
     # A plate seen from its edge has no area, so it gets a width.
     parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
     return shapely.union_all(parts).simplify(resolution / 2.0)
@@ -85,16 +84,11 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> 
     covered = np.cumsum(steps.reshape(height, width), axis=1) > 0.5
 
     columns, rows = low[0] + (np.arange(width) - 2.0) * pixel, low[1] + (np.arange(height) - 2.0) * pixel
-    region = contoured(columns, rows, covered.astype(float), 0.5, 2.0)
-    return shapely.MultiPoint(vertices).convex_hull if region.is_empty else region
-
-
-def contoured(x: Array, y: Array, z: Array, low: float, high: float) -> Region:
-    """Where values z (n, m) at the points of a grid x (m,), y (n,) [m] are between two limits."""
-    contours: Any = contourpy.contour_generator(x, y, z, fill_type=contourpy.FillType.ChunkCombinedOffsetOffset)
-    (points,), (rings,), (polygons,) = contours.filled(low, high)
-    if points is None:
-        return shapely.MultiPolygon()
-    return shapely.union_all(
-        shapely.buffer(shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons)), 0.0)
+    contours: Any = contourpy.contour_generator(
+        columns, rows, covered.astype(float), fill_type=contourpy.FillType.ChunkCombinedOffsetOffset
     )
+    (points,), (rings,), (polygons,) = contours.filled(0.5, 2.0)
+    if points is None:
+        return shapely.MultiPoint(vertices).convex_hull
+    found = shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons))
+    return shapely.union_all(shapely.buffer(found, 0.0))

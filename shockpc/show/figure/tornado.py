@@ -1,11 +1,10 @@
 """The largest effects on the shock at a point as a tornado chart: one bar for each quantity, changed up and down by one step."""
 
+import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from shockpc.printed import printable
-from shockpc.show.figure.canvas import new_chart
-from shockpc.show.figure.palette import BANDS, INK
+from shockpc.show.figure.style import BANDS, INK, new_chart
 from shockpc.show.header import contact_name
 from shockpc.show.reports.sensitivity import effect_words, step_words
 from shockpc.studies.sensitivity import ShockSensitivity
@@ -14,9 +13,6 @@ __all__ = ["draw_tornado"]
 
 MOST = 16
 """Bars."""
-
-UP, DOWN = BANDS[6], BANDS[4]
-"""Colours of a change upward and downward."""
 
 HEIGHT = 0.24
 """Of one bar with the space around it [inches]."""
@@ -28,26 +24,22 @@ def draw_tornado(found: ShockSensitivity) -> Figure:
     point = printable(found.point, 60)
     landing = f"{printable(found.profile.robot.name)} landing on {printable(contact_name(found.profile), 60)}"
     figure = new_chart(7.2, 1.45 + HEIGHT * len(effects), f"What changes the shock at {point} of {landing}")
-    axes = figure.add_subplot()
-    largest = max(abs(effect.shock * effect.step) for effect in effects) or found.shock
-    for k, effect in enumerate(effects):
-        change = effect.shock * effect.step
-        # Nothing can have less than none of a mass or of an inertia.
-        lower = effect.kind not in ("mass", "armature") or effect.value >= effect.step
-        for sign, colour in ((1.0, UP), (-1.0, DOWN)) if lower else ((1.0, UP),):
-            axes.barh(k, sign * change, left=found.shock, height=0.72, color=colour, linewidth=0.0)
-        share = f"{100.0 * change / found.shock:+.3g} %".replace("-", "−")
-        side = 1.0 if change > 0.0 else -1.0
-        place = found.shock + change + 0.02 * side * largest
-        axes.text(place, k, share, va="center", ha="left" if side > 0.0 else "right", fontsize=6.5)
+    axes, rows = figure.add_subplot(), range(len(effects))
+    changes = np.array([effect.shock * effect.step for effect in effects])
+    largest = float(np.abs(changes).max()) or found.shock
+    # Nothing can have less than none of a mass or of an inertia.
+    lower = [effect.kind not in ("mass", "armature") or effect.value >= effect.step for effect in effects]
+    bars = axes.barh(rows, changes, left=found.shock, height=0.72, color=BANDS[6], label="change as given (the number)")
+    axes.barh(rows, np.where(lower, -changes, 0.0), left=found.shock, height=0.72, color=BANDS[4], label="the opposite change")
+    shares = [f"{100.0 * change / found.shock:+.3g} %".replace("-", "−") for change in changes]
+    axes.bar_label(bars, shares, padding=3.0, fontsize=6.5)
     names = [f"{effect_words(effect)}{f' of {effect.name}' if effect.name else ''}   {step_words(effect)}" for effect in effects]
-    axes.set_yticks(range(len(effects)), [printable(name, 70) for name in names])
+    axes.set_yticks(rows, [printable(name, 70) for name in names])
     axes.invert_yaxis()
     axes.axvline(found.shock, color=INK, linewidth=0.8)
     axes.set_xlim(found.shock - 1.22 * largest, found.shock + 1.22 * largest)
     axes.set_xlabel(f"shock |Δv| / v_in at {point} [-]; now {found.shock:.4g}; effects to first order")
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0.0)
-    handles = [Patch(color=UP, label="change as given (the number)"), Patch(color=DOWN, label="the opposite change")]
-    figure.legend(handles=handles, loc="outside lower right", ncols=2, fontsize=7.0)
+    figure.legend(loc="outside lower right", ncols=2, fontsize=7.0)
     return figure

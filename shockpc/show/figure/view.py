@@ -1,4 +1,4 @@
-"""The bodies of a robot in the plane of the figure: silhouettes, the order in which they are painted, and which ones are struck."""
+"""A landing in the plane of the figure: silhouettes and shock of the bodies, places of all marks, the window that holds them."""
 
 import functools
 from collections.abc import Sequence
@@ -8,14 +8,14 @@ import numpy as np
 import shapely
 
 from shockpc.core.spatial import Array, plane_from
+from shockpc.model.closure import all_loops
 from shockpc.model.dynamics import dynamics
 from shockpc.result import ShockProfile
 from shockpc.robot.geometry import Shape, inertia_box, outline
 from shockpc.robot.robot import Robot
-from shockpc.show.figure.field import Field, field_of
-from shockpc.show.figure.silhouette import Region, silhouette, to_plane
+from shockpc.show.figure.silhouette import Region, silhouette, surface, to_plane
 
-__all__ = ["Drawn", "View", "body_shapes", "numbered", "view_of"]
+__all__ = ["Drawn", "Field", "View", "Window", "body_shapes", "field_of", "view_of", "windows_of"]
 
 FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
@@ -23,7 +23,20 @@ FEW = 6
 RESOLUTION = 1e-3
 """Largest distance of a silhouette from the true one, as a share of the robot's size in the figure."""
 
-_SIDES = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+
+class Field(NamedTuple):
+    """Normalised shock of a body over plane coordinates u [m]: |c + A u|, c (3,) [1] and A (3, 2) [1/m].
+
+    Its square is a quadratic form: circles about the CoPc if the body moves in the plane. For a body that also moves out of the
+    plane the shock depends on depth as well; the field is then that on the surface through its middle.
+    """
+
+    c: Array
+    A: Array
+
+    def at(self, u: Array) -> Array:
+        """Shock (...) at plane coordinates u (..., 2) [1]."""
+        return np.asarray(np.linalg.norm(self.c + u @ self.A.T, axis=-1))
 
 
 class Drawn(NamedTuple):
@@ -47,35 +60,56 @@ class Drawn(NamedTuple):
 
 
 class View(NamedTuple):
-    """The bodies in plane coordinates.
+    """A landing in plane coordinates [m].
 
     Attributes:
         drawn: bodies, farthest first.
-        struck: indices of the bodies between contacts and base, base first.
-        low, high: (2,) lower left and upper right corner of all silhouettes [m].
+        numbers: those of bodies and of their CoPc by index: all of a small robot; else those between contacts and base, and the
+            heaviest.
+        names: of the directions to the right and up.
+        low, high: (2,) lower left and upper right corner of all bodies.
+        contacts: (n, 2) contact points.
+        velocities: (n, 2) of these before the impact, relative to the speed of the fastest [1].
+        joints: (n, 2) joints between bodies, and those that close loops.
+        sensors: (n, 2) sensors and points.
+        centres: CoPc (2,) of each body that rotates in the plane, by its index.
+        radii: (n,) RoPc of all bodies.
     """
 
     drawn: tuple[Drawn, ...]
-    struck: tuple[int, ...]
+    numbers: dict[int, int]
+    names: Sequence[str]
     low: Array
     high: Array
+    contacts: Array
+    velocities: Array
+    joints: Array
+    sensors: Array
+    centres: dict[int, Array]
+    radii: Array
 
     @property
     def size(self) -> float:
         """The larger side of the robot [m]."""
-        return float((self.high - self.low).max())
+        return max(float((self.high - self.low).max()), 1e-6)
 
 
 def view_of(profile: ShockProfile) -> View:
-    """Project the bodies of a profile; the viewer looks against the plane's normal, with e1 to the right and e2 up."""
+    """Project a landing; the viewer looks against the plane's normal, with e1 to the right and e2 up."""
     robot, plane = profile.robot, profile.plane
-    regions, world, boxed, size = _silhouettes(robot, tuple(profile.q.tolist()), tuple(plane.normal.tolist()))
+    regions, world, boxed = _silhouettes(robot, tuple(profile.q.tolist()), tuple(plane.normal.tolist()))
+    corners = to_plane(np.concatenate(world), plane)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = float((high - low).max())
     struck = {0}
     for contact in profile.scene.contact:
         i = robot.frame(contact.frame).body
         while i > 0:
             struck.add(i)
-            i = robot.joints[i].parent
+            i = robot.parents[i]
+    masses = [body.mass for body in robot.bodies]
+    chosen = range(len(masses)) if len(masses) <= FEW else sorted({*struck, int(np.argmax(masses))})
+    directions = [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in (plane.e1, plane.e2)]
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
@@ -83,40 +117,65 @@ def view_of(profile: ShockProfile) -> View:
         outlined = i not in struck and shapely.intersection(hidden, regions[i]).area > 0.1 * regions[i].area
         far = i not in struck and bool(depth[i] < depth[0] - 0.02 * size)
         drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, boxed[i]))
-    bounds = shapely.total_bounds(regions)
-    if np.isnan(bounds).any():
-        every = to_plane(np.concatenate(world), plane)
-        bounds = np.concatenate([every.min(axis=0), every.max(axis=0)])
-    return View(tuple(drawn), tuple(sorted(struck)), bounds[:2], bounds[2:])
+    approach = np.stack([contact.approach for contact in profile.contacts]) / float(np.linalg.norm(profile.strike))
+    loops = [loop for loop in all_loops(robot, profile.scene.closure) if not loop.turns]
+    ends = [next((i, p) for i, p in zip(loop.bodies, loop.points, strict=True) if i >= 0) for loop in loops]
+    pins = [*profile.position[1 if robot.free_base else 0 :], *(profile.position[i] + profile.rotation[i] @ p for i, p in ends)]
+    centres = to_plane(profile.copc_world, plane)
+    return View(
+        drawn=tuple(drawn),
+        numbers={i: n for n, i in enumerate(chosen, start=1)},
+        names=profile.scene.plane if isinstance(profile.scene.plane, str) else directions,
+        low=low,
+        high=high,
+        contacts=to_plane(np.stack([contact.point for contact in profile.contacts]), plane),
+        velocities=to_plane(approach, plane),
+        joints=to_plane(np.array(pins).reshape(-1, 3), plane),
+        sensors=to_plane(np.array([point.position for point in profile.points]).reshape(-1, 3), plane),
+        centres={i: centres[i] for i in range(len(centres)) if not profile.translates[i]},
+        radii=profile.ropc,
+    )
 
 
-def numbered(profile: ShockProfile, view: View) -> list[int]:
-    """Bodies that carry a number: all of a small robot; else those between contacts and base, and the heaviest."""
-    bodies = profile.robot.bodies
-    if len(bodies) <= FEW:
-        return list(range(len(bodies)))
-    return sorted({*view.struck, max(range(len(bodies)), key=lambda i: bodies[i].mass)})
+def field_of(profile: ShockProfile, body: int, points: Array) -> Field:
+    """The field of a body on the plane through the middle of points (n, 3) on it, world axes [m].
+
+    Least squares of the depth; a slope that the points determine poorly, such as across a thin rod, stays near zero.
+    """
+    plane = profile.plane
+    u, h = to_plane(points, plane), points @ plane.normal
+    off, deep = u - u.mean(axis=0), h - h.mean()
+    spread = off.T @ off
+    slope = np.linalg.solve(spread + (0.01 * (np.trace(spread) + deep @ deep) + 1e-12) * np.eye(2), off.T @ deep)
+    middle = h.mean() - slope @ u.mean(axis=0)
+
+    omega, v = profile.rotation[body] @ profile.delta_omega[body], profile.rotation[body] @ profile.delta_v[body]
+    along, up, deeper = np.cross(omega, [plane.e1, plane.e2, plane.normal])
+    c = v + middle * deeper - np.cross(omega, profile.position[body])
+    return Field(c / profile.v_in, (np.stack([along, up], axis=1) + np.outer(deeper, slope)) / profile.v_in)
 
 
 @functools.lru_cache(maxsize=4)
 def _silhouettes(
     robot: Robot, q: tuple[float, ...], normal: tuple[float, ...]
-) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...], float]:
+) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...]]:
     """The silhouettes of a robot in a configuration; landings in one posture share them.
 
-    Returns: silhouettes, points (n, 3) on the surface [m], whether the box of the inertia is one of the shapes, all by body; the
-        robot's size [m].
+    Returns: silhouettes, points (n, 3) on the surface [m] or the centre of mass of what has no shape, and whether the box of the
+        inertia is one of the shapes, all by body.
     """
     plane, state = plane_from(normal), dynamics(robot, np.array([q]))
-    rotation, position = state.rotation[0], state.position[0] + state.origin[0]
-    shapes = body_shapes(robot)
-    world = tuple(_points(robot, i, pieces) @ rotation[i].T + position[i] for i, (pieces, _) in enumerate(shapes))
+    places = list(zip(state.rotation[0], state.position[0] + state.origin[0], strict=True))
+    found = body_shapes(robot)
+    shapes = [[shape.placed(*place) for shape in own] for (own, _), place in zip(found, places, strict=True)]
+    bodies = zip(shapes, robot.bodies, places, strict=True)
+    world = tuple(surface(own) if own else (body.com @ turn.T + origin)[None] for own, body, (turn, origin) in bodies)
     size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
-    regions = [silhouette(pieces, rotation[i], position[i], plane, RESOLUTION * size) for i, (pieces, _) in enumerate(shapes)]
     # Holes and gaps that are too fine to be seen are closed.
     fine = 2.0 * RESOLUTION * size
+    regions = [silhouette(own, plane, RESOLUTION * size) for own in shapes]
     closed = [region.buffer(fine, join_style="mitre").buffer(-fine, join_style="mitre").simplify(fine / 4.0) for region in regions]
-    return tuple(closed), world, tuple(boxed for _, boxed in shapes), size
+    return tuple(closed), world, tuple(boxed for _, boxed in found)
 
 
 def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
@@ -128,17 +187,79 @@ def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
     for body, seen, solid in zip(robot.bodies, visual, collision, strict=True):
         shapes, box = seen or solid, inertia_box(body)
         # Where a mesh is missing, what is left may be the least part of a body, such as the marker of a sensor on a trunk.
-        alone = not shapes or (not missing.isdisjoint(body.links) and box is not None and _extent((box,)) > _extent(shapes))
-        found.append(((*shapes, box), True) if box is not None and alone else (shapes, False))
+        lost = not shapes or not missing.isdisjoint(body.links)
+        boxed = (*shapes, box) if lost and box is not None and _extent([box]) > _extent(shapes) else ()
+        found.append((boxed or shapes, bool(boxed)))
     return found
 
 
 def _extent(shapes: Sequence[Shape]) -> float:
     """The greatest extent of some shapes along an axis of their body [m]."""
-    return float(np.ptp(np.concatenate([shape.points for shape in shapes]), axis=0).max())
+    return float(np.ptp(surface(shapes), axis=0).max()) if shapes else 0.0
 
 
-def _points(robot: Robot, body: int, shapes: tuple[Shape, ...]) -> Array:
-    """Points (n, 3) on the surface of a body, in its frame [m]; its centre of mass if it has no shape."""
-    rounded = [shape.points + shape.radius * side for shape in shapes for side in (_SIDES if shape.radius > 0.0 else _SIDES[:1])]
-    return np.concatenate(rounded) if rounded else robot.bodies[body].com[None]
+class Window(NamedTuple):
+    """The part of the plane that a picture shows.
+
+    Attributes:
+        low, high: (2,) lower left and upper right corner [m].
+        inch: length of an inch of paper [m].
+        arrow: length of the arrow of the fastest contact [m].
+    """
+
+    low: Array
+    high: Array
+    inch: float
+    arrow: float = 0.0
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Width and height on paper [inches]."""
+        width, height = (self.high - self.low) / self.inch
+        return float(width), float(height)
+
+    def holds(self, points: Array, margin: float = 0.0) -> Array:
+        """Whether points (..., 2) [m] lie inside, at least a margin [inches] from the border."""
+        slack = margin * self.inch
+        return np.asarray(np.all((points >= self.low + slack) & (points <= self.high - slack), axis=-1))
+
+
+def windows_of(
+    views: Sequence[View],
+    near: tuple[float, float],
+    most: tuple[float, float],
+    least: tuple[float, float],
+    pad: float = 0.25,
+    arrow: float = 0.62,
+) -> list[Window]:
+    """Windows side by side, on one scale and of one height.
+
+    Each holds the robot, contacts with their velocities, sensors, and the centres of percussion that are near.
+
+    Args:
+        views: one for each window.
+        near: distance of a numbered centre of percussion from the robot, sideways and up, as a share of the robot's size, up to
+            which it is near.
+        most: width of all windows together, and their height [inches].
+        least: width of each window, and their height [inches].
+        pad: room around what a window holds [inches].
+        arrow: length of the arrow of the fastest contact [inches].
+    """
+    length = 0.0
+    # An arrow has its length on paper, so the room that it needs depends on the scale, and the scale on that room.
+    for _ in range(4):
+        corners = []
+        for view in views:
+            slack = np.array(near) * view.size
+            numbered = [centre for i, centre in view.centres.items() if i in view.numbers]
+            centres = [centre for centre in numbered if np.all((centre > view.low - slack) & (centre < view.high + slack))]
+            tips = view.contacts + length * view.velocities
+            held = np.vstack([view.low, view.high, view.contacts, tips, view.sensors, *centres])
+            corners.append((held.min(axis=0), held.max(axis=0)))
+        low, high = np.array(corners).swapaxes(0, 1)
+        low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
+        wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]
+        inch = max(float(wide / (most[0] - 2.0 * pad * len(views))), float(tall / (most[1] - 2.0 * pad)), 1e-9)
+        length = arrow * inch
+    half = np.maximum((high - low) / 2.0 + pad * inch, np.array(least) * inch / 2.0)
+    return [Window(middle - side, middle + side, inch, length) for middle, side in zip((low + high) / 2.0, half, strict=True)]

@@ -39,7 +39,7 @@ def compare_report(comparison: Comparison) -> Report:
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: _all(comparison, letters)},
         document=lambda: _document(comparison),
-        picture=Picture("compare", "the designs side by side", "panels:draw_panels", drawn),
+        picture=Picture("compare", "the designs side by side", "landing:draw_panels", drawn),
     )
 
 

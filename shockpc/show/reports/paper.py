@@ -50,7 +50,7 @@ def paper_picture(figure: PaperFigure) -> Picture:
     """The panels of a figure of the paper side by side."""
     labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
     drawn = (figure.profiles, f"Figure {figure.number}: {figure.title}", labels, captions, figure.note)
-    return Picture(f"figure{figure.number}", figure.title, "panels:draw_panels", drawn)
+    return Picture(f"figure{figure.number}", figure.title, "landing:draw_panels", drawn)
 
 
 def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:

@@ -33,7 +33,7 @@ class Picture(NamedTuple):
 
     def files(self) -> dict[str, bytes]:
         """The figure as SVG and PNG, by file name."""
-        from shockpc.show.figure.canvas import render
+        from shockpc.show.figure.style import render
 
         return render(self.name, self.draw)
 

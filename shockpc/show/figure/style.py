@@ -1,0 +1,99 @@
+"""What all figures share: colours, settings of matplotlib, and how a figure becomes SVG and PNG.
+
+Normalised shock has five blues below the shock at the contact, a grey around it, and four reds above. Values that round to 1.0 are
+grey, so that a body which moves as the contact does is not marked as amplifying the shock. Lightness falls from band to band, which
+keeps the order in grey printing, and blue and red differ with every common colour blindness. The last band is open, so no value is
+clipped.
+"""
+
+import io
+import math
+import warnings
+from collections.abc import Callable
+
+from matplotlib import style
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+__all__ = ["BANDS", "CURVES", "EDGES", "INK", "PAPER", "SHOCK", "STYLE", "band", "faded", "new_chart", "render"]
+
+EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
+"""Limits of the bands: shock |Δv| / v_in [1]."""
+
+BANDS = ("#eff5fc", "#d3e6f9", "#b7d7f6", "#98c8f2", "#74b8ee", "#9e9e9e", "#c44c28", "#9a2c24", "#66161d", "#300810")
+"""One colour for each band, lightest first."""
+
+CURVES = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
+"""Of curves and marks that are told apart by their colours."""
+
+INK, PAPER = "#1a1a1a", "#ffffff"
+"""Lines and letters; background."""
+
+SHOCK = "normalised shock |Δv| / v_in [-]"
+"""Label of bars and axes."""
+
+DPI = 160
+"""Of the PNG."""
+
+STYLE = {
+    "font.sans-serif": ["DejaVu Sans", "Arial", "Helvetica"],
+    "font.size": 7.5,
+    "text.color": INK,
+    "text.parse_math": False,
+    "figure.facecolor": PAPER,
+    "figure.titlesize": 10.0,
+    "figure.titleweight": "bold",
+    "figure.labelsize": 7.5,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 8.0,
+    "xtick.labelsize": 7.0,
+    "xtick.major.size": 2.5,
+    "xtick.major.width": 0.6,
+    "ytick.labelsize": 7.0,
+    "ytick.major.size": 2.5,
+    "ytick.major.width": 0.6,
+    "grid.linewidth": 0.4,
+    "grid.color": "#d8d8d8",
+    "legend.frameon": False,
+    "legend.handlelength": 1.9,
+    "legend.handletextpad": 0.6,
+    "legend.labelspacing": 0.45,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "shockpc",
+}
+"""Changes to matplotlib's default settings while a figure is drawn."""
+
+
+def band(shock: float) -> int:
+    """Index of the band of a shock |Δv| / v_in, not negative [1]; a value on a limit belongs to the band below it."""
+    return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
+
+
+def faded(colour: str, share: float) -> tuple[float, float, float]:
+    """A colour mixed with a share, 0 to 1, of the background."""
+    r, g, b = to_rgb(colour)
+    return r + (1.0 - r) * share, g + (1.0 - g) * share, b + (1.0 - b) * share
+
+
+def new_chart(width: float, height: float, title: str) -> Figure:
+    """A figure of that size [inches] with a title, whose axes find their places by themselves."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left")
+    return figure
+
+
+def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
+    """Draw a figure in matplotlib's default settings and return its files, <name>.svg and <name>.png: the same bytes every time."""
+    svg, png = io.BytesIO(), io.BytesIO()
+    with style.context(STYLE, after_reset=True), warnings.catch_warnings():
+        # A letter that the font lacks is a box in the PNG; in the SVG the viewer's font has it.
+        warnings.filterwarnings("ignore", message="Glyph ")
+        figure = draw()
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": "shockpc"})
+        figure.savefig(png, format="png", dpi=DPI, metadata={"Software": "shockpc"})
+    return {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}
