@@ -7,8 +7,7 @@ import numpy as np
 from maximal import DIGITS, maximal_jumps
 from random_landings import random_landing
 
-from shockpc.errors import SceneError, SolveError
-from shockpc.profile import shock_profile
+from shockpc import SceneError, SolveError, shock_profile
 from shockpc.results.accuracy import rotation_lengths
 
 MET = 1e-9

@@ -10,14 +10,9 @@ from commands import run
 from robot_texts import written
 from trees import known_robot, robot_from
 
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, read_scene, shock_profile
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike, read_scene
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">
