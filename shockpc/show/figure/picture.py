@@ -103,7 +103,7 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     visible = {i: view.centres[i] for i in view.numbers if i in view.centres and window.holds(view.centres[i], 0.05)}
     joints = [place for place in view.joints if window.holds(place)]
-    for sign, places, room in (("joint", joints, 0.03), ("sensor", view.sensors, 0.06), ("centre", visible.values(), OWN)):
+    for sign, places, room in (("joint", joints, 0.03), ("centre", visible.values(), OWN), ("sensor", view.sensors, 0.06)):
         for place in places:
             axes.plot(*place, **SIGNS[sign])
             labels.keep_free(place, room)

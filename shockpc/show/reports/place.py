@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.show.document import record
 from shockpc.show.header import count, header_lines
 from shockpc.show.reports.report import Picture, Report
@@ -97,13 +98,18 @@ def _places(study: PlaceStudy) -> Sheet:
     elif len(study.places) > 1:
         notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
     rows: list[Row] = [
-        (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[shocks.argmax()])
+        (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[_first_greatest(shocks)])
         for name, position, mean, shocks in found
     ]
     header = ["place", "x [m]", "y [m]", "z [m]", *(["weighted mean [-]"] if weighted else []), "greatest shock [-]", "in landing"]
     return Sheet(
         f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)", header, rows, notes
     )
+
+
+def _first_greatest(shocks: Array) -> int:
+    """The first landing of the greatest shock: at an optimum several are equal up to the rounding of the solver."""
+    return int(np.argmax(shocks >= (1.0 - 1e-6) * shocks.max()))
 
 
 def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
