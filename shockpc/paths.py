@@ -17,11 +17,14 @@ def usable_path(text: str) -> Path:
         text: as written; relative paths stay relative.
 
     Raises:
-        ValueError: it is empty, is relative to a folder that no longer exists, or is not UTF-8 (a JSON document could not hold it).
+        ValueError: it is empty, begins with the home of an unknown user, is relative to a folder that no longer exists, or is not
+            UTF-8 (a JSON document could not hold it).
     """
     if not text:
         raise ValueError("the path is empty; give a name")
     expanded = os.path.expanduser(text)
+    if expanded.startswith("~"):
+        raise ValueError(f'"{text}" begins with the home of a user whom this computer does not have; give the folder itself')
     try:
         absolute = os.path.abspath(expanded)
     except FileNotFoundError:

@@ -45,8 +45,10 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
         yield tomllib.loads(data.decode("utf-8-sig"))
     except error as refusal:
         raise error(f"{path}: {refusal}") from None
-    except (ValueError, RecursionError) as refusal:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as refusal:
         raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
+    except (ValueError, RecursionError):
+        raise error(f"{path} holds an integer of thousands of digits, or tables nested too deep; shorten it") from None
 
 
 @functools.cache

@@ -169,7 +169,7 @@ def test_scene_files(capfd, here, snapshot):
 
 
 PLACES = """
-LANDING:: --out stick.urdf | --out stick.urdf/a/b | --out ''
+LANDING:: --out stick.urdf | --out stick.urdf/a/b | --out '' | --out ~nobody-of-that-name/out
 LANDING:: --save-scene '' | --save-scene dog | --save-scene away/landing.toml | --save-scene stick.urdf/landing.toml
 LANDING:: --save-scene dog/dog.srdf | --save-scene stick.urdf --force | --save-scene new.urdf --force
 LANDING:: --save-scene new.urdf.xacro --force | --save-scene new.XACRO | --save-scene new.xml | --save-scene away/new.mjcf

@@ -253,7 +253,9 @@ def test_a_change_of_a_link_changes_that_link_alone():
     ("vary", "options", "error", "words"),
     [
         ({}, {}, StudyError, "nothing varies"),
-        ({"*_KFE": "0:1:0"}, {}, StudyError, "the grid is empty"),
+        ({"*_KFE": "0:1:0"}, {}, StudyError, "from 1 to 1000000"),
+        ({"*_KFE": "0:1:1e3"}, {}, StudyError, "from 1 to 1000000"),
+        ({"*_KFE": "0:1:1000000000"}, {}, StudyError, "from 1 to 1000000"),
         ({"*_KFE": []}, {}, StudyError, "list of values is empty"),
         ({"*_KFE": "-90:-30"}, {}, StudyError, "--sample N"),
         ({"*_KFE": "-90:2000:3"}, {}, StudyError, 'outside the limits of joint "LF_KFE"'),

@@ -61,7 +61,9 @@ def main(words: Sequence[str]) -> int:
 def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
     """The message about an error, and the exit code."""
     if hasattr(error, "format_message"):  # Typer's errors in how a command was typed
-        return _usage(error.format_message(), words), ShockError.exit_code
+        form = getattr(getattr(error, "param", None), "metavar", None) or ""
+        own = f" (it takes {form})" if any(sign in form for sign in "=,:") else ""
+        return _usage(error.format_message() + own, words), ShockError.exit_code
     if isinstance(error, ShockError):
         return str(error), error.exit_code
     if isinstance(error, OSError) and error.filename is not None:

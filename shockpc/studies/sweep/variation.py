@@ -19,6 +19,9 @@ OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": 
 WORDS = (*STRIKE, *ATTITUDE, *OFFSET, "contact", *(f"{kind}:LINK" for kind in OF_A_LINK), "armature:JOINT")
 FORM = "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between)"
 
+MOST = 1_000_000
+"""Values of one quantity in a grid."""
+
 
 @dataclass(frozen=True, eq=False)
 class Variation:
@@ -159,8 +162,8 @@ def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[flo
         if not low < high:
             raise StudyError(f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first")
         return (), (low, high), factor
-    if not (count.strip().isdigit() and int(count) > 0):
-        raise StudyError(f'{subject}: "{count}" is not a number of values above zero, so the grid is empty; valid are {FORM}')
+    if not (count.strip().isdecimal() and len(count) < 9 and 0 < int(count) <= MOST):
+        raise StudyError(f'{subject}: "{count}" is not a number of values from 1 to {MOST}; valid are {FORM}')
     n = int(count)
     # The ends are as typed, and what lies between does not depend on the number of values.
     steps = (low,) if n == 1 else (*(low + (high - low) * (k / (n - 1)) for k in range(n - 1)), high)
