@@ -16,7 +16,7 @@ from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rot
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["Data", "data_of", "posed"]
+__all__ = ["Data", "data_of", "joint_inertia", "posed", "shift"]
 
 EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 
@@ -63,7 +63,7 @@ def data_of(robot: Robot) -> Data:
 
 
 def posed(
-    robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Plane
+    robot: Robot, data: Data, q: Array | Balls, plane: Plane
 ) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], list[arb_mat]]:
     """A robot in one posture, at the precision of the present context.
 
@@ -71,11 +71,10 @@ def posed(
         robot: the robot.
         data: its numbers.
         q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
-        armature: (nv,) reflected inertia of the joints [kg m², kg].
         plane: along and about whose axes the velocities of a floating base are counted.
 
-    Returns: inertia, Jacobian and placements of the bodies (N = 1); rotation (3, 3) and origin (3, 1) of each joint's frame;
-        and inertia (6, 6) of each body.
+    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; rotation (3, 3) and origin (3, 1) of
+        each joint's frame; and inertia (6, 6) of each body about that origin, world axes.
     """
     q, numbers = balls(q), zip(data.rotation, data.offset, data.axis, strict=True)
     axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
@@ -92,13 +91,14 @@ def posed(
             levers = (cross_matrix(p) * spins).transpose().table()
             columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
         places.append((R, p))
-    inertias = [_inertia(*own) for own in zip(data.mass.tolist(), data.lever, data.inertia, places, strict=True)]
+    own = zip(data.mass.tolist(), data.lever, data.inertia, places, strict=True)
+    inertias = [_inertia(mass, lever, inertia, R) for mass, lever, inertia, (R, _) in own]
     frames = [
         (R * _rotation(turned), p + R * _column(offset))
         for (R, p), turned, offset in zip(places, data.body_rotation, data.body_offset, strict=True)
     ]
     state = Dynamics(
-        _joint_inertia(robot, inertias, columns, balls(armature))[None],
+        np.zeros((1, 0, 0)),
         np.array(columns, dtype=object).T[None],
         np.array([R.table() for R, _ in frames], dtype=object)[None],
         np.array([p.entries() for _, p in frames], dtype=object)[None],
@@ -150,25 +150,37 @@ def _column(values: Array) -> arb_mat:
     return arb_mat(3, 1, values.tolist())
 
 
-def _inertia(mass: float, lever: Array, inertia: Array, place: tuple[arb_mat, arb_mat]) -> arb_mat:
-    """Inertia (6, 6) of a body about the base, world axes (Featherstone 2008, Eq. 2.63), from that in its joint's frame."""
-    R, p = place
-    C = cross_matrix(R * _column(lever) + p)
+def shift(r: arb_mat) -> arb_mat:
+    """The matrix T (6, 6) for wrenches about a point r (3, 1) behind: T w. Twists go the other way by Tᵀ; inertias are T I Tᵀ."""
+    x, y, z = r.entries()
+    upper = (1, 0, 0, 0, -z, y, 0, 1, 0, z, 0, -x, 0, 0, 1, -y, x, 0)
+    return arb_mat(6, 6, [*upper, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1])
+
+
+def _inertia(mass: float, lever: Array, inertia: Array, R: arb_mat) -> arb_mat:
+    """Inertia (6, 6) of a body about its joint's origin, world axes (Featherstone 2008, Eq. 2.63). Args: R (3, 3) of the joint."""
+    C = cross_matrix(R * _column(lever))
     mC = C * arb(mass)
     a, b, c = (R * matrix(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
     return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 
 
-def _joint_inertia(robot: Robot, inertias: list[arb_mat], columns: list[list[arb]], armature: Balls) -> Balls:
-    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves."""
-    composite, H = list(inertias), np.zeros((len(columns), len(columns)), dtype=object)
+def joint_inertia(robot: Robot, J: Balls, inertias: list[arb_mat], armature: Array) -> Balls:
+    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves.
+
+    Args:
+        robot: the robot.
+        J: (6, nv) twists of unit joint velocities.
+        inertias: (6, 6) of each body.
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+    """
+    composite, columns, H = list(inertias), J.T.tolist(), np.zeros((len(armature), len(armature)), dtype=object)
     for i in range(len(composite) - 1, -1, -1):
         v, before = robot.joints[i].v, np.flatnonzero(robot.moves[i])
-        J = arb_mat([columns[k] for k in before])
-        H[before, v] = entries(J * (composite[i] * arb_mat(columns[v]).transpose()))
+        H[before, v] = entries(arb_mat([columns[k] for k in before]) * (composite[i] * arb_mat(columns[v]).transpose()))
         H[v, before] = H[before, v].T
         if robot.parents[i] >= 0:
             composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
-    H[np.diag_indices(len(H))] += armature
+    H[np.diag_indices(len(H))] += balls(armature)
     return H
