@@ -16,16 +16,19 @@ from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc.bench.cases import FAMILIES, OBLIQUE, Link, bent, box, chain, robot_of
+from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import norm
 from shockpc.errors import SceneError, ShockError, SolveError
-from shockpc.exact.proof import Enclosure
+from shockpc.exact.proof import Enclosure, prove
+from shockpc.exact.solution import Inputs
 from shockpc.landing import resolve
-from shockpc.model.contact import Contact
+from shockpc.model.contact import Contact, contact_block
 from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
+from shockpc.model.motion import Motion
+from shockpc.model.posture import Posture, configuration
 from shockpc.profile import ILL_CONDITIONED, shock_maps, shock_profile
 from shockpc.results.accuracy import double_error, rotation_lengths
-from shockpc.scene import Scene, Strike
+from shockpc.scene import Scene, Strike, plane_of
 
 ROUNDING = 2.3e-16
 X, Y, Z = np.eye(3)
@@ -131,6 +134,25 @@ def test_extreme_robots_get_proven_numbers(name):
     assert profile.health.error_bound == bounds.max() <= ROUNDING
     assert np.all(true_errors(profile, profile.proof.jumps[..., 3]) <= bounds)
     assert kinds(profile) == set()
+
+
+def test_the_impact_of_500_links_is_proven():
+    """The struck point stops, and the impulse is the change of the whole chain's momentum.
+
+    Only the proof: Pinocchio's memory grows with the cube of the number of joints.
+    """
+    robot, scene = long_chain(500, "end")
+    plane, rest = plane_of(scene), np.zeros(robot.model.nv)
+    velocity, block = scene.strike.vector(plane), contact_block(robot, scene.contact[0], Z)
+    before, q = Motion(velocity, np.zeros(3), rest), configuration(robot, scene.posture)
+    proof = prove(Inputs(robot, q, (block,), RowChoice.every(3), "free", plane, rest, rest > 0.0, before), robot.gyration)
+    rotation = proof.enclosure.read(lambda impact: impact.orientations.astype(float))
+    omega, v = proof.jumps[:, :3, 3], proof.jumps[:, 3:, 3]
+    centres = (rotation @ (v + np.cross(omega, robot.coms))[..., None])[..., 0]
+    struck = rotation[block.body] @ (v[block.body] + np.cross(omega[block.body], block.point))
+    assert proof.bounds.max() <= ROUNDING
+    np.testing.assert_allclose(struck, -velocity, atol=1e-12)
+    np.testing.assert_allclose(robot.masses @ centres, proof.impulse[:, 3], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["mass ratio 1e+10, heavy root False, struck at the end", "a leg 1e-06 from straight, pitch 10"])
