@@ -6,7 +6,7 @@ an elementary joint is affine in the sine and cosine of its angle, and its place
 """
 
 import functools
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
@@ -17,6 +17,8 @@ from shockpc.model.dynamics import Dynamics
 from shockpc.robot.robot import Joint, Robot
 
 __all__ = ["Data", "data_of", "joint_inertia", "posed", "shift"]
+
+Numbers: TypeAlias = list[float]
 
 EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 
@@ -76,7 +78,7 @@ def posed(
     Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; rotation (3, 3) and origin (3, 1) of
         each joint's frame; and inertia (6, 6) of each body about that origin, world axes.
     """
-    q, numbers = balls(q), zip(data.rotation, data.offset, data.axis, strict=True)
+    q, numbers = balls(q), zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
     axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
     places: list[tuple[arb_mat, arb_mat]] = []
     columns: list[list[arb]] = []
@@ -91,11 +93,11 @@ def posed(
             levers = (cross_matrix(p) * spins).transpose().table()
             columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
         places.append((R, p))
-    own = zip(data.mass.tolist(), data.lever, data.inertia, places, strict=True)
+    own = zip(data.mass.tolist(), data.lever.tolist(), data.inertia.tolist(), places, strict=True)
     inertias = [_inertia(mass, lever, inertia, R) for mass, lever, inertia, (R, _) in own]
     frames = [
         (R * _rotation(turned), p + R * _column(offset))
-        for (R, p), turned, offset in zip(places, data.body_rotation, data.body_offset, strict=True)
+        for (R, p), turned, offset in zip(places, data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
     ]
     state = Dynamics(
         np.zeros((1, 0, 0)),
@@ -108,7 +110,9 @@ def posed(
     return state, places, inertias
 
 
-def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Array) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:
+def _through(
+    joint: Joint, at: Balls, quaternion: Numbers, offset: Numbers, axis: Numbers
+) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:
     """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of its displacements and rotations.
 
     Args:
@@ -123,7 +127,7 @@ def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Ar
         return rest * rotation_matrix(at), p, nothing, EYE
     if joint.kind == "free":
         return rest * rotation_matrix(at[3:]), p + rest * arb_mat(3, 1, values[:3]), EYE, EYE
-    a = _column(np.array([0.0, 0.0, 1.0]) if joint.kind == "planar" else axis)
+    a = _column([0.0, 0.0, 1.0] if joint.kind == "planar" else axis)
     a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
         return rest, p + rest * a * values[0], a, nothing
@@ -140,14 +144,14 @@ def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Ar
     return turned, p, nothing, a
 
 
-def _rotation(quaternion: Array) -> arb_mat:
+def _rotation(quaternion: Numbers) -> arb_mat:
     """The rotation (3, 3) of a quaternion."""
-    return rotation_matrix(quaternion) if quaternion[:3].any() else EYE
+    return rotation_matrix(quaternion) if any(quaternion[:3]) else EYE
 
 
-def _column(values: Array) -> arb_mat:
+def _column(values: Numbers) -> arb_mat:
     """A vector (3, 1)."""
-    return arb_mat(3, 1, values.tolist())
+    return arb_mat(3, 1, values)
 
 
 def shift(r: arb_mat) -> arb_mat:
@@ -157,11 +161,11 @@ def shift(r: arb_mat) -> arb_mat:
     return arb_mat(6, 6, [*upper, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1])
 
 
-def _inertia(mass: float, lever: Array, inertia: Array, R: arb_mat) -> arb_mat:
+def _inertia(mass: float, lever: Numbers, inertia: list[Numbers], R: arb_mat) -> arb_mat:
     """Inertia (6, 6) of a body about its joint's origin, world axes (Featherstone 2008, Eq. 2.63). Args: R (3, 3) of the joint."""
     C = cross_matrix(R * _column(lever))
     mC = C * arb(mass)
-    a, b, c = (R * matrix(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
+    a, b, c = (R * arb_mat(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
     return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 
