@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from shockpc.studies.batch import batch
     from shockpc.studies.compare import Design, compare
     from shockpc.studies.place.study import PlaceStudy, place
-    from shockpc.studies.sweep.study import Chunk, sweep
+    from shockpc.studies.sweep.rows import Chunk
+    from shockpc.studies.sweep.study import sweep
     from shockpc.testing import assert_shock
 
 __version__ = "0.1.0"
@@ -46,7 +47,8 @@ _HOMES = {
     "studies.batch": ("batch",),
     "studies.compare": ("Design", "compare"),
     "studies.place.study": ("PlaceStudy", "place"),
-    "studies.sweep.study": ("Chunk", "sweep"),
+    "studies.sweep.rows": ("Chunk",),
+    "studies.sweep.study": ("sweep",),
     "testing": ("assert_shock",),
 }
 

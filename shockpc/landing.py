@@ -1,6 +1,6 @@
 """A landing: a scene resolved on a robot. What strikes, what is held, what is free and how the robot moves before the impact."""
 
-import math
+import itertools
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,13 +17,14 @@ from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
-from shockpc.model.rows import Block, Equation, block_point, row_jacobian
+from shockpc.model.rows import Block, Equation, block_point, row_jacobian, slices_of
+from shockpc.printed import listed
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Loop, Robot
-from shockpc.scene import Scene, check_scene, plane_of
+from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 
-__all__ = ["Landing", "complete", "contact_velocity", "ground_normal", "pulse_of", "resolve"]
+__all__ = ["Landing", "contact_velocity", "pulse_of", "resolve"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,13 +107,8 @@ class Landing:
                 trace.skip(what, why)
 
 
-def complete(scene: Scene, robot: Robot) -> Scene:
-    """The scene with every default filled in and every path absolute, so that it says all that is computed.
-
-    Raises:
-        SceneError: it has no contact, or holds a number that is not finite or a word that is not known.
-        UnknownName: the robot has no such posture.
-    """
+def _complete(scene: Scene, robot: Robot) -> Scene:
+    """The scene with every default filled in and every path absolute, so that it says all that is computed."""
     scene = check_scene(scene)
     if not scene.contact:
         raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
@@ -120,15 +116,9 @@ def complete(scene: Scene, robot: Robot) -> Scene:
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
         strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
-    return replace(
-        scene,
-        robot=robot.label,
-        base=scene.base or robot.usual_base,
-        srdf=None if scene.srdf is None else str(Path(scene.srdf).expanduser().resolve()),
-        packages={name: str(Path(folder).expanduser().resolve()) for name, folder in scene.packages.items()},
-        strike=strike,
-        posture=replace(scene.posture, reference=reference_name(robot, scene.posture.reference)),
-    )
+    scene = with_paths(scene, lambda path: str(Path(path).expanduser().resolve()))
+    posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
+    return replace(scene, robot=robot.label, base=scene.base or robot.usual_base, strike=strike, posture=posture)
 
 
 def pulse_of(scene: Scene) -> Pulse | None:
@@ -155,11 +145,12 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
     Raises:
         ShockError: a name is not known, a loop cannot be closed, a contact leaves the ground, nothing can move.
     """
-    scene = complete(scene, robot)
+    scene = _complete(scene, robot)
     pulse_of(scene)
     plane = plane_of(scene)
     velocity = scene.strike.vector(plane)
-    up = ground_normal(plane, velocity)
+    # Where the plane is seen from above and struck within it, the ground is vertical.
+    up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
     joints = joint_model(robot, scene.joints)
     contacts = tuple(contact_block(robot, contact, up) for contact in scene.contact)
     stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
@@ -170,21 +161,21 @@ def resolve(scene: Scene, robot: Robot) -> Landing:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q = assembly.q
     state = dynamics(robot, q[None], joints.armature)
-    _refuse_rotation_of_the_base(scene, plane)
-    before, given = _motion(robot, scene, velocity, joints)
-    before = _with_loops(robot, state, loops, before, given | joints.locked, plane)
+    rates, given = _rates(robot, scene, joints)
+    if loops and rates.any():
+        rates = _with_loops(robot, state, [closure_block(loop) for loop in loops], rates, given, plane)
+    before = Motion(velocity, _rotation(scene, plane), rates)
     warnings = outside_limits(robot, q)
-    if scene.assemble and not loops:
-        named = ", ".join(f'"{name}"' for pattern in scene.assemble for name in robot.match_joints(pattern))
-        warnings += (Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"),)
     closing = None if loops else closing_scene(robot.source.path)
+    if scene.assemble and not loops:
+        named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
+        warnings += (Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"),)
     if closing is not None:
         text = f"the loop of this robot is open here, so its ends are not held together; {closing} closes it"
         warnings += (Diagnostic("scene", robot.name, None, text),)
     landing = Landing(scene, robot, plane, up, contacts, stance, loops, joints, before, q, state, assembly, warnings)
-    blocks = landing.rows(state)
-    _refuse_twice(blocks)
-    _refuse_separation(landing, state, blocks)
+    _refuse_twice(landing.rows(state))
+    _refuse_separation(landing)
     landing.columns(state)
     return landing
 
@@ -195,18 +186,25 @@ def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:
     return np.asarray(twist[:, 3:] + np.cross(twist[:, :3], block_point(state, block)))
 
 
-def ground_normal(plane: Plane, velocity: Array) -> Array:
-    """(3,) world z; in a plane seen from above, and struck within it, the plane's own upward direction. Args: velocity (3,)."""
-    level = abs(plane.normal[2]) > 1.0 - 1e-9
-    return plane.e2 if level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
-
-
-def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> tuple[Motion, np.ndarray]:
-    """How the robot moves before the impact, followers with their leaders; and which rates (nv,) are given."""
+def _rotation(scene: Scene, plane: Plane) -> Array:
+    """Angular velocity (3,) before the impact; a velocity may be the ground's, but a rotation has to be possible for the base."""
     omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
-    rates, given = np.zeros(robot.model.nv), np.zeros(robot.model.nv, dtype=bool)
-    if robot.free_base:
-        given[:6] = True
+    turns = {"fixed": 0.0 * omega, "planar": plane.normal * (plane.normal @ omega)}.get(scene.base or "free", omega)
+    across = float(np.linalg.norm(omega - turns))
+    if across > 1e-9 * float(np.linalg.norm(omega)):
+        normal = ", ".join(f"{x:g}" for x in plane.normal + 0.0)
+        raise SceneError(
+            f"before the impact a {scene.base} base cannot turn at {across:.3g} rad/s"
+            + (f" across the plane's normal ({normal})" if scene.base == "planar" else "")
+            + "; leave that part of the angular velocity out, or free the base"
+        )
+    return omega
+
+
+def _rates(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.ndarray]:
+    """Joint velocities (nv,) before the impact, followers with their leaders; and which of them (nv,) are given or held."""
+    rates, given = np.zeros(robot.model.nv), joints.locked.copy()
+    given[:6] |= robot.free_base
     for pattern, rate in scene.strike.joint_velocities.items():
         for joint in settable_joints(robot, pattern):
             if joints.locked[joint.v].any() and rate != 0.0:
@@ -220,79 +218,43 @@ def _motion(robot: Robot, scene: Scene, velocity: Array, joints: JointModel) -> 
         follower = robot.joint(mimic.joint).v
         given[follower] = True
         rates[follower] = sum(multiplier * rates[robot.joint(leader).v] for leader, multiplier in mimic.leaders.items())
-    return Motion(velocity, omega, rates), given
+    return rates, given
 
 
-def _refuse_twice(blocks: tuple[Block, ...]) -> None:
-    """Refuse two contacts at one point, and a foot that strikes and stands at once."""
-    placed = [block for block in blocks if block.kind != "closure"]
-    for k, block in enumerate(placed):
-        for other in placed[:k]:
-            if block.body != other.body or np.linalg.norm(block.point - other.point) > 1e-9:
-                continue
-            name, first = (f'"{one.frame}"' for one in (block, other))
-            if block.kind != other.kind:
-                same = "" if name == first else f", which is the same point as {name},"
-                raise SceneError(
-                    f"{first}{same} is both a contact and a stance, but a foot strikes or stands; leave one of them out"
-                )
-            raise SceneError(
-                f"{name} is listed twice as a {block.kind}; leave one of them out"
-                if name == first and block.kind == "stance"
-                else f"{block.kind}s {first} and {name} are at one point of one body, so they are one {block.kind}; "
-                "leave one of them out" + (", or move it by an offset" if block.kind == "contact" else "")
-            )
-
-
-def _refuse_rotation_of_the_base(scene: Scene, plane: Plane) -> None:
-    """A velocity may be the ground's as well as the base's; a rotation may not, so the base has to be able to turn like that."""
-    omega = np.array(scene.strike.angular_velocity or (0.0, 0.0, 0.0), dtype=float)
-    if scene.base == "fixed" and omega.any():
-        raise SceneError("the base is fixed, so it cannot turn before the impact; leave out the angular velocity, or free the base")
-    across = float(np.linalg.norm(omega - plane.normal * (plane.normal @ omega)))
-    if scene.base == "planar" and across > 1e-9 * float(np.linalg.norm(omega)):
-        normal = ", ".join(f"{x:g}" for x in plane.normal + 0.0)
-        raise SceneError(
-            f"the base is planar, so before the impact it turns about the plane's normal ({normal}) only, but the angular velocity "
-            f"has {across:.3g} rad/s across it; leave that part out, or free the base"
-        )
-
-
-def _with_loops(robot: Robot, state: Dynamics, loops: tuple[Loop, ...], before: Motion, held: np.ndarray, plane: Plane) -> Motion:
-    """The motion in which joints that are given no rate move as the loops make them, by the least; the given ones stay.
-
-    Raises:
-        SceneError: the given rates open a loop whatever the others do.
-    """
-    if not loops or not before.joint_rates.any():
-        return before
-    blocks = [closure_block(loop) for loop in loops]
+def _with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array, given: np.ndarray, plane: Plane) -> Array:
+    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by the least."""
     K = row_jacobian(state, blocks)[0]
-    rates = before.joint_rates
-    if not held.all():
-        G = free_columns(robot, "fixed", plane, state.rotation[:, 0], held)
+    if not given.all():
+        G = free_columns(robot, "fixed", plane, state.rotation[:, 0], given)
         columns = np.eye(len(rates)) if G is None else G[0]
         rates = rates + columns @ np.linalg.lstsq(K @ columns, -K @ rates, rcond=1e-10)[0]
     opening = np.abs(K @ rates)
     if opening.max() > 1e-9 * np.abs(rates).max():
-        worst = max(blocks, key=lambda block: float(np.abs(row_jacobian(state, [block])[0] @ rates).max()))
+        worst = max(zip(blocks, slices_of(blocks), strict=True), key=lambda held: float(opening[held[1]].max()))[0]
         raise SceneError(
             f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that the loop allows, or fewer of them"
         )
-    return before._replace(joint_rates=rates)
+    return rates
 
 
-def _refuse_separation(landing: Landing, state: Dynamics, blocks: tuple[Block, ...]) -> None:
+def _refuse_twice(blocks: tuple[Block, ...]) -> None:
+    """Refuse two contacts or standing feet at one point."""
+    for one, other in itertools.combinations([block for block in blocks if block.kind != "closure"], 2):
+        if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
+            raise SceneError(
+                f"{one.name} and {other.name} are at one point of one body, which strikes or stands once; leave one of them out"
+                + (", or move it by an offset" if "contact" in (one.kind, other.kind) else "")
+            )
+
+
+def _refuse_separation(landing: Landing) -> None:
     """Refuse a contact that does not approach the ground, for it does not strike it."""
-    for contact, block in zip(landing.contacts, blocks, strict=False):
-        velocity = contact_velocity(landing, state, block)[0]
+    for contact, block in zip(landing.contacts, landing.rows(landing.state), strict=False):
+        velocity = contact_velocity(landing, landing.state, block)[0]
         leaving = float(velocity @ landing.up)
         if leaving >= -1e-9 * float(np.linalg.norm(velocity)):
             how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
-            theta = landing.scene.strike.strike_angle_deg
-            remedy = (
-                f"strike angle is {theta:g} deg, try one above -90 and below 90 deg"
-                if theta is not None and not math.cos(math.radians(theta)) > 1e-9
-                else "turn its velocity towards the ground, or list it under stance if it stands there already"
+            raise SceneError(
+                f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; turn its velocity towards the '
+                "ground (a strike angle between -90 and 90 deg), or list it under stance if it stands there already"
             )
-            raise SceneError(f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; {remedy}')

@@ -18,18 +18,17 @@ from shockpc.core.impulse import Impact, solve_impact
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import SceneError
-from shockpc.exact.proof import Proof
 from shockpc.landing import Landing, resolve
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import check_rotations
 from shockpc.model.rows import Equation
-from shockpc.result import ShockMaps, ShockProfile, Solution
+from shockpc.result import ShockMaps, ShockProfile
 from shockpc.results.proof import proven
 from shockpc.robot.robot import Robot
 from shockpc.scene import Scene, robot_of
 from shockpc.trace import Trace
 
-__all__ = ["impact_jumps", "joined", "needs_proof", "proof_of", "shock_maps", "shock_profile"]
+__all__ = ["impact_jumps", "joined", "needs_proof", "profile_of", "shock_maps", "shock_profile"]
 
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
@@ -55,28 +54,29 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     trace = trace or Trace()
     with trace.stage("robot file"):
         robot = robot or robot_of(scene)
-    with one_thread(robot.model.nv):
-        with trace.stage("landing: posture, contacts, joint model"):
-            landing = resolve(scene, robot)
-        with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
-            equation, impact, jumps = impact_jumps(landing, landing.q[None])
-        with trace.stage("proof: the same in ball arithmetic"):
-            choice, proof = proven(landing, equation, impact)
+    with one_thread(robot.model.nv), trace.stage("landing: posture, contacts, joint model"):
+        landing = resolve(scene, robot)
     landing.note_omissions(trace)
-    to_body = np.swapaxes(equation.state.rotation[0], -1, -2)[:, None]
-    in_body_axes = (to_body @ jumps[0].reshape(-1, 2, 3, 4)).reshape(-1, 6, 4)
-    return ShockProfile(landing, Solution(equation, choice, in_body_axes, impact.impulse[0]), proof, trace)
+    return profile_of(landing, trace)
 
 
-def proof_of(landing: Landing) -> Proof:
-    """The proof alone of a landing in its posture.
+def profile_of(landing: Landing, trace: Trace | None = None) -> ShockProfile:
+    """The shock of a resolved landing.
 
     Raises:
         ShockError: as for `shock_profile`.
     """
+    trace = trace or Trace()
     with one_thread(landing.robot.model.nv):
-        equation, impact, _ = impact_jumps(landing, landing.q[None])
-        return proven(landing, equation, impact)[1]
+        with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
+            equation, impact, jumps = impact_jumps(landing, landing.q[None])
+        with trace.stage("proof: the same in ball arithmetic"):
+            proof = proven(landing, equation, impact)
+    to_body = np.swapaxes(equation.state.rotation[0], -1, -2)[:, None]
+    profile = ShockProfile(landing, equation, (to_body @ jumps[0].reshape(-1, 2, 3, 4)).reshape(-1, 6, 4), proof, trace)
+    if landing.scene.v_in == "com":
+        _ = profile.v_in  # which refuses a centre of mass at rest
+    return profile
 
 
 def shock_maps(landing: Landing, Q: Array) -> ShockMaps:

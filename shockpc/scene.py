@@ -9,7 +9,7 @@ import dataclasses
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -43,6 +43,7 @@ __all__ = [
     "scene_schema",
     "scene_table",
     "scene_text",
+    "with_paths",
 ]
 
 GRAVITY = 9.80665
@@ -89,46 +90,32 @@ class Strike:
         Raises:
             SceneError: it is given in two ways at once, the speed is out of range, or an angle is given in a horizontal plane.
         """
-        ways = [
-            self.speed is not None or self.strike_angle_deg is not None,
-            self.velocity is not None,
-            self.drop_height is not None,
-        ]
-        if sum(ways) > 1:
+        by_speed = self.speed is not None or self.strike_angle_deg is not None
+        if by_speed + (self.velocity is not None) + (self.drop_height is not None) > 1:
             raise SceneError("the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height")
+        theta = math.radians(self.strike_angle_deg or 0.0)
         if self.velocity is not None:
-            velocity = np.array(self.velocity, dtype=float)
-            if velocity.any():
-                _check_speed(float(np.abs(velocity).max()))
-            return velocity
-        up = np.array([0.0, 0.0, 1.0])
-        if self.drop_height is not None:
-            if not self.drop_height > 0.0:
-                raise SceneError(f"a drop height of {self.drop_height:g} m gives no impact; it has to be above zero")
-            fall = math.sqrt(2.0 * GRAVITY * self.drop_height)
-            _check_speed(fall)
-            return -fall * up
-        speed = 1.0 if self.speed is None else self.speed
-        if not speed > 0.0:
-            raise SceneError(f"a strike speed of {speed:g} m/s gives no impact; it has to be above zero")
-        _check_speed(speed)
-        degrees = self.strike_angle_deg or 0.0
-        if not abs(degrees) <= 180.0:
-            raise SceneError(f"a strike angle of {degrees:g} deg is no angle; it lies between -180 and 180 deg")
-        if degrees == 0.0:
-            return -speed * up
-        if abs(plane.normal[2]) > 1.0 - 1e-9:
-            raise SceneError("a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity")
-        theta = math.radians(degrees)
-        return np.asarray(speed * (math.sin(theta) * plane.forward - math.cos(theta) * up))
-
-
-def _check_speed(speed: float) -> None:
-    """Refuse a speed out of range."""
-    if not SLOWEST <= speed <= FASTEST:
-        raise SceneError(
-            f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
-        )
+            speed = max(map(abs, self.velocity))
+        else:
+            what, unit, size = "strike speed", "m/s", 1.0 if self.speed is None else self.speed
+            if self.drop_height is not None:
+                what, unit, size = "drop height", "m", self.drop_height
+            if not size > 0.0:
+                raise SceneError(f"a {what} of {size:g} {unit} gives no impact; it has to be above zero")
+            speed = size if self.drop_height is None else math.sqrt(2.0 * GRAVITY * size)
+            if not abs(theta) <= math.pi:
+                raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
+            if theta and plane.level:
+                raise SceneError(
+                    "a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity"
+                )
+        if not (speed == 0.0 or SLOWEST <= speed <= FASTEST):
+            raise SceneError(
+                f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"
+            )
+        if self.velocity is not None:
+            return np.array(self.velocity, dtype=float)
+        return np.asarray(speed * (math.sin(theta) * plane.forward - math.cos(theta) * np.array([0.0, 0.0, 1.0])))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -301,7 +288,7 @@ def scene_from(table: Mapping[str, Any], folder: Path, key: str = "") -> Scene:
     if scene is None or faults:
         raise SceneError("; ".join(faults))
     try:
-        return _with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
+        return with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
     except ValueError as refusal:
         raise SceneError(str(refusal)) from None
 
@@ -316,7 +303,7 @@ def scene_text(scene: Scene, folder: Path) -> str:
         clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
         return path if clear else os.path.join(os.curdir, path)
 
-    return "\n".join(toml_lines(scene_table(_with_paths(scene, relative)))) + "\n"
+    return "\n".join(toml_lines(scene_table(with_paths(scene, relative)))) + "\n"
 
 
 def scene_schema() -> dict[str, Any]:
@@ -329,22 +316,18 @@ def scene_schema() -> dict[str, Any]:
 
 def scene_table(record: Any) -> dict[str, Any]:
     """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are left out."""
-    table: dict[str, Any] = {}
-    for item in fields(record):
-        value = getattr(record, item.name)
-        if is_dataclass(value):
-            value = scene_table(value)
-        elif isinstance(value, tuple):
-            value = [scene_table(part) if is_dataclass(part) else list(part) if isinstance(part, tuple) else part for part in value]
-        elif isinstance(value, Mapping):
-            value = {key: scene_table(part) if is_dataclass(part) else part for key, part in value.items()}
-        if value is None or value in ({}, []):
-            continue
-        table[item.name] = value
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            parts = {key: plain(part) for key, part in value.items()}
+            return {key: part for key, part in parts.items() if part is not None and part not in ({}, [])}
+        return [plain(part) for part in value] if isinstance(value, tuple) else value
+
+    table: dict[str, Any] = plain(dataclasses.asdict(record))
     return table
 
 
-def _with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
+def with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
     """The scene with every path in it changed; a robot's name is not a path."""
     robot = scene.robot
     if os.sep in robot or Path(robot).suffix:

@@ -1,12 +1,10 @@
 """What ran, how long each stage took, and what the scene did not need: the contents of `--explain`."""
 
-import functools
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol, TypeVar
 
-__all__ = ["Trace", "Traced", "derived"]
+__all__ = ["Trace"]
 
 
 class Trace:
@@ -45,29 +43,3 @@ class Trace:
         if self.left_out:
             lines += ["what did not run", *(f"  {what}: {why}" for what, why in self.left_out.items())]
         return "\n".join(lines) + "\n"
-
-
-class Traced(Protocol):
-    """What carries a trace."""
-
-    @property
-    def trace(self) -> Trace | None:
-        """The trace of the run, if one is kept."""
-
-
-S = TypeVar("S", bound=Traced)
-T = TypeVar("T")
-
-
-def derived(compute: Callable[[S], T]) -> functools.cached_property[T]:
-    """A property that is computed when it is first read. Its time counts as a stage of the owner's trace."""
-    label = (compute.__doc__ or "").partition(".")[0].partition(" (")[0]
-
-    @functools.wraps(compute)
-    def timed(owner: S) -> T:
-        if owner.trace is None:
-            return compute(owner)
-        with owner.trace.stage(label):
-            return compute(owner)
-
-    return functools.cached_property(timed)

@@ -11,53 +11,24 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from robot_texts import joint, link, urdf
 
 from shockpc.cli.entry import main
 
 ROBOTS = Path(__file__).parent / "robots"
 
-STICK = """<?xml version="1.0"?>
-<robot name="stick">
-  <link name="body">
-    <inertial>
-      <origin xyz="0.01 0 0.05"/>
-      <mass value="2"/>
-      <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/>
-    </inertial>
-  </link>
-  <link name="shin">
-    <inertial>
-      <origin xyz="0 0 -0.2"/>
-      <mass value="0.5"/>
-      <inertia ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.0002"/>
-    </inertial>
-  </link>
-  <link name="foot"/>
-  <joint name="knee" type="revolute">
-    <parent link="body"/>
-    <child link="shin"/>
-    <axis xyz="0 1 0"/>
-    <limit lower="-2" upper="2" effort="10" velocity="10"/>
-  </joint>
-  <joint name="ankle" type="fixed">
-    <origin xyz="0 0 -0.4"/>
-    <parent link="shin"/>
-    <child link="foot"/>
-  </joint>
-</robot>
-"""
+STICK = urdf(
+    link("body", "2", '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/><origin xyz="0.01 0 0.05"/>'),
+    link("shin", "0.5", '<inertia ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.0002"/><origin xyz="0 0 -0.2"/>'),
+    '<link name="foot"/>',
+    joint("knee", "body", "shin", more='<limit lower="-2" upper="2" effort="10" velocity="10"/>'),
+    joint("ankle", "shin", "foot", "fixed", more='<origin xyz="0 0 -0.4"/>'),
+    name="stick",
+)
 """A body on a shin, with a foot at its end."""
 
-STICK_WITH_IMU = STICK.replace(
-    "</robot>",
-    """  <link name="imu_link"/>
-  <joint name="imu_fixed" type="fixed">
-    <origin xyz="0.02 0 0.1"/>
-    <parent link="body"/>
-    <child link="imu_link"/>
-  </joint>
-</robot>""",
-)
+IMU = '<link name="imu_link"/>' + joint("imu_fixed", "body", "imu_link", "fixed", more='<origin xyz="0.02 0 0.1"/>')
+STICK_WITH_IMU = STICK.replace("</robot>", IMU + "</robot>")
 """The same with an IMU on the body."""
 
 SLOW = """

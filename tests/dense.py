@@ -41,13 +41,14 @@ def velocity(profile, body, r):
     return profile.rotation[body] @ (profile.delta_v[body] + np.cross(profile.delta_omega[body], r))
 
 
-def momentum(profile):
-    """Jump of the linear momentum, and of the angular momentum about the world's origin, summed over the bodies."""
+def momentum(profile, bodies=None, about=(0.0, 0.0, 0.0)):
+    """Jump of the linear momentum, and of the angular momentum about a point of the world, summed over bodies."""
     linear, angular = np.zeros(3), np.zeros(3)
-    for i, body in enumerate(profile.robot.bodies):
-        R, change = profile.rotation[i], body.mass * velocity(profile, i, body.com)
+    for i in range(len(profile.bodies)) if bodies is None else bodies:
+        body, R = profile.robot.bodies[i], profile.rotation[i]
+        change = body.mass * velocity(profile, i, body.com)
         linear += change
-        angular += np.cross(profile.position[i] + R @ body.com, change) + R @ body.inertia @ profile.delta_omega[i]
+        angular += np.cross(profile.position[i] + R @ body.com - about, change) + R @ body.inertia @ profile.delta_omega[i]
     return linear, angular
 
 

@@ -7,8 +7,7 @@ import numpy as np
 from maximal import DIGITS, maximal_jumps
 from random_landings import random_landing
 
-from shockpc.errors import SceneError, SolveError
-from shockpc.profile import shock_profile
+from shockpc import SceneError, SolveError, shock_profile
 from shockpc.results.accuracy import rotation_lengths
 
 MET = 1e-9
@@ -44,7 +43,7 @@ def check(number: int) -> Checked:
         return Checked(number, str(refusal), 0.0, 0.0)
     except SolveError as failure:  # every body has a mass and every set of rows an independent part
         return Checked(number, str(failure), 0.0 if str(failure).startswith("no verdict") else np.inf, 0.0)
-    exact = maximal_jumps(profile.landing, profile.solution.choice.rows)
+    exact = maximal_jumps(profile.landing, profile.choice.rows)
     return Checked(number, "", excess(profile, exact), float(exact.missed.max(initial=0.0)))
 
 

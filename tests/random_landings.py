@@ -8,11 +8,7 @@ joints move before the impact, joints follow others, and loops are closed.
 import numpy as np
 from trees import MJCF_KINDS, SLIDES, STICKS, URDF_KINDS, random_mechanism, robot_from, written
 
-from shockpc.model.closure import Closure, Place
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike
+from shockpc import Closure, Contact, Joints, Place, Robot, Scene, Strike
 
 DIRECTIONS = (STICKS, SLIDES, ((0.6, 0.0, 0.8),))
 
@@ -68,6 +64,7 @@ def random_landing(number: int) -> tuple[Robot, Scene]:
     return robot, Scene(
         robot=f"tree{number}",
         base=base,
+        plane=("xz", "yz", (1.0, 2.0, 0.5))[number // 2 % 3] if base == "planar" else "xz",
         posture=file.posture,
         strike=strike,
         contact=tuple(contacts),

@@ -1,12 +1,12 @@
 """Small robot texts for the tests of readers: written out, so that one slip at a time can be put into them."""
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from shockpc.errors import RobotError
-from shockpc.robot.robot import Robot, load_robot
+from shockpc import Robot, RobotError, load_robot
 from shockpc.robot.source import RobotSource, read_source
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
@@ -74,8 +74,14 @@ def loaded(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any
     return load_robot(written(folder, text, name), **given)
 
 
+def refused(error: type[Exception], parts: Iterable[str], act: Callable[..., object], *given: Any) -> str:
+    """The text of the error that a call raises, which has to have all these parts."""
+    with pytest.raises(error) as caught:
+        act(*given)
+    assert [part for part in parts if part not in str(caught.value)] == [], str(caught.value)
+    return str(caught.value)
+
+
 def refusal(folder: Path, text: str | bytes, name: str = "dog.urdf", **given: Any) -> str:
     """The text of the error that loading this file raises."""
-    with pytest.raises(RobotError) as caught:
-        loaded(folder, text, name, **given)
-    return str(caught.value)
+    return refused(RobotError, (), lambda: loaded(folder, text, name, **given))

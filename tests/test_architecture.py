@@ -21,20 +21,8 @@ MODULES = [
         if found.name not in ("shockpc.__main__", "shockpc.robot.xacro_child")
     ),
 ]
-HEAVY = {
-    "numpy",
-    "pinocchio",
-    "flint",
-    "scipy",
-    "trimesh",
-    "collada",
-    "matplotlib",
-    "shapely",
-    "pydantic",
-    "mujoco",
-    "clarabel",
-    "rich",
-}
+HEAVY = {"numpy", "pinocchio", "flint", "scipy", "trimesh", "collada", "matplotlib", "shapely", "pydantic", "mujoco"}
+HEAVY |= {"clarabel", "rich"}
 
 
 @pytest.mark.parametrize("name", MODULES)

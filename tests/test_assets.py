@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from robot_texts import arm
+from robot_texts import arm, refused
 
-from shockpc.errors import RobotError
+from shockpc import RobotError
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.source import RobotSource, read_source
 
@@ -65,34 +65,25 @@ def test_package_without_package_xml(name: str, tmp_path: Path):
     for path in (robot, mesh):
         path.parent.mkdir(parents=True)
         path.write_text(arm())
-    source = read_source(str(robot))
-    assert source.folders.allowed == (tmp_path / "dog",)
-    assert source.folders.asset("../meshes/a.stl") == mesh
-    assert source.folders.asset("package://dog/meshes/a.stl") == mesh
+    folders = read_source(str(robot)).folders
+    assert folders.allowed == (tmp_path / "dog",)
+    assert [folders.asset(uri) for uri in ("../meshes/a.stl", "package://dog/meshes/a.stl")] == [mesh] * 2
 
 
-def test_given_package(dog: Path, tmp_path: Path):
-    """A package given by name is found there first, and may be read."""
-    other = tmp_path / "parts"
-    other.mkdir()
-    (other / "a.stl").write_text("solid")
-    source = read(dog, packages={"parts": str(other), "dog_description": other})
-    assert source.folders.packages == {"parts": other, "dog_description": other}
-    assert source.folders.allowed == (dog, other)
-    assert source.folders.asset("package://parts/a.stl") == other / "a.stl"
-    assert source.folders.asset("package://dog_description/a.stl") == other / "a.stl"
-
-
-@pytest.mark.parametrize("entry", ["ws2", "ws2/parts", "."])
-def test_ros_package_path(entry: str, dog: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """ROS_PACKAGE_PATH lists packages, folders of packages, or workspaces; what it lists may be read."""
+@pytest.mark.parametrize("entry", ["ws2", "ws2/parts", ".", None])
+def test_packages_of_ros_package_path_or_given_by_name(
+    entry: str | None, dog: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """The path lists packages, folders of packages, or workspaces; what it lists may be read; one given by name comes first."""
     parts = tmp_path / "ws2" / "parts"
     parts.mkdir(parents=True)
     (parts / "a.stl").write_text("solid")
-    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path / 'nowhere'}:{tmp_path / entry}:")
-    source = read(dog)
-    assert source.folders.allowed == (dog, (tmp_path / entry).resolve())
-    assert source.folders.asset("package://parts/a.stl") == parts / "a.stl"
+    given = {"parts": str(parts), "dog_description": parts} if entry is None else {}
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path / 'nowhere'}:{tmp_path / entry if entry else ''}:")
+    folders = read(dog, packages=given).folders
+    assert folders.allowed == (dog, parts if entry is None else (tmp_path / entry).resolve())
+    for name in given or ("parts",):
+        assert folders.asset(f"package://{name}/a.stl") == parts / "a.stl"
 
 
 def test_package_xml_names_the_package(dog: Path, monkeypatch: pytest.MonkeyPatch):
@@ -115,21 +106,33 @@ def test_without_a_package_the_folder_above_is_open(
     assert read_source(str(robot)).folders.allowed == (tmp_path / opened,)
 
 
-OUTSIDE = ("../../../secret.stl", "{top}/secret.stl", "file://{top}/secret.stl", "link.stl", "folder/secret.stl")
+OUTSIDE = 'leads to "{top}/secret.stl", outside the folders that may be read ("{dog}"). If it belongs to the robot, name the folder'
+REFUSED = {
+    # Neither `..`, nor an absolute path, a symbolic link or a folder above that is named as a package leads out.
+    "../../../secret.stl": OUTSIDE,
+    "{top}/secret.stl": OUTSIDE,
+    "file://{top}/secret.stl": OUTSIDE,
+    "link.stl": OUTSIDE,
+    "folder/secret.stl": OUTSIDE,
+    "package://ws/../secret.stl": OUTSIDE,
+    "none.stl": '"none.stl" is missing: no file "{dog}/urdf/none.stl"',
+    "../meshes": '"../meshes" is missing: no file "{dog}/meshes"',
+    "package://cat/a.stl": 'no package "cat" among those given, in ROS_PACKAGE_PATH or above the file',
+    "https://a.b/c.stl": '"https://a.b/c.stl" is not on this machine; only package:// and file:// are followed',
+    # Beyond the file system's limit, a link to itself, an empty package: no crash.
+    **dict.fromkeys(["x" * 5000, "loop.stl", f"package://{'x' * 5000}/a.stl", "package:////", "package://../a", ""], ""),
+}
 
 
-@pytest.mark.parametrize("uri", [*OUTSIDE, "package://ws/../secret.stl"])
-def test_nothing_outside_the_folders(uri: str, dog: Path, tmp_path: Path):
-    """Neither `..`, nor an absolute path, a symbolic link or a folder above that is named as a package leads out."""
-    (dog / "urdf" / "link.stl").symlink_to(tmp_path / "secret.stl")
-    (dog / "urdf" / "folder").symlink_to(tmp_path)
-    uri = uri.format(top=tmp_path)
-    with pytest.raises(RobotError) as caught:
-        read(dog).folders.asset(uri)
-    assert str(caught.value) == (
-        f'dog.urdf: "{uri}" leads to "{tmp_path / "secret.stl"}", outside the folders that may be read ("{dog}"). '
-        "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
-    )
+@pytest.mark.parametrize("uri", REFUSED, ids=lambda uri: uri[:30])
+def test_what_is_not_read(uri: str, dog: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """What lies outside the folders, is missing, or is no file: each says so, in the name of the robot's file."""
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "" if REFUSED[uri] else str(dog.parent))
+    for name, target in {"link.stl": "secret.stl", "folder": ".", "loop.stl": "ws/dog_description/urdf/loop.stl"}.items():
+        (dog / "urdf" / name).symlink_to(tmp_path / target)
+    said = refused(RobotError, (), read(dog).folders.asset, uri.format(top=tmp_path))
+    assert said.startswith("dog.urdf: ")
+    assert REFUSED[uri].format(top=tmp_path, dog=dog) in said
 
 
 def test_a_package_that_is_found_outside_the_folders_can_be_opened(tmp_path: Path):
@@ -139,44 +142,7 @@ def test_a_package_that_is_found_outside_the_folders_can_be_opened(tmp_path: Pat
     (tmp_path / "ws/meshes/a.stl").touch()
     (tmp_path / "ws/robots/dog/dog.urdf").write_text(arm())
     path, uri = str(tmp_path / "ws/robots/dog/dog.urdf"), "package://ws/meshes/a.stl"
-    with pytest.raises(RobotError) as caught:
-        read_source(path).folders.asset(uri)
-    name, _, folder = str(caught.value).rpartition("--package ")[2].partition("=")
+    name, _, folder = refused(RobotError, (), read_source(path).folders.asset, uri).rpartition("--package ")[2].partition("=")
     assert read_source(path, packages={name: folder}).folders.asset(uri) == tmp_path / "ws/meshes/a.stl"
-
-
-MISSING = {
-    "none.stl": '"none.stl" is missing: no file "{dog}/urdf/none.stl"',
-    "../meshes": '"../meshes" is missing: no file "{dog}/meshes"',
-    "package://cat/a.stl": (
-        '"package://cat/a.stl": no package "cat" among those given, in ROS_PACKAGE_PATH or above the file. '
-        "Say where it is: --package cat=DIR"
-    ),
-    "https://a.b/c.stl": '"https://a.b/c.stl" is not on this machine; only package:// and file:// are followed',
-}
-
-
-@pytest.mark.parametrize("uri", MISSING)
-def test_meshes_that_are_missing(uri: str, dog: Path):
-    """A missing mesh, an unknown package and a web address each say so."""
-    with pytest.raises(RobotError) as caught:
-        read(dog).folders.asset(uri)
-    assert str(caught.value) == f"dog.urdf: {MISSING[uri].format(dog=dog)}"
-
-
-def test_given_package_has_to_exist(dog: Path):
-    """A mistake in --package is reported at once, not when a mesh is missing."""
-    with pytest.raises(RobotError) as caught:
-        read(dog, packages={"parts": "no/such/folder"})
-    assert str(caught.value) == 'package "parts": there is no folder "no/such/folder"; correct --package parts=DIR'
-
-
-@pytest.mark.parametrize(
-    "uri", ["x" * 5000, "loop.stl", "package://" + "x" * 5000 + "/a.stl", "package:////", "package://../a", ""]
-)
-def test_names_that_break_the_file_system(uri: str, dog: Path, monkeypatch: pytest.MonkeyPatch):
-    """A name beyond the file system's limit, a link to itself, an empty package: refused, not a crash."""
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(dog.parent))
-    (dog / "urdf" / "loop.stl").symlink_to(dog / "urdf" / "loop.stl")
-    with pytest.raises(RobotError, match=r"^dog.urdf: "):
-        read(dog).folders.asset(uri)
+    parts = 'package "parts": there is no folder "no/such/folder"; correct --package parts=DIR'
+    refused(RobotError, [parts], lambda: read_source(path, packages={"parts": "no/such/folder"}))

@@ -9,16 +9,13 @@ from commands import good, run
 from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints, joint_model
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc import Joints, Posture, Scene, Strike, shock_profile
+from shockpc.model.joint_model import joint_model
 from shockpc.show.document import document
 
 SCENE = Scene(
     robot="quadruped",
-    contact=(Contact(frame="front_foot"),),
+    contact="front_foot",
     posture=Posture(base_rpy_deg=(5.0, -10.0, 20.0), joints_deg={"*_knee": -20.0}),
     strike=Strike(strike_angle_deg=20.0),
 )

@@ -5,8 +5,9 @@ import timeit
 from pathlib import Path
 
 import pytest
+from robot_texts import refused
 
-from shockpc.errors import RobotError, UnknownName
+from shockpc import RobotError, UnknownName
 from shockpc.robot.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
 
 
@@ -32,20 +33,14 @@ def test_names_are_unique_and_normalised():
 @pytest.mark.parametrize(
     ("typed", "file"),
     [
-        ("anymal_b", "anymal_b_simple_description/robots/anymal.urdf"),
         ("ANYmal-C", "anymal_c_simple_description/urdf/anymal.urdf"),
         ("anymal-kinova", "anymal_b_simple_description/robots/anymal-kinova.urdf"),
         ("b1_z1", "b1_description/urdf/b1-z1.urdf"),
         ("hyq", "hyq_description/robots/hyq_no_sensors.urdf"),
-        ("solo", "solo_description/robots/solo.urdf"),
         ("solo8", "solo_description/robots/solo.urdf"),
-        ("solo12", "solo_description/robots/solo12.urdf"),
-        ("talos", "talos_data/robots/talos_reduced.urdf"),
         ("talos_full", "talos_data/robots/talos_full_v2.urdf"),
-        ("g1", "g1_description/urdf/g1_29dof_rev_1_0.urdf"),
         ("g1_hands", "g1_description/urdf/g1_29dof_with_hand_rev_1_0.urdf"),
         ("ur5", "ur_description/urdf/ur5_robot.urdf"),
-        ("romeo", "romeo_description/urdf/romeo.urdf"),
     ],
 )
 def test_names_that_people_type(typed: str, file: str):
@@ -70,23 +65,12 @@ def test_existing_file_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("typed", ["dog.urdf", "dog.urdf.xacro", "dog.toml", "some/dog"])
-def test_missing_path(typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """What looks like a path and is not there is a missing file, not an unknown name."""
+def test_what_is_not_there(typed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """What looks like a path is a missing file; a slip in a name shows the nearest names and how to list all."""
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(RobotError) as caught:
-        find_robot(typed)
-    assert str(caught.value) == (
-        f'no file "{typed}" (looked in {tmp_path}). Give the path of a robot file, or the name of a known robot: shockpc robots'
-    )
-
-
-def test_unknown_name():
-    """A slip in a name shows the nearest names and how to list all."""
-    with pytest.raises(UnknownName) as caught:
-        find_robot("anymal_d")
-    assert str(caught.value) == (
-        'no robot "anymal_d"; nearest: "anymal_c", "anymal_b", "anymal_kinova". To list them: shockpc robots'
-    )
+    refused(RobotError, [f'no file "{typed}" (looked in {tmp_path}). Give the path', "shockpc robots"], find_robot, typed)
+    near = 'no robot "anymal_d"; nearest: "anymal_c", "anymal_b", "anymal_kinova". To list them: shockpc robots'
+    refused(UnknownName, [near], find_robot, "anymal_d")
 
 
 def test_lookup_is_quick():
@@ -94,32 +78,14 @@ def test_lookup_is_quick():
     assert min(timeit.repeat(lambda: find_robot("anymal_b"), number=1)) < 0.01  # seconds; 3 ms where this was written
 
 
-# Robots of the data package without any SRDF that is theirs.
-_WITHOUT_SRDF = {
-    "allegro_left_hand", "allegro_right_hand", "asr_twodof", "double_pendulum", "double_pendulum_continuous",
-    "double_pendulum_simple", "g1", "g1_hands", "hector", "hector_macro", "hector_xacro", "human", "iris", "iris_simple",
-    "laikago", "quadruped_8dof", "so100", "so101", "tiago", "tiago_dual", "tiago_no_hand", "tiago_pro", "ur10",
-    "ur10_limited", "ur3", "ur3_limited", "beam", "five_bar", "skippy",
-}  # fmt: skip
-# Where the SRDF is not called like the robot file.
-_OTHER_SRDF = {
-    "alexander": "alexander", "baxter": "baxter_manipulation", "hyq": "hyq", "icub_reduced": "icub", "leg": "leg",
-    "panda_collision": "panda", "quadruped": "quadruped", "romeo_laas_small": "romeo", "solo12": "solo", "talos": "talos",
-    "talos_full": "talos", "talos_full_box": "talos", "talos_left_arm": "talos", "talos_reduced_box": "talos",
-    "talos_reduced_corrected": "talos", "ur3_empty": "ur3_gripper", "ur5": "ur5",
-}  # fmt: skip
-
-
 def test_every_robot_finds_its_srdf():
-    """Each robot finds the SRDF named like its file, or the one that begins its name, and no other's."""
-    for entry in catalogue():
-        found = find_srdf(entry.path, "")
-        if entry.name in _WITHOUT_SRDF:
-            assert found is None, entry.name
-        else:
-            assert found is not None, entry.name
-            assert found.stem == _OTHER_SRDF.get(entry.name, entry.path.stem), entry.name
-            assert entry.path.parent.parent in found.parents or entry.path.parent in found.parents
+    """47 find one near their file, whose name begins with that of the SRDF, or that is alone in beginning with it; no other's."""
+    found = {entry: srdf for entry in catalogue() if (srdf := find_srdf(entry.path, ""))}
+    assert len(found) == 47
+    for entry, srdf in found.items():
+        near = {"baxter": "baxter_manipulation", "ur3_empty": "ur3_gripper"}
+        assert entry.path.stem.startswith(srdf.stem) or srdf.stem == near.get(entry.name), entry.name
+        assert {entry.path.parent.parent, entry.path.parent} & {*srdf.parents}
 
 
 @pytest.mark.parametrize("place", [".", "srdf", "../srdf"])

@@ -277,7 +277,7 @@ def test_budgets_in_a_pyproject(capfd, here):
         (CASE + budget(at="imu_lnk", metric="shock", max=1), ('no point or body "imu_lnk"', '"imu_link"')),
         (CASE + budget(at="imu_link:1,2", metric="shock", max=1), ('"imu_link:1,2" is not a point', "imu_link:0,0,0.1")),
         (CASE + "strike = { drop_height = 1 }\nstrike_angle_deg = [0]\n" + PASSES, ("given in two ways",)),
-        (CASE + "strike_angle_deg = [170]\n" + PASSES, ('case "land"', "170 deg")),
+        (CASE + "strike_angle_deg = [170]\n" + PASSES, ('case "land"', "strike angle")),
         (STUCK + budget(at="body", metric="peak_g", max=1), ("peak_g needs the duration of the impact", "half-sine:5ms")),
         (CASE + budget(at="body", metric="shock", baseline_tolerance="5%"), ("has only a baseline_tolerance", "--baseline")),
         ("[[case]\n", ("budgets.toml is not TOML, as a budgets file has to be",)),

@@ -10,31 +10,23 @@ import trees
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import LIMIT, body, joint, link, mjcf, urdf
-from trees import known_robot, robot_from
+from trees import robot_from
 
-from shockpc.errors import SceneError, SolveError
-from shockpc.landing import resolve
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import impact_jumps, shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, resolve, shock_profile
+from shockpc.profile import impact_jumps
 
 V = np.array([0.3, 0.1, -1.0])
 POINT = (0.05, 0.02, -0.1)
 TURNED = (10.0, -20.0, 30.0)
-KINDS = [("revolute",) * 3, ("continuous", "prismatic", "revolute"), ("prismatic", "revolute", "prismatic")]
-BASES = ["free", "planar", "fixed"]
 
 
 INERTIAL = '<origin xyz="0.02 0.03 0.1"/><inertia ixx="0.02" iyy="0.025" izz="0.03" ixy="0.001" ixz="0" iyz="0.002"/>'
 PLACE = '<origin xyz="0.1 -0.05 -0.3" rpy="0.1 0.2 0.3"/><limit lower="-3" upper="3" effort="1" velocity="1"/>'
 
 
-def arm(second="", third="", kinds=KINDS[0]):
-    """A base and three links in a row, with something inside the second and third joint."""
-    inner = [PLACE, PLACE + second, PLACE + third]
-    joints = [joint(f"j{i + 1}", "abcd"[i], "abcd"[i + 1], kinds[i], "0.2 1 0.1", inner[i]) for i in range(3)]
+def arm(second=""):
+    """A base and three links in a row, with something inside the second joint."""
+    joints = [joint(f"j{i + 1}", *"abcd"[i : i + 2], axis="0.2 1 0.1", more=PLACE + second * (i == 1)) for i in range(3)]
     return urdf(*(link(name, "1.5", INERTIAL) for name in "abcd"), *joints, name="arm")
 
 
@@ -42,9 +34,9 @@ def follows(leader, multiplier, offset=0.0):
     return f'<mimic joint="{leader}" multiplier="{multiplier}" offset="{offset}"/>'
 
 
-def scene(base="free", frame="d", directions=("x", "y", "z"), values=None, turned=TURNED, **changes):
-    contact = (Contact(frame=frame, offset=POINT, directions=directions),)
-    posture = Posture(base_rpy_deg=turned, joints=values or {})
+def scene(base="free", frame="d", values=None, **changes):
+    contact = (Contact(frame=frame, offset=POINT),)
+    posture = Posture(base_rpy_deg=TURNED, joints=values or {})
     return Scene(robot="arm.urdf", base=base, contact=contact, strike=Strike(velocity=tuple(V)), posture=posture, **changes)
 
 
@@ -54,35 +46,6 @@ def assert_close(found, expected, digits=1e-12):
 
 
 # The base
-
-
-@pytest.mark.parametrize("kinds", KINDS[:2])
-def test_a_fixed_base_is_the_model_without_a_free_flyer(kinds):
-    """Columns of the base dropped: Δq̇ and impulse are those of Pinocchio's model of the same file fixed to the world."""
-    robot = robot_from(arm(kinds=kinds))
-    fixed = shock_profile(scene("fixed", values={"j1": 0.4, "j2": -0.3, "j3": 0.8}, turned=None), robot)
-    model, q = pin.buildModelFromXML(robot.source.xml), fixed.q[7:]
-    H, J = dense.inertia(model, q), dense.point_rows(model, q, "d", POINT)
-    jump, impulse = dense.solve(H, J, V)
-    worse = 1e-13 * np.linalg.cond(J) * np.linalg.cond(H)
-    np.testing.assert_array_equal(fixed.delta_qd[:6], 0.0)
-    assert_close(fixed.delta_qd[6:], jump, worse)
-    assert_close(fixed.contacts[0].impulse, impulse, worse)
-
-
-@pytest.mark.parametrize("name", ["leg", "quadruped"])
-@pytest.mark.parametrize("angle", [-40.0, 0.0, 20.0])
-def test_a_planar_base_is_a_free_one_for_a_robot_that_lies_in_the_plane(name, angle):
-    """The project's own robots are symmetric about x–z: with a planar base or a free one, they move the same."""
-    robot = known_robot(name)
-    free, planar = (
-        shock_profile(
-            Scene(robot=name, base=base, contact=(Contact(frame=robot.links[-1]),), strike=Strike(strike_angle_deg=angle)), robot
-        )
-        for base in BASES[:2]
-    )
-    assert_close(planar.delta_qd, free.delta_qd)
-    np.testing.assert_allclose(planar.ropc, free.ropc, rtol=1e-10)
 
 
 @given(trees.mechanisms(planar=True, most=8), st.integers(0, 2**32 - 1))
@@ -109,75 +72,16 @@ def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
         shock_profile(Scene(robot="r", base="fixed", contact=(point,), posture=Posture(base_rpy_deg=(angle, 0.0, 0.0))), robot)
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from(["xz", "yz", "xy", (1.0, 2.0, 0.5)]))
-def test_holding_the_base_by_rows_is_holding_it_by_columns(seed, plane):
-    """Both ways of Section 3.1.1: K Δq̇ = 0 stacked under the contact gives the Δq̇ of the reduced system, in any posture."""
-    rng = np.random.default_rng(seed)
-    robot = known_robot("anymal_b")
-    joints = dict(zip(robot.joint_names, rng.uniform(-1.0, 1.0, len(robot.joint_names)).tolist(), strict=True))
-    posture = Posture(base_rpy_deg=tuple(rng.uniform(-180.0, 180.0, 3).tolist()), joints=joints)
-    contact = (Contact(frame="LF_FOOT"),)
-    profile = shock_profile(
-        Scene(robot="anymal_b", base="planar", plane=plane, posture=posture, contact=contact, strike=Strike(velocity=tuple(V))),
-        robot,
-    )
-    R, n = profile.rotation[0], profile.plane.normal
-    K = np.zeros((3, robot.model.nv))
-    K[0, :3], K[1, 3:6], K[2, 3:6] = n @ R, profile.plane.e1 @ R, profile.plane.e2 @ R
-    J = np.vstack([dense.point_rows(robot.model, profile.q, "LF_FOOT"), K])
-    jump, _ = dense.solve(dense.inertia(robot.model, profile.q), J, np.concatenate([V, np.zeros(3)]))
-    assert_close(profile.delta_qd, jump, 1e-10)  # legs may be nearly straight
-    # The base neither leaves the plane nor rotates about an axis in it.
-    v, omega = R @ profile.delta_v[0], R @ profile.delta_omega[0]
-    assert v @ n == pytest.approx(0.0, abs=1e-14)
-    np.testing.assert_allclose(np.cross(n, omega), 0.0, atol=1e-13)
-
-
-def test_a_robot_fixed_by_its_file_cannot_be_freed():
-    """An MJCF without a free joint stays where it is; the message says how to free it."""
-    inertial = '<inertial pos="0.5 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>'
-    robot = robot_from(mjcf(body("boom", inertial, at="")), ".xml")
-    contact = (Contact(frame="boom", offset=(1.0, 0.0, 0.0), directions=("z",)),)
-    for base in BASES[:2]:
-        with pytest.raises(SceneError) as refusal:
-            shock_profile(Scene(robot="crane.xml", base=base, contact=contact), robot)
-        assert all(name in str(refusal.value) for name in ('"m"', f'"{base}"', "<freejoint/>", '"fixed"'))
+def test_a_robot_fixed_by_its_file_stays_where_it_is():
+    """ω about y: the tip at x = 1 falls at 1 m/s and stops."""
+    robot = robot_from(mjcf(body("boom", '<inertial pos="0.5 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>', at="")), ".xml")
+    contact = Contact(frame="boom", offset=(1.0, 0.0, 0.0), directions=("z",))
     profile = shock_profile(Scene(robot="crane.xml", contact=contact), robot)
     assert profile.scene.base == "fixed"
-    np.testing.assert_allclose(profile.delta_qd, [-1.0], rtol=1e-14)  # ω about y: the tip at x = 1 falls at 1 m/s and stops
-
-
-@pytest.mark.parametrize(
-    ("text", "frame", "joints"),
-    [(urdf(link("a"), name="arm"), "a", Joints()), (arm(), "d", Joints(model="locked"))],
-    ids=["without a joint", "with locked joints"],
-)
-def test_a_fixed_base_and_no_free_joint_are_refused(text, frame, joints):
-    with pytest.raises(SceneError, match=r'"arm" can move.* fixed'):
-        shock_profile(scene("fixed", frame, joints=joints), robot_from(text))
+    np.testing.assert_allclose(profile.delta_qd, [-1.0], rtol=1e-14)
 
 
 # Joints that follow others
-
-
-@pytest.mark.parametrize("base", BASES)
-@pytest.mark.parametrize("kinds", KINDS)
-def test_followers_as_columns_are_followers_as_rows(kinds, base):
-    """A chain of followers reduced by G is the free arm with Δq̇_follower − multiplier · Δq̇_leader = 0 stacked under the contact."""
-    robot = robot_from(arm(follows("j1", -0.5, 0.3), follows("j2", 2.0, 0.1), kinds))
-    # One direction alone: even the single rate of a fixed base can meet it.
-    profile = shock_profile(scene(base, directions=("z",), values={"j1": 0.4}), robot)
-    K = np.zeros((2, 9))
-    K[0, 6:8], K[1, 7:9] = (0.5, 1.0), (-2.0, 1.0)
-    R, plane, held = profile.rotation[0], profile.plane, np.zeros((6, 9))
-    held[:3, :3], held[3:, 3:6] = R, R
-    held = {"free": held[:0], "planar": np.vstack([plane.normal @ held[:3], plane.e1 @ held[3:], plane.e2 @ held[3:]])}.get(
-        base, held
-    )
-    J = np.vstack([dense.point_rows(robot.model, profile.q, "d", POINT)[2:], K, held])
-    jump, _ = dense.solve(dense.inertia(robot.model, profile.q), J, np.array([V[2], *[0.0] * (len(J) - 1)]))
-    assert_close(profile.delta_qd, jump, 1e-11)
-    np.testing.assert_allclose(profile.delta_qd[7:], profile.delta_qd[6:8] * (-0.5, 2.0), rtol=1e-14)
 
 
 @pytest.mark.parametrize("multiplier", [-0.5, 1.0, 3.0])
@@ -211,10 +115,3 @@ def test_a_locked_joint_makes_two_bodies_one():
     assert_close(np.delete(locked.delta_qd, 7), fixed.delta_qd)
     assert locked.delta_qd[7] == 0.0
     assert_close(locked.contacts[0].impulse, fixed.contacts[0].impulse)
-
-
-def test_everything_free_needs_no_reduction():
-    """A free base without followers leaves the equation as it is: no G, no product."""
-    robot = known_robot("anymal_b")
-    landing = resolve(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), robot)
-    assert landing.columns(landing.state) is None

@@ -8,16 +8,14 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import body, joint, link, mjcf, urdf
+from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import SceneError, UnknownName
-from shockpc.model.contact import Contact, contact_block, match_frames, placed
+from shockpc import Contact, Posture, Scene, Strike, UnknownName, shock_profile
+from shockpc.model.contact import contact_block, match_frames, placed
 from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import Posture, configuration
+from shockpc.model.posture import configuration
 from shockpc.model.rows import block_point, row_jacobian
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
 
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = st.tuples(*[st.floats(-180.0, 180.0)] * 3)
@@ -89,16 +87,6 @@ def test_contact_rows_are_the_derivative_of_the_point(seed):
     moved = np.stack([(place(h * e) - place(-h * e)) / (2.0 * h) for e in np.eye(robot.model.nv)], axis=1)
     np.testing.assert_allclose(J_c, moved, atol=1e-9)  # h² of curvature and 1e-16 / h of rounding
     np.testing.assert_allclose(J_c, dense.point_rows(robot.model, q, frame, offset), atol=1e-13)
-
-
-def test_an_offset_is_in_the_frame_s_own_axes():
-    """The contact lies where Pinocchio places that point of that frame."""
-    contact = Contact(frame="lf_foot", offset=(0.1, -0.2, 0.3))
-    profile = land(contact, "hyq", posture=Posture(base_rpy_deg=(10.0, 20.0, 30.0)))
-    model, data = profile.robot.model, profile.robot.model.createData()
-    pin.framesForwardKinematics(model, data, profile.q)
-    expected = data.oMf[model.getFrameId("lf_foot")].act(np.array(contact.offset))
-    np.testing.assert_allclose(profile.contacts[0].point, expected, atol=1e-14)
 
 
 def shape(geometry, origin="0 0 0", rpy="0 0 0"):
@@ -193,38 +181,3 @@ def test_a_contact_kept_along_three_independent_directions_sticks(directions):
     one, other = (land(Contact(frame="LF_FOOT", directions=kept)) for kept in (("x", "y", "z"), directions))
     np.testing.assert_allclose(other.delta_qd, one.delta_qd, rtol=0, atol=1e-12 * np.abs(one.delta_qd).max())
     np.testing.assert_allclose(other.contacts[0].impulse, one.contacts[0].impulse, atol=1e-12)
-
-
-POST = mjcf('<body name="post">' + body("leg") + "</body>")
-
-
-@pytest.mark.parametrize(
-    ("contact", "error", "names"),
-    [
-        ({"directions": ("z", (0.0, 0.0, 0.0))}, SceneError, ('"x", "y", "z"',)),
-        ({"directions": ()}, SceneError, ('"x", "y", "z"',)),
-        ({"directions": ("x", "y")}, SceneError, ("(0, 0, 1)",)),
-        ({"restitution": -0.1}, SceneError, ("-0.1", "between 0", "1")),
-        ({"restitution": 1.01}, SceneError, ("1.01", "between 0", "1")),
-        ({"frame": "LF_FOOD"}, UnknownName, ('"anymal"', '"LF_FOOT"', "shockpc robots anymal_b")),
-        ({"frame": "foot", "at": "lowest"}, SceneError, ("collision geometry", "offset")),
-        ({"frame": "post"}, SceneError, ("world",)),
-    ],
-    ids=[
-        "no length",
-        "no direction",
-        "along the ground",
-        "below 0",
-        "above 1",
-        "no such frame",
-        "no geometry",
-        "fixed to the world",
-    ],
-)
-def test_a_contact_that_cannot_be_is_refused(contact, error, names):
-    """The message names the contact and what would be valid."""
-    contact = Contact(**({"frame": "LF_FOOT"} | contact))
-    robots = {"foot": lambda: named("foot"), "post": lambda: robot_from(POST, ".xml")}
-    with pytest.raises(error) as refusal:
-        contact_block(robots.get(contact.frame, lambda: known_robot("anymal_b"))(), contact, UP)
-    assert all(name in str(refusal.value) for name in (f'"{contact.frame}"', *names))

@@ -1,12 +1,12 @@
 """xacro: expanded without ROS in a child process with limits, which reads nothing outside the open folders."""
 
 import os
-import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from robot_texts import arm, joint, link, read, refusal, xacro
+from robot_texts import arm, joint, link, read, refusal, written, xacro
 
 import shockpc.robot.xacro
 from shockpc.robot.source import read_source
@@ -53,16 +53,6 @@ def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
     )
 
 
-def test_mesh_paths_stay_as_found(folder: Path):
-    """The URDF names meshes as its author did, which a figure resolves later."""
-    mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
-    text = PAYLOAD.replace("</robot>", link("a", more=mesh.format("package://dog/a.stl") + mesh.format("b.stl")) + "</robot>")
-    text = text.replace("</robot>", joint("j", "base", "a") + "</robot>")
-    source = read(folder, text, NAME)
-    assert 'filename="package://dog/a.stl"' in source.xml
-    assert 'filename="b.stl"' in source.xml
-
-
 def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Includes and YAML are found beside the file, in its package and in a given one, whatever the current folder.
 
@@ -76,18 +66,20 @@ def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: p
     (folder / "numbers.yaml").write_text("mass: 3\n")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "more.xacro").write_text(xacro(joint("j", "base", "hand", "fixed")))
+    mesh = '<visual><geometry><mesh filename="package://dog/a.stl"/></geometry></visual>'
     text = xacro(
         '<xacro:include filename="parts.xacro"/>',
         '<xacro:include filename="$(find other)/more.xacro"/>',
         '<xacro:include filename="none.xacro" optional="true"/>',
         '<xacro:property name="again" value="${xacro.load_yaml(\'$(dirname)/numbers.yaml\')}"/>',
         '<xacro:property name="numbers" value="${xacro.load_yaml(\'$(find dog_description)/numbers.yaml\')}"/>',
-        link("base", mass="${numbers.mass * again.mass * $(arg m)}"),
+        link("base", mass="${numbers.mass * again.mass * $(arg m)}", more=mesh),
         '<xacro:part n="hand"/>',
     )
     source = read(folder, text, NAME, packages={"other": tmp_path / "other"}, xacro={"m": "4"})
     assert '<mass value="36"/>' in source.xml
     assert '<link name="hand"/>' in source.xml
+    assert mesh in source.xml  # as its author wrote it, which a figure resolves later
 
 
 def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
@@ -100,137 +92,118 @@ def test_warnings_are_caught(folder: Path, capfd: pytest.CaptureFixture[str]):
     assert capfd.readouterr() == ("", "")
 
 
-NO_ARGUMENTS = xacro('<xacro:property name="m" value="1"/>', link("base", mass="${m}"))
-ARGUMENTS = {
-    "payloda": (PAYLOAD, 'has no xacro argument "payloda"; nearest: "payload". It has "payload"'),
-    "legs": (PAYLOAD, 'has no xacro argument "legs". It has "payload"'),
-    "m": (NO_ARGUMENTS, 'has no xacro argument "m". It has none, so leave it out'),
-}
+def included(name: str) -> str:
+    """A robot that is another file."""
+    return xacro(f'<xacro:include filename="{name}"/>')
 
 
-@pytest.mark.parametrize("name", ARGUMENTS)
-def test_unknown_argument(name: str, folder: Path):
-    """A slip in an argument's name is an error that lists those the file has, if any."""
-    text, said = ARGUMENTS[name]
-    assert refusal(folder, text, NAME, xacro={name: "1"}) == f"{NAME} {said}"
-
-
-HOLDS_TEXT = "an argument or property holds a text where arithmetic needs a number: "
-TEXTS = {
-    "m / 2": HOLDS_TEXT + "unsupported operand type(s) for /: 'str' and 'int' when evaluating expression 'm / 2'",
-    "-m": HOLDS_TEXT + "bad operand type for unary -: 'str' when evaluating expression '-m'",
-    "m**2": HOLDS_TEXT + "unsupported operand type(s) for ** or pow(): 'str' and 'int' when evaluating expression 'm**2'",
-    "m + 1": HOLDS_TEXT + "can only concatenate str (not \"int\") to str when evaluating expression 'm + 1'",
-}
-
-
-@pytest.mark.parametrize("expression", TEXTS)
-def test_texts_where_arithmetic_needs_numbers(expression: str, folder: Path):
-    """An argument that is no number is named as the cause, wherever it is used."""
-    mass = '<xacro:property name="m" value="$(arg payload)"/>'
-    text = xacro('<xacro:arg name="payload" default="1.5"/>', mass, link("base", mass=f"${{{expression}}}"))
-    assert refusal(folder, text, NAME, xacro={"payload": "abc"}) == f"dog.urdf.xacro: {TEXTS[expression]}"
-
-
+OUTSIDE = (
+    'leads to "{top}/secret.{kind}", outside the folders that may be read ("{dog}"). If it belongs to the robot, name the folder'
+)
+CANNOT = "xacro cannot expand it: "
+ENDLESS = "xacro does not come to an end; a macro or an include calls itself"
+TEXT = "an argument or property holds a text where arithmetic needs a number: "
+DOUBLED = "".join(
+    f'<xacro:macro name="m{k}" params="n"><xacro:m{k - 1} n="${{n}}a"/><xacro:m{k - 1} n="${{n}}b"/></xacro:macro>'
+    for k in range(1, 12)
+)
 REFUSED = {
-    xacro(link("base", mass="$(arg payload)")): (
-        'dog.urdf.xacro: xacro argument "payload" has no value; give: --xacro payload:=VALUE'
+    xacro(link("base", mass="$(arg payload)")): 'xacro argument "payload" has no value; give: --xacro payload:=VALUE',
+    xacro(link("base", mass="$(arg payload)"), link("leg", mass="$(arg leg)")): (
+        'xacro argument "payload" has no value; give: --xacro payload:=VALUE'
     ),
-    xacro('<xacro:include filename="none.xacro"/>'): ('dog.urdf.xacro includes "{folder}/none.xacro", which does not exist'),
-    xacro('<xacro:include filename="$(find cat)/a.xacro"/>'): (
-        'dog.urdf.xacro: $(find cat): no package "cat" among those given, in ROS_PACKAGE_PATH or above the file. '
-        "Say where it is: --package cat=DIR"
+    **{
+        PAYLOAD.replace("$(arg payload)", f"${{'a' {by}}}" if by[0] != "-" else "${-'a'}"): TEXT
+        for by in ("/ 2", "- 1", "** 2", "+ 1")
+    },
+    included("none.xacro"): 'dog.urdf.xacro includes "{dog}/none.xacro", which does not exist',
+    included("$(find cat)/a.xacro"): '$(find cat): no package "cat" among those given, in ROS_PACKAGE_PATH or above the file',
+    xacro('<xacro:dog legs="4"/>'): CANNOT + "unknown macro name: xacro:dog",
+    xacro(link("base", mass="${payload}")): CANNOT + "name 'payload' is not defined when evaluating expression 'payload'",
+    xacro(link("base", mass="${1 +}")): CANNOT + "invalid syntax (<expression>, line 1) when evaluating expression '1 +'",
+    xacro(link("base", mass="${1 / 0}")): CANNOT + "division by zero when evaluating expression '1 / 0'",
+    xacro('<xacro:macro name="dog"><xacro:dog/></xacro:macro><xacro:dog/>'): ENDLESS,
+    included("dog.urdf.xacro"): ENDLESS,
+    xacro("<xacro:if value=\"${xacro.fatal('too many legs')}\"/>"): CANNOT + "too many legs",
+    xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): "has no <link>, so there is no robot in it",
+    # A macro that doubles itself would give millions.
+    xacro('<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>', DOUBLED, '<xacro:m11 n="l"/>'): (
+        CANNOT + "it has 2048 links, more than 2000"
     ),
-    xacro('<xacro:dog legs="4"/>'): "dog.urdf.xacro: xacro cannot expand it: unknown macro name: xacro:dog",
-    xacro(link("base", mass="${payload}")): (
-        "dog.urdf.xacro: xacro cannot expand it: name 'payload' is not defined when evaluating expression 'payload'"
+    # After some seconds, or when it takes more memory than it may have.
+    **{
+        xacro(link("base", mass=endless)): "that grows without end"
+        for endless in ("${9**9**9}", "${len('ab' * 3 * 10**9)}", "${len([0] * 10**9)}")
+    },
+    included("broken.xacro"): "broken.xacro: line 2, column 9: mismatched tag; the file is not well-formed XML",
+    included("entity.xacro"): "entity.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here",
+    **dict.fromkeys(
+        [included("pipe"), xacro(link("base", mass="${xacro.load_yaml('pipe')}"))],
+        '"{dog}/pipe" is a pipe or a device; save what it gives in a file',
     ),
-    xacro(link("base", mass="${1 +}")): (
-        "dog.urdf.xacro: xacro cannot expand it: invalid syntax (<expression>, line 1) when evaluating expression '1 +'"
-    ),
-    xacro(link("base", mass="${1 / 0}")): (
-        "dog.urdf.xacro: xacro cannot expand it: division by zero when evaluating expression '1 / 0'"
-    ),
-    xacro('<xacro:macro name="dog"><xacro:dog/></xacro:macro><xacro:dog/>'): (
-        "dog.urdf.xacro: xacro does not come to an end; a macro or an include calls itself"
-    ),
-    xacro('<xacro:include filename="dog.urdf.xacro"/>'): (
-        "dog.urdf.xacro: xacro does not come to an end; a macro or an include calls itself"
-    ),
-    xacro("<xacro:if value=\"${xacro.fatal('too many legs')}\"/>"): (
-        "dog.urdf.xacro: xacro cannot expand it: too many legs when evaluating expression 'xacro.fatal('too many legs')'"
-    ),
-    xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): (
-        "dog.urdf.xacro: it has no <link>, so there is no robot in it; if it defines macros, give the file that uses "
-        "them; if it is an SRDF, give the URDF, and this file with --srdf"
-    ),
-    xacro('<xacro:if value="false"><link name="a"/></xacro:if><link name="b"/>'): (
-        "dog.urdf.xacro: no link has mass, so nothing in it can be struck; give at least one link an <inertial>"
-    ),
+    # No include, YAML, glob or symbolic link leads out of the open folders, whether the file exists or not.
+    **{
+        included(name): f'dog.urdf.xacro: "{called}" {OUTSIDE}'.replace("{kind}", "xacro")
+        for name, called in {
+            "../secret.xacro": "{dog}/../secret.xacro",
+            "{top}/secret.xacro": "{top}/secret.xacro",
+            "../sec*.xacro": "{dog}/../secret.xacro",
+            "link.xacro": "{dog}/link.xacro",
+            '../secret.xacro" optional="true': "{dog}/../secret.xacro",
+        }.items()
+    },
+    included("../none.xacro"): OUTSIDE.replace("secret.{kind}", "none.xacro"),
+    **{
+        xacro(f"<link name=\"${{{module}load_yaml('../secret.yaml')}}\"/>"): OUTSIDE.replace("{kind}", "yaml")
+        for module in ("", "xacro.")
+    },
 }
 
 
-@pytest.mark.parametrize("text", REFUSED)
-def test_what_xacro_cannot_expand(text: str, folder: Path, capfd: pytest.CaptureFixture[str]):
-    """Each failure is one line that names the file, and nothing is printed."""
-    assert refusal(folder, text, NAME) == REFUSED[text].replace("{folder}", str(folder))
+@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
+def test_what_cannot_be_expanded(
+    text: str, folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    """Each failure is one line that names the file, within some seconds, and nothing is printed."""
+    monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0)
+    (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
+    os.mkfifo(folder / "pipe")
+    (folder / "broken.xacro").write_text("<robot>\n<link></robot>")
+    (folder / "entity.xacro").write_text('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot>&a;</robot>')
+    begin = time.monotonic()
+    said = refusal(folder, text.replace("{top}", str(tmp_path)), NAME)
+    assert time.monotonic() - begin < 5.0
+    assert REFUSED[text].replace("{dog}", str(folder)).replace("{top}", str(tmp_path)) in said
+    assert "\n" not in said
     assert capfd.readouterr() == ("", "")
 
 
-def test_broken_included_file(folder: Path):
-    """An included file breaks under its own name, and may not define entities either."""
-    text = xacro('<xacro:include filename="part.xacro"/>')
-    (folder / "part.xacro").write_text("<robot>\n<link></robot>")
-    assert refusal(folder, text, NAME) == (
-        "part.xacro: line 2, column 9: mismatched tag; the file is not well-formed XML, so nothing of it is used"
-    )
-    (folder / "part.xacro").write_text('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot>&a;</robot>')
-    assert refusal(folder, text, NAME) == (
-        "part.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here; "
-        "delete it and write out what they stand for"
-    )
-
-
 @pytest.mark.parametrize(
-    ("text", "called", "leads"),
+    ("text", "name", "said"),
     [
-        (xacro('<xacro:include filename="../secret.xacro"/>'), "{dog}/../secret.xacro", "secret.xacro"),
-        (xacro('<xacro:include filename="{top}/secret.xacro"/>'), "{top}/secret.xacro", "secret.xacro"),
-        (xacro('<xacro:include filename="../sec*.xacro"/>'), "{dog}/../secret.xacro", "secret.xacro"),
-        (xacro('<xacro:include filename="../secret.xacro" optional="true"/>'), "{dog}/../secret.xacro", "secret.xacro"),
-        (xacro('<xacro:include filename="link.xacro"/>'), "{dog}/link.xacro", "secret.xacro"),
-        (xacro("<link name=\"${xacro.load_yaml('../secret.yaml')}\"/>"), "{dog}/../secret.yaml", "secret.yaml"),
-        (xacro("<link name=\"${load_yaml('../secret.yaml')}\"/>"), "{dog}/../secret.yaml", "secret.yaml"),
-        (xacro('<xacro:include filename="../none.xacro"/>'), "{dog}/../none.xacro", "none.xacro"),
+        (PAYLOAD, "payloda", 'has no xacro argument "payloda"; nearest: "payload". It has "payload"'),
+        (PAYLOAD, "legs", 'has no xacro argument "legs". It has "payload"'),
+        (xacro(link("base")), "m", 'has no xacro argument "m". It has none, so leave it out'),
     ],
 )
-def test_nothing_outside_the_folders(text: str, called: str, leads: str, folder: Path, tmp_path: Path):
-    """No include, YAML, glob or symbolic link leads out of the open folders, whether the file exists or not."""
-    (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
-    called = called.format(dog=folder, top=tmp_path)
-    assert refusal(folder, text.replace("{top}", str(tmp_path)), NAME) == (
-        f'dog.urdf.xacro: "{called}" leads to "{tmp_path / leads}", outside the folders that may be read ("{folder}"). '
-        "If it belongs to the robot, name the folder that holds it: --package NAME=DIR"
-    )
+def test_unknown_argument(text: str, name: str, said: str, folder: Path):
+    """A slip in an argument's name is an error that lists those the file has, if any."""
+    assert refusal(folder, text, NAME, xacro={name: "1"}) == f"{NAME} {said}"
+
+
+def test_a_child_that_crashes_is_an_error(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Whatever ends it: there is no result, and one message says so."""
+    (tmp_path / "child.py").write_text("import os\nos.abort()\n")
+    monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
+    assert refusal(folder, PAYLOAD, NAME).startswith("dog.urdf.xacro: xacro gave no result")
 
 
 def test_threads_do_not_mix(folder: Path):
     """Two robots expanded at once keep their own arguments."""
-    path = folder / "dog.urdf.xacro"
-    path.write_text(PAYLOAD)
-    found: dict[str, bool] = {}
-
-    def expand(payload: str) -> None:
-        found[payload] = all(
-            f'<mass value="{payload}"/>' in read_source(str(path), xacro={"payload": payload}).xml for _ in range(3)
-        )
-
-    threads = [threading.Thread(target=expand, args=(str(k),)) for k in range(1, 5)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert found == dict.fromkeys(("1", "2", "3", "4"), True)
+    path, payloads = written(folder, PAYLOAD, NAME), [str(1 + k % 4) for k in range(12)]
+    with ThreadPoolExecutor(4) as pool:
+        found = pool.map(lambda payload: read_source(path, xacro={"payload": payload}).xml, payloads)
+        assert all(f'<mass value="{payload}"/>' in text for payload, text in zip(payloads, found, strict=True))
 
 
 def test_expressions_compute(folder: Path):
@@ -279,46 +252,3 @@ def test_expressions_open_nothing(expression: str, folder: Path, tmp_path: Path,
     assert "classified" not in message
     assert secret.exists()
     assert not made.exists()
-
-
-ENDLESS = {
-    "time": "${9**9**9}",
-    "memory": "${len('ab' * 3 * 10**9)}",
-    "list": "${len([0] * 10**9)}",
-}
-
-
-@pytest.mark.parametrize("name", ENDLESS)
-def test_time_and_memory_are_limited(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch):
-    """After some seconds, or when it takes more memory than it may have, with one message."""
-    monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0)
-    begin = time.monotonic()
-    message = refusal(folder, xacro(link("base", mass=ENDLESS[name])), NAME)
-    assert message.startswith("dog.urdf.xacro: xacro ")
-    assert "grows without end" in message
-    assert time.monotonic() - begin < 5.0
-
-
-def test_links_are_limited(folder: Path):
-    """A macro that doubles itself would give millions."""
-    macros = "".join(
-        f'<xacro:macro name="m{k}" params="n"><xacro:m{k - 1} n="${{n}}a"/><xacro:m{k - 1} n="${{n}}b"/></xacro:macro>'
-        for k in range(1, 12)
-    )
-    text = xacro('<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>', macros, '<xacro:m11 n="l"/>')
-    assert refusal(folder, text, NAME) == "dog.urdf.xacro: xacro cannot expand it: it has 2048 links, more than 2000"
-
-
-def test_a_child_that_crashes_is_an_error(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Whatever ends it: there is no result, and one message says so."""
-    child = tmp_path / "child.py"
-    child.write_text("import os\nos.abort()\n")
-    monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", child)
-    assert refusal(folder, PAYLOAD, NAME).startswith("dog.urdf.xacro: xacro gave no result")
-
-
-def test_included_pipes_are_refused(folder: Path):
-    """A pipe as include, YAML file or package.xml is refused and not waited for."""
-    os.mkfifo(folder / "pipe")
-    for text in (xacro('<xacro:include filename="pipe"/>'), xacro(link("base", mass="${xacro.load_yaml('pipe')}"))):
-        assert refusal(folder, text, NAME) == f'"{folder}/pipe" is a pipe or a device; save what it gives in a file'

@@ -6,7 +6,6 @@ import io
 import json
 import os
 import stat
-import tempfile
 from pathlib import Path
 
 import pytest
@@ -60,48 +59,37 @@ def test_nothing_is_left_of_a_file_that_fails(tmp_path, monkeypatch, stop):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_rename_that_fails_leaves_nothing(tmp_path):
-    """A folder stands where the file should go."""
-    (tmp_path / "profile.json").mkdir()
+NOTHING = 'nothing can be written in folder "{}": Not a directory; name another with --out, or change its permissions'
+REFUSED = [
+    (lambda: check_folder(Path("file"), "--out"), NOTHING.format("file")),
+    (lambda: check_folder(Path("file/a/b"), "--out"), NOTHING.format("file/a/b")),
+    (lambda: write_text(Path("b.csv"), "b"), '"b.csv" cannot be written: Is a directory'),
+    (lambda: write_text(Path("file/d.txt"), "d"), '"file/d.txt" cannot be written: File exists'),
+    (
+        lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}),
+        '"b.csv" is a folder, but a file has to be written there; move it, or name another with --out',
+    ),
+]
+
+
+@pytest.mark.parametrize(("act", "text"), REFUSED, ids=range(len(REFUSED)))
+def test_what_cannot_be_written_is_refused_and_nothing_is_left(tmp_path, monkeypatch, act, text):
+    """A folder in the place of a file, or a file in that of a folder, stops before anything is written."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "b.csv").mkdir()
     with pytest.raises(OutputError) as refusal:
-        write_text(tmp_path / "profile.json", "{}")
-    assert str(refusal.value) == f'"{tmp_path}/profile.json" cannot be written: Is a directory'
-    assert [file.name for file in tmp_path.iterdir()] == ["profile.json"]
+        act()
+    assert str(refusal.value) == text
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "b.csv"}
 
 
-def test_folder_is_tried_and_left_as_it_was(tmp_path):
-    check_folder(tmp_path, "--out")
-    check_folder(tmp_path / "a" / "b", "--out")
+def test_folders_are_tried_and_left_as_they_were_and_made_with_a_file(tmp_path):
+    for folder in (tmp_path, tmp_path / "a" / "b"):
+        check_folder(folder, "--out")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("place", ["file", "file/a/b"])
-def test_folder_that_is_a_file(tmp_path, place):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match=f'^nothing can be written in folder "{tmp_path}/{place}": Not a directory; name another'):
-        check_folder(tmp_path / place, "--out")
-
-
-@pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOSPC])
-def test_folder_that_cannot_be_written(tmp_path, monkeypatch, code):
-    def refuse(**_):
-        raise failure(code)
-
-    monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
-    with pytest.raises(OutputError) as refusal:
-        check_folder(tmp_path / "new", "--out")
-    assert str(refusal.value) == (
-        f'nothing can be written in folder "{tmp_path}/new": {os.strerror(code)}; '
-        "name another with --out, or change its permissions"
-    )
-
-
-def test_folders_are_made_with_a_file(tmp_path):
     write_text(tmp_path / "a" / "b" / "c.txt", "c")
     assert (tmp_path / "a" / "b" / "c.txt").read_text() == "c"
-    with pytest.raises(OutputError) as refusal:
-        write_text(tmp_path / "a" / "b" / "c.txt" / "d.txt", "d")
-    assert str(refusal.value) == f'"{tmp_path}/a/b/c.txt/d.txt" cannot be written: File exists'
 
 
 # A folder of results
@@ -178,14 +166,3 @@ def test_several_landings_and_then_one(tmp_path, profile):
     assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in FILES} | {"summary.csv", "summary.md"}
     write_folder(tmp_path, landing_files([profile], ["a"]))
     assert listing(tmp_path) == FILES
-
-
-def test_pattern_narrows_the_report_and_its_bodies(tmp_path, profile):
-    """Tables of bodies, for people and for spreadsheets alike; the other files are whole."""
-    write_folder(tmp_path, landing_files([profile], ["lf_foot"], "lf_*"))
-    assert (tmp_path / "report.md").read_text(encoding="utf-8") == landing_report(profile, "lf_*").markdown(figure=True)
-    assert (tmp_path / "profile.json").read_text(encoding="utf-8") == to_json([profile])
-    narrow = rows(tmp_path / "bodies.csv")
-    assert [row[0] for row in narrow] == ["body", "lf_leg"]
-    write_folder(tmp_path, landing_files([profile], ["lf_foot"]))
-    assert narrow == [row for row in rows(tmp_path / "bodies.csv") if row[0] in ("body", "lf_leg")]

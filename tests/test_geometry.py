@@ -8,28 +8,33 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import LIMIT, joint, link, urdf
+from robot_texts import BODY, LIMIT, body, floating, joint, link, loaded, mjcf, urdf
 
+from shockpc import load_robot
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.geometry import inertia_box, outline
 from shockpc.robot.meshes import hull_corners, read_mesh
-from shockpc.robot.robot import Body, load_robot
+from shockpc.robot.robot import Body
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
 
-INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
 PLACED = '<origin xyz="0.1 -0.2 0.3" rpy="0.4 -0.5 0.6"/>'
 TETRAHEDRON = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]])
 FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 
 
-def robot(folder, *shapes, kind="collision", link="base"):
+def robot(folder, *shapes, kind="collision"):
     """A robot of one link with these <geometry> contents, each placed at PLACED."""
     parts = "".join(f"<{kind}>{PLACED}<geometry>{shape}</geometry></{kind}>" for shape in shapes)
-    path = folder / "one.urdf"
-    path.write_text(f'<robot name="one"><link name="{link}">{INERTIAL}{parts}</link></robot>')
-    return load_robot(str(path))
+    return loaded(folder, urdf(link("base", more=parts)), "one.urdf")
+
+
+def from_mjcf(folder, *geoms, assets=""):
+    """A robot of two bodies with these geoms on the second."""
+    floor, ball = '<geom type="plane" size="1 1 1"/>', '<geom type="sphere" size="0.3" quat="1 1 0 0"/>'
+    text = mjcf(floor + floating(ball, body("b", BODY + "".join(f"<geom {geom}/>" for geom in geoms))), f"<asset>{assets}</asset>")
+    return loaded(folder, text, "r.xml")
 
 
 def support(shapes, directions):
@@ -38,26 +43,30 @@ def support(shapes, directions):
 
 
 ROTATION, OFFSET = pin.rpy.rpyToMatrix(0.4, -0.5, 0.6), np.array([0.1, -0.2, 0.3])
+AS_MJCF = 'pos="0.1 -0.2 0.3" quat="{3} {0} {1} {2}"'.format(*pin.Quaternion(ROTATION).coeffs().tolist())
 LOCAL = DIRECTIONS @ ROTATION
 ACROSS, ALONG = np.hypot(LOCAL[:, 0], LOCAL[:, 1]), np.abs(LOCAL[:, 2])
+CIRCLE = 1.0 - math.cos(math.pi / 64)
+"""Circles are polygons of 64 corners inside them."""
 
 SUPPORTS = {
-    '<box size="0.2 0.4 0.6"/>': (np.abs(LOCAL) @ [0.1, 0.2, 0.3], 1e-15),
-    '<sphere radius="0.2"/>': (np.full(200, 0.2), 1e-15),
-    '<capsule radius="0.1" length="0.4"/>': (0.1 + 0.2 * ALONG, 1e-15),
-    # Circles are polygons of 64 corners inside them.
-    '<cylinder radius="0.1" length="0.4"/>': (0.1 * ACROSS + 0.2 * ALONG, 0.1 * (1 - math.cos(math.pi / 64))),
+    '<box size="0.2 0.4 0.6"/>': ('type="box" size="0.1 0.2 0.3"', np.abs(LOCAL) @ [0.1, 0.2, 0.3], 0.0),
+    '<sphere radius="0.2"/>': ('type="sphere" size="0.2"', np.full(200, 0.2), 0.0),
+    '<capsule radius="0.1" length="0.4"/>': ('type="capsule" size="0.1 0.2"', 0.1 + 0.2 * ALONG, 0.0),
+    '<cylinder radius="0.1" length="0.4"/>': ('type="cylinder" size="0.1 0.2"', 0.1 * ACROSS + 0.2 * ALONG, 0.1 * CIRCLE),
+    "": ('type="ellipsoid" size="0.1 0.2 0.3"', np.linalg.norm(LOCAL * [0.1, 0.2, 0.3], axis=1), 0.3 * 2.0 * CIRCLE),
 }
 
 
 @pytest.mark.parametrize("shape", SUPPORTS)
 def test_a_shape_reaches_as_far_as_its_support_function(tmp_path, shape):
-    """h(d) of box, sphere, capsule and cylinder in closed form, placed and turned in the link."""
-    (shapes,) = outline(robot(tmp_path, shape), "collision").shapes
-    expected, short = SUPPORTS[shape]
-    reach = support(shapes, DIRECTIONS) - DIRECTIONS @ OFFSET
-    assert np.all(reach <= expected + 1e-15)
-    assert np.all(reach >= expected - short - 1e-15)
+    """h(d) of box, sphere, capsule, cylinder and ellipsoid in closed form, placed and turned in the link; in either format."""
+    geom, expected, short = SUPPORTS[shape]
+    robots = [from_mjcf(tmp_path, f"{geom} {AS_MJCF}"), *([robot(tmp_path, shape)] if shape else [])]
+    for shapes in (outline(found, "collision").shapes[-1] for found in robots):
+        reach = support(shapes, DIRECTIONS) - DIRECTIONS @ OFFSET
+        assert np.all(reach <= expected + 1e-12)
+        assert np.all(reach >= expected - short - 1e-12)
 
 
 @pytest.mark.parametrize("name", ["anymal_b", "solo12", "talos", "go2"])
@@ -71,17 +80,17 @@ def test_real_robots_reach_as_far_as_pinocchio_says(name, kind):
     found = outline(model, kind)
     assert found.warnings == ()
     axes = np.concatenate([np.eye(3), -np.eye(3)])
-    for body, shapes in zip(model.bodies, found.shapes, strict=True):
-        items = [item for item in geometry.geometryObjects if item.parentJoint == body.joint]
+    for own, shapes in zip(model.bodies, found.shapes, strict=True):
+        items = [item for item in geometry.geometryObjects if item.parentJoint == own.joint]
         assert bool(items) == bool(shapes)
         if items:
-            turned = axes @ body.rotation.T
+            turned = axes @ own.rotation.T
             reach = [
                 coal_support(item.geometry, turned @ item.placement.rotation) + turned @ item.placement.translation
                 for item in items
             ]
             # Pinocchio's loader keeps meshes in single precision.
-            np.testing.assert_allclose(support(shapes, axes), np.max(reach, axis=0) - turned @ body.offset, atol=2e-6)
+            np.testing.assert_allclose(support(shapes, axes), np.max(reach, axis=0) - turned @ own.offset, atol=2e-6)
 
 
 def coal_support(shape, directions):
@@ -93,15 +102,6 @@ def coal_support(shape, directions):
     if hasattr(shape, "halfLength"):
         return shape.radius * np.hypot(*directions.T[:2]) + shape.halfLength * np.abs(directions[:, 2])
     return np.full(len(directions), shape.radius)
-
-
-def test_links_that_are_fixed_to_a_body_are_placed_in_its_frame():
-    """ANYmal's foot hangs on its shank by a fixed joint: the ball is found where the foot's frame is."""
-    anymal = load_robot("anymal_b")
-    foot = anymal.frame("LF_FOOT")
-    (ball,) = [shape for shape in outline(anymal, "collision").shapes[foot.body] if shape.link == "LF_FOOT"]
-    assert ball.radius == pytest.approx(0.031)
-    assert np.linalg.norm(ball.points[0] - foot.offset) < 0.03
 
 
 def stl(path, triangles):
@@ -214,34 +214,11 @@ def test_meshes_with_y_up_are_turned_if_the_joints_fit_them_better_so(tmp_path, 
     """A bar along the y axis of a file with y up: it is along z if the next joint is there, otherwise as it is written."""
     (tmp_path / "bar.dae").write_text(collada((TETRAHEDRON * [0.1, 2.0, 0.1], FACES)))
     bar = link("bar", more='<collision><geometry><mesh filename="bar.dae" scale="1 1 2"/></geometry></collision>')
-    (tmp_path / "r.urdf").write_text(urdf(bar, link("next"), joint("j", "bar", "next", more=f'<origin xyz="{place}"/>{LIMIT}')))
-    ((shape,), _) = outline(load_robot(str(tmp_path / "r.urdf")), "collision").shapes
+    text = urdf(bar, link("next"), joint("j", "bar", "next", more=f'<origin xyz="{place}"/>{LIMIT}'))
+    ((shape,), _) = outline(loaded(tmp_path, text), "collision").shapes
     extent = [0.1, 0.3, 8.0] if turned else [0.1, 4.0, 0.6]
     assert np.ptp(shape.points, axis=0) == pytest.approx(extent)
     assert shape.mesh.vertices.min() == (pytest.approx(-0.3) if turned else 0.0)
-
-
-def test_polygons_are_cut_into_triangles(tmp_path):
-    """A unit cube of six quadrilaterals holds 1 m³, as a Wavefront file and as a COLLADA polylist."""
-    cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    lines = [f"v {x} {y} {z}" for x, y, z in cube] + ["usemtl red", *("f " + " ".join(str(i + 1) for i in face) for face in faces)]
-    (tmp_path / "cube.obj").write_text("\n".join(lines))
-    text = collada((cube, faces)).replace('<triangles count="6">', '<polylist count="6">').replace("</triangles>", "</polylist>")
-    (tmp_path / "cube.dae").write_text(text.replace("<p>", "<vcount>4 4 4 4 4 4</vcount><p>"))
-    assert abs(volume(read(tmp_path / "cube.obj"))) == pytest.approx(1.0)
-    assert abs(volume(read(tmp_path / "cube.dae"))) == pytest.approx(1.0)
-
-
-def test_what_is_no_part_of_the_surface_does_not_matter(tmp_path):
-    """A COLLADA instance that binds a material that does not exist, as ANYmal's foot does; a vertex that no triangle uses."""
-    bound = "<bind_material><technique_common><instance_material symbol='a' target='#gone'/></technique_common></bind_material>"
-    text = collada((np.concatenate([TETRAHEDRON, [[9.0, 9.0, 9.0]]]), FACES))
-    instance = '<instance_geometry url="#g0"'
-    assert f"{instance}/>" in text
-    (tmp_path / "t.dae").write_text(text.replace(f"{instance}/>", f"{instance}>{bound}</instance_geometry>"))
-    assert volume(read(tmp_path / "t.dae")) == pytest.approx(1.0)
-    assert read(tmp_path / "t.dae").vertices.max() == 3.0
 
 
 def test_a_flat_mesh_keeps_its_vertices(tmp_path):
@@ -307,7 +284,7 @@ def test_a_shape_that_cannot_be_read_is_a_warning(tmp_path, shape, placed, said)
     """It is left out of figures and extremes, and costs nothing else."""
     path = tmp_path / "one.urdf"
     geometry = f"<geometry>{shape}</geometry>" if shape else ""
-    path.write_text(f'<robot name="one"><link name="base">{INERTIAL}<collision>{placed}{geometry}</collision></link></robot>')
+    path.write_text(urdf(link("base", more=f"<collision>{placed}{geometry}</collision>"), name="one"))
     found = outline(load_robot(str(path)), "collision")
     assert found.shapes == ((),)
     assert found.warnings == (
@@ -331,85 +308,37 @@ def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
 
 def test_missing_meshes_are_named_in_one_line(tmp_path):
     """Missing files and one outside the robot's folders: one line with the first reason, the other names and the consequence."""
-    shapes = ['<mesh filename="gone.stl"/>', '<mesh filename="../../../../etc/passwd"/>', '<mesh filename="b.stl"/>']
-    found = outline(robot(tmp_path, *shapes, link="torso"), "collision")
+    found = outline(
+        robot(tmp_path, *(f'<mesh filename="{name}"/>' for name in ("gone.stl", "../../../etc/passwd", "b.stl"))), "collision"
+    )
     assert found.shapes == ((),)
     (warning,) = found.warnings
     assert warning == (
-        '3 of 3 collision shapes could not be read (link "torso": one.urdf: "gone.stl" is missing: '
-        f'no file "{tmp_path / "gone.stl"}"; also "../../../../etc/passwd", "b.stl"); no collision geometry is left for "torso"'
+        '3 of 3 collision shapes could not be read (link "base": one.urdf: "gone.stl" is missing: '
+        f'no file "{tmp_path / "gone.stl"}"; also "../../../etc/passwd", "b.stl"); no collision geometry is left for "base"'
     )
-
-
-WEIGHT = '<inertial mass="1" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>'
-
-
-def mjcf(folder, assets, *geoms):
-    """A robot of two bodies, a and b, with these geoms on b."""
-    (folder / "r.xml").write_text(
-        f'<mujoco model="r"><asset>{assets}</asset><worldbody><geom type="plane" size="1 1 1"/>'
-        f'<body name="a"><freejoint/>{WEIGHT}<geom type="sphere" size="0.3" quat="1 1 0 0"/>'
-        f'<body name="b"><joint name="j"/>{WEIGHT}{"".join(geoms)}</body></body></worldbody></mujoco>'
-    )
-    return load_robot(str(folder / "r.xml"))
-
-
-PRIMITIVES = [
-    '<geom type="box" size="0.1 0.2 0.3" {}/>',
-    '<geom type="sphere" size="0.2" {}/>',
-    '<geom type="capsule" size="0.1 0.2" {}/>',
-    '<geom type="cylinder" size="0.1 0.2" {}/>',
-]
-
-
-@pytest.mark.parametrize(("geom", "shape"), list(zip(PRIMITIVES, SUPPORTS, strict=True)))
-def test_mjcf_primitives_are_those_of_a_urdf(tmp_path, geom, shape):
-    """The same primitive at the same place reaches as far, whichever format describes it."""
-    w = pin.Quaternion(ROTATION)
-    place = f'pos="0.1 -0.2 0.3" quat="{w.w:.17g} {w.x:.17g} {w.y:.17g} {w.z:.17g}"'
-    _, shapes = outline(mjcf(tmp_path, "", geom.format(place)), "collision").shapes
-    (expected,) = outline(robot(tmp_path, shape), "collision").shapes
-    np.testing.assert_allclose(support(shapes, DIRECTIONS), support(expected, DIRECTIONS), atol=1e-12)
-
-
-def test_mjcf_ellipsoid_reaches_as_far_as_its_support_function(tmp_path):
-    """h(d) = |(a dx, b dy, c dz)|; its points lie on the surface."""
-    _, shapes = outline(mjcf(tmp_path, "", '<geom type="ellipsoid" size="0.1 0.2 0.3"/>'), "collision").shapes
-    exact = np.linalg.norm(DIRECTIONS * [0.1, 0.2, 0.3], axis=1)
-    reach = support(shapes, DIRECTIONS)
-    assert np.all(reach <= exact + 1e-15)
-    np.testing.assert_allclose(reach, exact, rtol=2.5e-3)
-
-
-def test_mjcf_meshes_are_read_where_they_are_needed(tmp_path):
-    """A mesh keeps its volume and place; a missing one is named for the kind of geometry that it belongs to."""
-    stl(tmp_path / "t.stl", [TETRAHEDRON[list(face)] for face in FACES])
-    assets = '<mesh name="t" file="t.stl" scale="2 1 1"/><mesh name="gone" file="gone.stl"/>'
-    geoms = '<geom type="mesh" mesh="t" pos="0 0 1"/>', '<geom type="mesh" mesh="gone" contype="0" conaffinity="0"/>'
-    found = mjcf(tmp_path, assets, *geoms)
-    solid, seen = outline(found, "collision"), outline(found, "visual")
-    for _, (tetrahedron,) in (solid.shapes, seen.shapes):
-        assert abs(volume(tetrahedron.mesh)) == pytest.approx(2.0, rel=1e-6)
-        np.testing.assert_allclose(
-            np.sort(tetrahedron.points, axis=0), np.sort(TETRAHEDRON * [2, 1, 1] + [0, 0, 1], axis=0), atol=1e-6
-        )
-    assert solid.warnings == ()
-    (warning,) = seen.warnings
-    assert warning.startswith('1 of 3 visual shapes could not be read (link "b": ')
-    assert '"gone.stl" is missing' in warning
 
 
 def test_mjcf_meshes_are_where_mujoco_has_them(tmp_path):
-    """Its vertices are those of the file, moved from refpos, turned back by refquat, and scaled; ours keep their digits."""
+    """Moved from refpos, turned back by refquat, and scaled; ours keep their digits. A missing one is named for its own kind."""
     WRITERS["t.obj"](tmp_path / "t.obj")
-    asset = '<mesh name="t" file="t.obj" scale="2 -1 0.5" refpos="0.1 0.2 0.3" refquat="0.8 0.2 -0.3 0.4"/>'
-    robot = mjcf(tmp_path, asset, '<geom type="mesh" mesh="t" pos="0.5 0.1 -0.2" euler="10 20 30"/>')
+    place = 'scale="2 -1 0.5" refpos="0.1 0.2 0.3" refquat="0.8 0.2 -0.3 0.4"'
+    there, gone = f'<mesh name="t" file="t.obj" {place}/>', '<mesh name="gone" file="gone.stl"/>'
+    geoms = 'type="mesh" mesh="t" pos="0.5 0.1 -0.2" euler="10 20 30"', 'type="mesh" mesh="gone" contype="0" conaffinity="0"'
+    found = from_mjcf(tmp_path, *geoms, assets=there + gone)
+    solid, seen = outline(found, "collision"), outline(found, "visual")
+    from_mjcf(tmp_path, geoms[0], assets=there)
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "r.xml"))
     turn = np.zeros(9)
     mujoco.mju_quat2Mat(turn, model.geom_quat[-1])
     expected = model.mesh_vert @ turn.reshape(3, 3).T + model.geom_pos[-1]
-    _, (shape,) = outline(robot, "collision").shapes
-    assert np.abs(shape.mesh.vertices[:, None] - expected).max(axis=-1).min(axis=1).max() < 1e-6
+    for (shape,) in (solid.shapes[1], seen.shapes[1]):
+        assert np.abs(shape.mesh.vertices[:, None] - expected).max(axis=-1).min(axis=1).max() < 1e-6
+        assert abs(volume(shape.mesh)) == pytest.approx(1.0, rel=1e-6)
+    assert solid.warnings == ()
+    (warning,) = seen.warnings
+    assert warning.startswith('1 of 3 visual shapes could not be read (link "b": ')
+    assert '"gone.stl" is missing' in warning
 
 
 @pytest.mark.parametrize(
@@ -423,11 +352,11 @@ def test_mjcf_meshes_are_where_mujoco_has_them(tmp_path):
 )
 def test_mjcf_geoms_are_for_collision_or_for_show(tmp_path, attributes, kinds):
     """What collides is collision geometry; what does not, or is in a group that MuJoCo shows, is visual geometry."""
-    found = mjcf(tmp_path, "", f'<geom type="sphere" size="0.1" {attributes}/>')
+    found = from_mjcf(tmp_path, f'size="0.1" {attributes}')
     assert {kind for kind in ("collision", "visual") if outline(found, kind).shapes[1]} == kinds
 
 
-def body(mass, inertia, com=(0.0, 0.0, 0.0)):
+def weight(mass, inertia, com=(0.0, 0.0, 0.0)):
     """A body in its joint's frame."""
     return Body("b", 1, ("b",), np.eye(3), np.zeros(3), mass, np.array(com), np.array(inertia, dtype=float))
 
@@ -436,16 +365,13 @@ def test_the_inertia_box_has_the_inertia_of_the_body():
     """A uniform box of the found size, place and axes has the body's mass moments again."""
     turn = pin.rpy.rpyToMatrix(0.3, 0.7, -0.2)
     inertia = turn @ np.diag([0.02, 0.03, 0.04]) @ turn.T
-    box = inertia_box(body(2.0, inertia, (0.1, 0.2, 0.3)))
+    box = inertia_box(weight(2.0, inertia, (0.1, 0.2, 0.3)))
     arms = box.points - [0.1, 0.2, 0.3]
     # Of a box with half sides h the eight corners average h², its volume h² / 3.
     second = 2.0 * (arms.T @ arms) / 8.0 / 3.0
     np.testing.assert_allclose(np.trace(second) * np.eye(3) - second, inertia, atol=1e-15)
-
-
-def test_a_rod_is_a_box_without_width():
-    """A side that rounding makes slightly negative is zero."""
-    assert np.ptp(inertia_box(body(3.0, np.diag([0.25, 0.25, 0.0]))).points, axis=0) == pytest.approx([0.0, 0.0, 1.0])
+    # A side that rounding makes slightly negative is zero: a rod is a box without width.
+    assert np.ptp(inertia_box(weight(3.0, np.diag([0.25, 0.25, 0.0]))).points, axis=0) == pytest.approx([0.0, 0.0, 1.0])
 
 
 @pytest.mark.parametrize(
@@ -455,4 +381,4 @@ def test_a_rod_is_a_box_without_width():
 )
 def test_an_impossible_inertia_has_no_box(mass, inertia):
     """Inertias that no body can have give no box."""
-    assert inertia_box(body(mass, inertia)) is None
+    assert inertia_box(weight(mass, inertia)) is None

@@ -6,15 +6,12 @@ import dense
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import LIMIT, body, floating, joint, link, mjcf, urdf
+from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import RobotError, SceneError, UnknownName
-from shockpc.model.contact import Contact
+from shockpc import Contact, Joints, RobotError, Rotor, Scene, SceneError, Strike, shock_profile
 from shockpc.model.dynamics import dynamics
-from shockpc.model.joint_model import Joints, Rotor, joint_model
-from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc.model.joint_model import joint_model
 
 FRONT = tuple(Contact(frame=foot) for foot in ("FL_foot", "FR_foot"))
 FREE, LOCKED = Joints(model="free"), Joints(model="locked")
@@ -58,19 +55,20 @@ def test_geared_goes_from_free_to_locked_over_12_decades(name, contact):
 
 
 @pytest.mark.parametrize(
-    ("joints", "jump", "ropc"),
+    ("joints", "name", "jump", "ropc"),
     [
-        (Joints(), 0.003, 37.5),
-        (geared(0.01), 0.07, 3.2),
-        (geared(0.05), 0.25, 1.01),
-        (geared(0.2), 0.48, 0.66),
-        (LOCKED, 0.80, 0.85),
+        (Joints(), "free", 0.003, 37.5),
+        (geared(0.01), "geared", 0.07, 3.2),
+        (geared(0.05), "geared", 0.25, 1.01),
+        (geared(0.2), "geared", 0.48, 0.66),
+        (LOCKED, "locked", 0.80, 0.85),
     ],
     ids=["free", "0.01", "0.05", "0.2", "locked"],
 )
-def test_the_trunk_of_a_go2(joints, jump, ropc):
+def test_the_trunk_of_a_go2(joints, name, jump, ropc):
     """Two front feet, 1 m/s down: the joint model decides the jump of the trunk [m/s], and its RoPc is not even monotone."""
     profile = go2(joints)
+    assert profile.joint_model == name
     assert abs(profile.rotation[0] @ profile.delta_v[0])[2] == pytest.approx(jump, abs=0.006)
     assert profile.ropc[0] == pytest.approx(ropc, rel=0.01)
 
@@ -115,30 +113,6 @@ def test_reflected_inertia_is_on_the_diagonal_and_not_on_the_base():
     assert not joint_model(robot, FREE).armature.any()
     q = np.array([0, 0, 0, 0, 0, 0, 1.0, 0.3])
     np.testing.assert_allclose(dynamics(robot, q[None]).H[0], dense.inertia(robot.model, q), atol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("joints", "name"),
-    [(Joints(), "free"), (geared(0.05), "geared"), (LOCKED, "locked"), (Joints(locked=("*_calf_joint",)), "mixed")],
-)
-def test_what_a_joint_carries_and_how_it_moves(joints, name):
-    """A free joint carries nothing along its axis, a geared one −a Δq̇, and a locked one does not move; the profile says which."""
-    profile = go2(joints)
-    assert profile.joint_model == name
-    for load in profile.loads:
-        rate = profile.delta_qd[profile.robot.joint(load.joint).v].item()
-        if name == "locked" or (name == "mixed" and "calf" in load.joint):
-            assert rate == 0.0
-            assert abs(load.along) > 1e-9
-        else:
-            assert load.along == pytest.approx(-(0.05 if name == "geared" else 0.0) * rate, abs=1e-12)
-
-
-def test_a_robot_with_locked_joints_is_one_rigid_body():
-    """All joints of Go2 locked, every body has one angular velocity."""
-    profile = go2(LOCKED)
-    omega = (profile.rotation @ profile.delta_omega[..., None])[..., 0]
-    np.testing.assert_allclose(omega, np.broadcast_to(omega[0], omega.shape), atol=1e-12)
 
 
 # Rotors beside the robot: an SRDF's <rotor_params>
@@ -197,9 +171,12 @@ def test_a_rotor_without_one_finite_number_each_is_refused(mass, ratio):
     """An attribute that is missing counts as an empty one."""
     text = rotor_file(("elbow", mass, ratio))
     for written in {text, text.replace(' gear_ratio=""', "")}:
-        with pytest.raises(RobotError) as refusal:
-            robot_from(ARM, srdf=written)
-        assert all(name in str(refusal.value) for name in ("robot.srdf", '"elbow"', f'mass "{mass}"', f'gear_ratio "{ratio}"'))
+        refused(
+            RobotError,
+            ("robot.srdf", '"elbow"', f'mass "{mass}"', f'gear_ratio "{ratio}"'),
+            lambda srdf: robot_from(ARM, srdf=srdf),
+            written,
+        )
 
 
 # Refused
@@ -215,31 +192,18 @@ PAIR = urdf(
         (Joints(locked=("j",)), SceneError, ('"j" is locked', '"k"')),
         (Joints(locked=("k",)), SceneError, ('"k" is locked', '"j"')),
         (geared(0.0, "j"), SceneError, ('"j" is 0', '"free"')),
-        (geared(-0.5, "j"), SceneError, ('"j" is -0.5', '"free"')),
         (Joints(rotor={"j": Rotor(inertia=-1e-4, gear_ratio=9.0)}), SceneError, ('"j" is -0.0081', '"free"')),
         (Joints(rotor={"j": Rotor(inertia=1e-4, gear_ratio=0.0)}), SceneError, ('"j" is 0', '"free"')),
-        (Joints(rotor={"j": Rotor(inertia=1e4, gear_ratio=1e5)}), SceneError, ('"j"', "1e+14", "1e+12", '"locked"')),
-        (Joints(armature={"j": 0.1}, rotor={"j": Rotor(inertia=1e-4, gear_ratio=9.0)}), SceneError, ('"j"', "armature", "rotor")),
-        (Joints(armature={"j": 0.1}, locked=("*",)), SceneError, ('"j" is locked',)),
-        (geared(0.1, "root_joint"), SceneError, ('"root_joint"', "floats", '"pair"')),
-        (Joints(locked=("root_joint",)), SceneError, ('"root_joint"', "floats", '"pair"')),
-        (Joints(locked=("elbow",)), UnknownName, ('"elbow"', '"pair"', '"j"', '"k"')),
         (Joints(model="geared"), SceneError, ("armature", "rotor", "gear_ratio")),
     ],
-    ids=[
-        "leader alone", "follower alone", "zero", "negative", "negative rotor", "no gear", "too large", "given twice",
-        "locked and geared", "base geared", "base locked", "no such joint", "no inertia",
-    ],
-)  # fmt: skip
+)
 def test_a_joint_model_that_cannot_be_is_refused(joints, error, names):
     """The message names the joints and what would be valid."""
-    with pytest.raises(error) as refusal:
-        joint_model(robot_from(PAIR), joints)
-    assert all(name in str(refusal.value) for name in names)
+    refused(error, names, joint_model, robot_from(PAIR), joints)
 
 
 def test_leader_and_follower_may_be_locked_together():
-    scene = Scene(robot="r", contact=(Contact(frame="c", offset=(0.1, 0.0, -0.1)),), joints=Joints(locked=("j", "k")))
+    scene = Scene(robot="r", contact=Contact(frame="c", offset=(0.1, 0.0, -0.1)), joints=Joints(locked=("j", "k")))
     profile = shock_profile(scene, robot_from(PAIR))
     assert profile.joint_model == "locked"
     assert not profile.delta_qd[6:].any()

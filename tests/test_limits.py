@@ -52,7 +52,7 @@ def test_intervals_against_a_dense_sweep(bound):
         every = one.strikes[0] < one.strikes[1]
         shock = dense.most_severe[0] if every else dense.shock(np.array([one.strikes[0]]))[:, 0]
         clear = np.abs(shock - bound) > 1e-9
-        below = np.array([inside(one.allowed, value) for value in dense.values])
+        below = np.array([inside(one.allowed, value) for value in dense.scan.values])
         np.testing.assert_array_equal(below[clear], (shock <= bound)[clear])
         assert one.least <= shock.min() + 1e-9
 
@@ -90,7 +90,7 @@ def test_most_severe_strike_of_each_posture():
     assert np.all(severe >= shock.max(axis=1) - 1e-12)
     np.testing.assert_allclose(severe, shock.max(axis=1), rtol=1e-5)
     np.testing.assert_allclose(np.take_along_axis(found.shock(at), np.arange(len(at))[:, None], axis=1)[:, 0], severe, rtol=1e-12)
-    for k in range(0, len(found.values), 50):
+    for k in range(0, len(found.scan.values), 50):
         allowed = found.allowed_strikes(k)
         below = np.array([any(a <= strike <= b for a, b in allowed) for strike in strikes])
         clear = np.abs(shock[k] - 0.1) > 1e-9
@@ -107,7 +107,7 @@ def test_statement_of_the_paper_for_hyq():
     (only,) = found.limits[-1].allowed
     assert math.degrees(only.high) == pytest.approx(-24.5, abs=0.01)
     assert math.degrees(found.file_limits[1]) == pytest.approx(-20.0)
-    severe, degrees = found.most_severe[0], np.degrees(found.values)
+    severe, degrees = found.most_severe[0], np.degrees(found.scan.values)
     assert severe[np.argmin(np.abs(degrees + 86.0))] < 0.01
     straightening = (degrees > -80.0) & (degrees < -1.0)
     assert np.all(np.diff(severe[straightening]) > 0.0)
@@ -128,7 +128,7 @@ def test_loops_move_with_the_joint():
         base, "front_hip", Point(frame="imu_link"), 0.1, step=math.radians(2.0), strikes=(0.0, 0.3),
         joint_range=(math.radians(-40.0), math.radians(80.0)), robot=robot,
     )  # fmt: skip
-    assert (found.unreachable, len(found.values)) == ((), 61)
+    assert (found.scan.unreachable, len(found.scan.values)) == ((), 61)
     for one in found.limits[:2]:
         for interval in one.allowed:
             for end, kind in ((interval.low, interval.low_end), (interval.high, interval.high_end)):
@@ -145,12 +145,12 @@ def test_a_posture_without_a_result_keeps_no_bound():
     found = limits(
         base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=math.radians(1.0), strikes=(0.0, 0.2)
     )
-    straight = len(found.values) // 2
-    (low, high, reason), *others = found.unreachable
-    assert low == high == found.values[straight] == 0.0
+    straight = len(found.scan.values) // 2
+    (low, high, reason), *others = found.scan.unreachable
+    assert low == high == found.scan.values[straight] == 0.0
     assert not others
     assert "cannot be stopped" in reason
-    assert np.isnan(found.most_severe[0]).tolist() == [k == straight for k in range(len(found.values))]
+    assert np.isnan(found.most_severe[0]).tolist() == [k == straight for k in range(len(found.scan.values))]
     assert found.allowed_strikes(straight) == ()
     for one in found.limits:
         assert [interval.high_end for interval in one.allowed] == ["bound", "range"]
@@ -167,12 +167,12 @@ def test_loop_that_cannot_be_closed_ends_the_range():
     posture = Posture(joints_deg={"front_hip": 20.0, "rear_hip": -20.0, "front_knee": -50.0, "rear_knee": 50.0})
     base = dataclasses.replace(base, xacro=xacro, posture=posture)
     found = limits(base, "front_hip", Point(frame="imu_link"), 2.0, step=math.radians(2.0), robot=robot_of(base))
-    values = np.degrees(found.values)
-    assert found.unreachable
+    values = np.degrees(found.scan.values)
+    assert found.scan.unreachable
     # The knees are apart by two lower links where the leg is straight.
     knees = [
         np.array([x, 0.0]) + 0.1 * np.array([math.sin(hip), -math.cos(hip)])
-        for hip, x in ((found.values[0], 0.06), (found.values[-1], 0.06), (math.radians(-20.0), -0.06))
+        for hip, x in ((found.scan.values[0], 0.06), (found.scan.values[-1], 0.06), (math.radians(-20.0), -0.06))
     ]
     reach = [np.linalg.norm(knee - knees[2]) for knee in knees[:2]]
     assert max(reach) == pytest.approx(0.2, abs=1e-4)

@@ -1,5 +1,6 @@
 """MJCF: inertia matrix, placements and limits equal MuJoCo's own; what cannot be computed is refused."""
 
+import re
 import sys
 import warnings
 from pathlib import Path
@@ -10,68 +11,25 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
 
-from shockpc.errors import RobotError, UnknownName
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc import Contact, Joints, Posture, Robot, RobotError, Scene, Strike, UnknownName, shock_profile
 from shockpc.robot.mjcf import compiled
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike, robot_of
+from shockpc.scene import robot_of
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
-FRAMED_JOINT = '<frame pos="1 0 0" euler="0 0 30"><joint axis="1 2 3" pos="0 1 0"/></frame>'
 TURNED = 'pos="0.3 0.1 -.2" euler="10 20 30"'
 
 ENDS = 'fromto="0.1 0.2 -0.3 0.4 -0.1 0.2"'
-PLACED = '<site name="site{}" pos="0.1 0.2 -0.3" euler="30 20 10"/>'
-HAND = body("hand", PLACED.format(2) + body("thumb", PLACED.format(3) + body("tip", BODY + PLACED.format(4)), ""), "")
 
 READ = {
-    "plain": mjcf(floating(body("b"))),
     "joint free": mjcf(floating(body("b")).replace('<freejoint name="root"/>', '<joint type="free"/>')),
-    "fixed base placed and turned": mjcf(
-        floating(body("b"), at='pos="0 0 1" euler="0 30 0"').replace('<freejoint name="root"/>', "")
-    ),
-    "default armature": mjcf(floating(body("b")), "<default><joint armature='0.2'/></default>"),
-    "classes": mjcf(
-        floating(body("b", at='pos="1 0 0" childclass="c"', joints='<joint/><joint class="d" pos="0 1 0"/>')),
-        '<default><joint axis="1 0 0"/><default class="c"><joint armature=".2"/><default class="d"><joint axis="0 0 1"/>'
-        "</default></default></default>",
-    ),
-    "compiler twice": mjcf(floating(body("b", at='euler=".1 .2 .3"')), '<compiler autolimits="true"/><compiler angle="radian"/>'),
-    "frame": mjcf(
-        floating(
-            f'<frame pos="0 0 1" euler="0 20 0">{body("b", at=TURNED)}<geom type="capsule" size=".1" fromto="0 0 0 1 0 0"/>'
-            f'<frame axisangle="1 1 0 40">{body("c", joints=FRAMED_JOINT)}'
-            '<geom type="box" size=".1 .2 .3" euler="10 0 0"/></frame></frame>'
-        ).replace(BODY, "", 1)
-    ),
-    "inertias from geoms": mjcf(floating(body("b", BODY + BOX)), '<compiler inertiafromgeom="true"/>'),
-    "inertias from some geoms": mjcf(
-        floating(body("b", BOX.replace("/>", ' group="1"/>') + BOX.replace("/>", ' group="3"/>'))),
-        '<compiler inertiagrouprange="1 2"/>',
-    ),
-    "xyaxes": mjcf(floating(body("b", at='xyaxes="1 1 0 0 1 1"'))),
-    "turned inertia": mjcf(floating(body("b", '<inertial pos="0 .1 0" axisangle="0 2 1 30" mass="1" diaginertia=".1 .2 .25"/>'))),
     "inertial over a mesh": mjcf(floating(body("b", BODY + '<geom type="mesh" mesh="m"/>')), MESH),
     "weightless mesh": mjcf(floating(body("b", BOX + '<geom type="mesh" mesh="m" density="0"/>')), MESH),
-    "body without joint": mjcf(floating(body("b", joints=""))),
     "nameless bodies": mjcf(floating(body("b").replace('name="b"', "")).replace('name="base"', "")),
     "actuator gear": mjcf(floating(body("b", joints=HINGE)), after='<actuator><motor joint="j" gear="10"/></actuator>'),
     "loop switched off": mjcf(
         floating(body("b"), body("c", joints="")), after='<equality><weld body1="b" body2="c" active="false"/></equality>'
     ),
-    "sites": mjcf(
-        '<site name="in_world" pos="1 2 3" euler="10 0 20"/>'
-        + floating(
-            PLACED.format(0)
-            + body("b", BODY + PLACED.format(1) + HAND, '<joint axis="0 1 0" pos="0.05 0 0.1"/>')
-            + body("c", BODY + PLACED.format(5), '<joint axis="0 1 0" pos="0 0 .1"/><joint axis="1 0 0" pos="0 .1 0"/>')
-        )
-    ),
-    "sites on a fixed base": mjcf(f'<body name="base">{PLACED.format(0)}{body("b", BODY + HAND, "<joint/>")}</body>'),
     "sites between two ends": mjcf(
         floating(
             f'<site name="s0" type="capsule" size=".01" {ENDS}/>'
@@ -79,22 +37,10 @@ READ = {
             + body("b", BODY + '<site name="s2" type="box" size=".01" fromto="0 0 -.1 0 0 .3"/>')
         )
     ),
-    "robot in a frame of the world": mjcf(
-        f'<frame {TURNED}><frame pos="0 0 1"><site name="s0"/>{floating(body("b"), at=TURNED)}</frame></frame>'
-    ),
     "fixed base in a frame of the world": mjcf(
         f"<frame {TURNED}>{floating(body('b'), at=TURNED)}</frame>".replace('<freejoint name="root"/>', "")
     ),
-    "replicas": mjcf(floating(f'<replicate count="3" offset="1 0 0" euler="0 0 10">{body("b")}</replicate>')),
-    "total mass": mjcf(floating(body("b")), "<compiler settotalmass='10'/>"),
-    "balanced inertia": mjcf(
-        floating(body("b", '<inertial pos="0 0 0" mass="1" diaginertia=".1 .2 .9"/>')), "<compiler balanceinertia='true'/>"
-    ),
     "mass of a mesh": mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), MESH),
-    "mass of a shell": mjcf(floating(body("b", '<geom type="box" size="1 1 1" shellinertia="true"/>'))),
-    "mass of geoms that do not collide": mjcf(
-        floating(body("b", '<geom size=".1" mass="3.8"/><geom size=".2" mass="5" contype="0" conaffinity="0" group="2"/>'))
-    ),
     "armature of a free joint": mjcf(
         floating(body("b")).replace('<freejoint name="root"/>', '<joint name="root" type="free"/>'),
         '<default><joint armature="0.2"/></default>',
@@ -349,13 +295,13 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
 def test_of_several_robots_that_with_the_contact_is_computed(tmp_path: Path, contact: str):
     """The first body that fits the contact decides; a contact of none of them is an unknown name."""
     from_text(tmp_path, TWO)
-    scene = Scene(robot=str(tmp_path / "dog.xml"), contact=(Contact(frame="box"),))
+    scene = Scene(robot=str(tmp_path / "dog.xml"), contact="box")
     assert robot_of(Scene(robot=scene.robot), [contact]).links == ("box",)
     profile = shock_profile(scene)
     assert 'holds 3 robots that move on their own: "box", which has the contact, is computed' in profile.robot.warnings[0]
     np.testing.assert_allclose(profile.delta_v, [[0.0, 0.0, 1.0]], atol=1e-15)
     with pytest.raises(UnknownName):
-        shock_profile(Scene(robot=scene.robot, contact=(Contact(frame="window"),)))
+        shock_profile(Scene(robot=scene.robot, contact="window"))
 
 
 def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
@@ -411,13 +357,6 @@ def test_attached_models(tmp_path: Path):
     assert robot.bodies[1].mass == pytest.approx(1000 / 6)
 
 
-def test_a_model_is_compiled_once(tmp_path: Path):
-    before = compiled.cache_info().misses
-    robot = from_text(tmp_path, READ["plain"])
-    assert compiled(robot.source).model.nbody == 3
-    assert compiled.cache_info().misses == before + 1
-
-
 def test_meshes_that_give_no_mass_are_not_read(tmp_path: Path):
     """Their geoms have no mass; a mesh for mass and for show is read for its mass."""
     asset = '<asset><mesh name="m" file="t.obj"/><mesh name="n" file="lost.obj"/><mesh name="o" file="bad.stl"/></asset>'
@@ -436,80 +375,88 @@ def test_without_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """It is an optional dependency: the message says how to install it."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(RobotError, match=r'^dog\.xml: an MJCF file is read by MuJoCo.* pip install "shockpc\[mjcf\]"$'):
-        from_text(tmp_path, READ["plain"])
+        from_text(tmp_path, READ["actuator gear"])
 
 
-PAIR = mjcf(floating(body("b"), body("c", joints='<joint name="k"/>')))
+HELD = '<inertial pos="0 0 0" mass="{}" diaginertia="{}"/>'
+SPATIAL = '<tendon><spatial name="t"><site site="s"/><site site="t"/></spatial></tendon>'
+FIXED = '<tendon><fixed name="t"{}><joint joint="j" coef="1"/></fixed></tendon>'
+
+
+def one(inside: str = BODY, joints: str = HINGE, before: str = "", **given: str) -> str:
+    """A free base that carries a body."""
+    return mjcf(floating(body("b", inside, joints, **given)), before)
 
 
 def among(section: str) -> str:
-    """The pair of bodies with a section after them."""
-    return PAIR.replace("</mujoco>", f"{section}</mujoco>")
+    """A free base that carries two bodies, with a section after them."""
+    return mjcf(floating(body("b"), body("c", joints='<joint name="k"/>')), after=section)
 
 
-CANNOT = "MuJoCo cannot compile it: "
+def mesh(file: str) -> str:
+    """A body whose mass is that of a mesh."""
+    return one('<geom type="mesh" mesh="m"/>', before=f'<asset><mesh name="m" file="{file}"/></asset>')
+
+
 REFUSED = {
-    "<mujoco/>": ("no body in it has a joint",),
-    mjcf(body("b", joints="")): ("no body in it has a joint", "<freejoint/>"),
-    mjcf(floating(), "<compiler fancy='1'/>"): (CANNOT, "unrecognized attribute: 'fancy'"),
-    mjcf(floating(body("b", joints='<joint axis="0 0 0"/>'))): (CANNOT, "axis too small"),
-    mjcf(floating(body("b", '<inertial pos="0 0 0" mass="-1" diaginertia="1 1 1"/>'))): (CANNOT, "mass", "'b'"),
-    mjcf(floating(body("b", ""))): (CANNOT, "mass and inertia of moving bodies", "'b'"),
-    mjcf(floating(body("b", '<inertial pos="0 0 0" mass="nan" diaginertia="1 1 1"/>'))): ('inertial: mass is "nan"', "finite"),
-    mjcf(floating(body("b", at='pos="0 -inf 0"'))): ('body "b": pos is "0 -inf 0"', "finite"),
-    mjcf(floating(body("b", at='euler="NaN(1) 0 0"'))): ('body "b": euler is "NaN(1) 0 0"', "finite"),
-    mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): ("elements", "20000", "count"),
-    mjcf(floating(body("b", joints='<joint name="j" armature="-0.1"/>'))): ('joint "j" has an armature that is not computed',),
-    mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): (CANNOT, "repeated name 'b'"),
-    mjcf(floating(body("b", joints='<joint class="leg"/>'))): (CANNOT, "unknown default class", "leg"),
-    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="m.stl"/></asset>'): (
-        'body "b" takes its mass from mesh "m", which cannot be read',
-        '"m.stl" is missing',
-        "<inertial>",
-    ),
-    mjcf(floating(body("b", '<geom type="mesh" mesh="m"/>')), '<asset><mesh name="m" file="../../m.stl"/></asset>'): (
-        'body "b" takes its mass from mesh "m", which cannot be read',
-        "outside the folders",
-    ),
-    mjcf(floating(body("b", '<inertial pos="0 0 0" mass="1e200" diaginertia="1e308 1e308 1e308"/>'))): (
-        'body "b": mass is 1e+200 kg',
-    ),
-    mjcf(floating(body("b", at='pos="0 0 1e100"'))): ('body "b": pos is 1e+100 m',),
-    mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): ("2001 links, and up to 2000 are read",),
-    mjcf(floating(body("universe", joints='<joint name="universe"/>'))): ('joint "universe"', "rename"),
+    "<mujoco/>": "no body in it has a joint",
+    mjcf(body("b", joints="")): "no body in it has a joint",
+    one(before="<compiler fancy='1'/>"): "MuJoCo cannot compile it: .*unrecognized attribute: 'fancy'",
+    one(joints='<joint axis="0 0 0"/>'): "MuJoCo cannot compile it: .*axis too small",
+    one(HELD.format(-1, "1 1 1")): "MuJoCo cannot compile it: .*mass.*'b'",
+    one(""): "MuJoCo cannot compile it: .*mass and inertia of moving bodies.*'b'",
+    one(joints='<joint class="leg"/>'): "MuJoCo cannot compile it: .*unknown default class.*leg",
+    mjcf(floating(body("b"), body("b", joints='<joint name="k"/>'))): "MuJoCo cannot compile it: .*repeated name 'b'",
+    one(HELD.format("nan", "1 1 1")): 'inertial: mass is "nan".*finite',
+    one(at='pos="0 -inf 0"'): 'body "b": pos is "0 -inf 0".*finite',
+    one(at='euler="NaN(1) 0 0"'): r'body "b": euler is "NaN\(1\) 0 0".*finite',
+    one(HELD.format("1e200", "1e308 1e308 1e308")): r'body "b": mass is 1e\+200 kg',
+    one(at='pos="0 0 1e100"'): r'body "b": pos is 1e\+100 m',
+    one(joints='<joint name="j" armature="-0.1"/>'): 'joint "j" has an armature that is not computed; give one not below zero',
+    mjcf(floating(f'<replicate count="200"><replicate count="200">{BODY}</replicate></replicate>')): "elements.*20000.*count",
+    mjcf(floating(f'<replicate count="2000">{body("b")}</replicate>')): "2001 links, and up to 2000 are read",
+    mjcf(floating(body("universe", joints='<joint name="universe"/>'))): 'joint "universe".*rename',
+    one(joints='<joint name="j+i"/><joint name="k" axis="0 1 0"/>'): r'joint "j\+i\+k".*rename',
+    mesh("m.stl"): 'body "b" takes its mass from mesh "m", which cannot be read.*"m.stl" is missing.*<inertial>',
+    mesh("../../m.stl"): 'body "b" takes its mass from mesh "m", which cannot be read.*outside the folders',
     among('<equality><joint name="n" joint1="j" joint2="k" polycoef="0 1 0.5 0 0"/></equality>'): (
-        'the equality "n" couples joints by a curve, polycoef 0 1 0.5 0 0',
-        "a0 a1 0 0 0",
+        'the equality "n" couples joints by a curve, polycoef 0 1 0.5 0 0.*a0 a1 0 0 0'
     ),
     mjcf(
         floating('<site name="s"/>' + body("b", BODY + '<site name="t"/>')),
-        after='<tendon><spatial name="t"><site site="s"/><site site="t"/></spatial></tendon>'
-        '<equality><tendon name="belt" tendon1="t"/></equality>',
-    ): ('the equality "belt" couples tendons that are not fixed', 'active="false"'),
+        after=SPATIAL + '<equality><tendon name="belt" tendon1="t"/></equality>',
+    ): 'the equality "belt" couples tendons that are not fixed.*active="false"',
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'the equality ties "k", but each of these follows already',
+        'the equality ties "k", but each of these follows already'
     ),
-    among('<tendon><fixed name="t" armature="0.5"><joint joint="j" coef="1"/></fixed></tendon>'): (
-        'tendon "t" has an armature that is not computed',
+    among(FIXED.format(' armature="0.5"')): 'tendon "t" has an armature that is not computed',
+    among(FIXED.format("") + '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'): (
+        'actuator "a" has an armature that is not computed'
     ),
-    among(
-        '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>'
-        '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'
-    ): ('actuator "a" has an armature that is not computed',),
-    mjcf(floating(body("b", joints='<joint name="j+i"/><joint name="k" axis="0 1 0"/>'))): ('joint "j+i+k"', "rename"),
+    # A missing, repeated or outlying part, and an attached model outside.
+    mjcf(floating(), '<include file="none.xml"/>'): '"none.xml" is missing: no file',
+    mjcf(floating(), '<include file="a.xml"/>'): 'includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
+    mjcf(floating(), '<include file="../secret.xml"/>'): '"../secret.xml" leads to ".*/secret.xml", outside the folders',
+    mjcf(floating(), '<asset><model name="s" file="../secret.xml"/></asset>'): '"../secret.xml" leads to ".*/secret.xml"',
+    mjcf(
+        floating(), '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>'
+    ): 'flexcomp: file is "../x.obj", a file that is not read here',
 }
 
 
-@pytest.mark.parametrize("text", REFUSED)
+@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
 def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     """The message names the file, the element and what is wrong with it, in one line; nothing else is printed."""
-    message = refusal(tmp_path, text, "dog.xml")
-    assert message.startswith(("dog.xml: ", "dog.xml has "))
+    folder = tmp_path / "dog"
+    folder.mkdir()
+    (folder / "package.xml").touch()
+    (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
+    (folder / "a.xml").write_text('<mujocoinclude><include file="a.xml"/></mujocoinclude>')
+    message = refusal(folder, text, "dog.xml")
+    assert re.match(f"dog[.]xml(: | has | )[^\n]*{REFUSED[text]}", message), message
     assert "\n" not in message
-    for part in REFUSED[text]:
-        assert part in message
     assert capfd.readouterr() == ("", "")
-    assert [path.name for path in tmp_path.iterdir()] == ["dog.xml"]
+    assert {path.name for path in folder.iterdir()} == {"dog.xml", "package.xml", "a.xml"}
 
 
 def test_a_point_weld_is_a_connect(tmp_path: Path):
@@ -517,21 +464,3 @@ def test_a_point_weld_is_a_connect(tmp_path: Path):
     for scale, turns in (("0", False), ("2", True)):
         robot = from_text(tmp_path, among(f'<equality><weld torquescale="{scale}" body1="b" body2="c"/></equality>'))
         assert [loop.turns for loop in robot.loops] == [turns]
-
-
-def test_includes_stay_inside(tmp_path: Path):
-    """A missing, repeated or outlying part is refused by name, and so is an attached model outside."""
-    folder = tmp_path / "dog"
-    folder.mkdir()
-    (folder / "package.xml").touch()
-    (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
-    (folder / "a.xml").write_text('<mujocoinclude><include file="a.xml"/></mujocoinclude>')
-    told = {
-        '<include file="none.xml"/>': 'dog.xml: "none.xml" is missing',
-        '<include file="a.xml"/>': 'dog.xml includes "a.xml" twice; MuJoCo allows a file once, so save it under two names',
-        '<include file="../secret.xml"/>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}", outside the folders',
-        '<worldbody><body><flexcomp file="../x.obj"/></body></worldbody>': 'dog.xml: flexcomp: file is "../x.obj"',
-        '<asset><model name="s" file="../secret.xml"/></asset>': f'dog.xml: "../secret.xml" leads to "{tmp_path / "secret.xml"}"',
-    }
-    for element, message in told.items():
-        assert refusal(folder, mjcf(floating(), element), "dog.xml").startswith(message)

@@ -10,14 +10,9 @@ from commands import run
 from robot_texts import written
 from trees import known_robot, robot_from
 
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
+from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, read_scene, shock_profile
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike, read_scene
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">
@@ -61,7 +56,7 @@ def test_a_foot_without_a_link_is_a_geom(dog: Robot, tmp_path: Path, capfd):
     assert feet(dog) == ("FL", "HL")
     assert 'such as "FL", "HL"\n' in run(capfd, "analyze", written(tmp_path, DOG, "dog.xml")).err
     unnamed = written(tmp_path, DOG.replace('name="FL" ', "").replace('name="HL" ', ""), "unnamed.xml")
-    assert 'such as "FL_calf", "HL_calf"; "FL_calf" reaches 0.22 m below' in run(capfd, "analyze", unnamed).err
+    assert 'such as "FL_calf", "HL_calf"' in run(capfd, "analyze", unnamed).err
 
 
 @pytest.mark.parametrize("name", ["a_foot", "toe_site"])

@@ -6,7 +6,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from shockpc.robot.robot import Body, Robot, load_robot
+from shockpc import Robot, load_robot
+from shockpc.robot.robot import Body
 
 
 def bodies(name: str, **arguments: str) -> dict[str, Body]:

@@ -3,8 +3,8 @@
 import json
 import re
 
-import pytest
-from commands import ROBOTS, STICK, Outcome, good, run
+from commands import ROBOTS, STICK, good
+from robot_texts import body, mjcf
 
 import shockpc.robot.catalogue
 from shockpc.model.dynamics import PINOCCHIO
@@ -12,21 +12,10 @@ from shockpc.robot.catalogue import catalogue
 
 DOG = (ROBOTS / "dog" / "dog.urdf.xacro", "--package", f"dog_description={ROBOTS / 'dog'}")
 
-ARM = """<mujoco model="arm">
-  <worldbody>
-    <body name="arm">
-      <joint name="swing" axis="0 1 0" range="-45 30" limited="true" armature="0.02"/>
-      <geom type="box" size="0.2 0.02 0.02" mass="1"/>
-      <site name="tip_imu" pos="0.2 0 0"/>
-      <body name="wheel" pos="0.2 0 0">
-        <joint name="axle" axis="0 1 0"/>
-        <geom type="sphere" size="0.05" mass="0.5"/>
-      </body>
-    </body>
-  </worldbody>
-  <keyframe><key name="up" qpos="0.1 0"/></keyframe>
-</mujoco>
-"""
+WHEEL = body("wheel", '<geom size="0.05" mass="0.5"/>', '<joint name="axle" axis="0 1 0"/>', 'pos="0.2 0 0"')
+SWING = '<joint name="swing" axis="0 1 0" range="-45 30" limited="true" armature="0.02"/>'
+BOX = '<geom type="box" size="0.2 0.02 0.02" mass="1"/><site name="tip_imu" pos="0.2 0 0"/>'
+ARM = mjcf(body("arm", BOX + WHEEL, SWING, ""), after='<keyframe><key name="up" qpos="0.1 0"/></keyframe>')
 
 
 def table(text, title):
@@ -48,7 +37,7 @@ def test_mjcf_with_a_fixed_base(capfd, tmp_path):
     (tmp_path / "arm.xml").write_text(ARM)
     out = good(capfd, "robots", tmp_path / "arm.xml")
     assert out.splitlines()[:6] == [
-        "robot        arm, 1.5 kg, 2 moving bodies, 2 velocities",
+        "robot        m, 1.5 kg, 2 moving bodies, 2 velocities",
         f"file         {tmp_path}/arm.xml",
         "base         fixed in the file; a <freejoint/> in its root body releases it",
         "feet         wheel",
@@ -109,23 +98,6 @@ def test_list_without_any_robot(capfd, monkeypatch):
     """The list is there even if there is nothing to list."""
     monkeypatch.setattr(shockpc.robot.catalogue, "catalogue", lambda: ())
     assert table(good(capfd, "robots"), "robots known by name") == []
-
-
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        (("dgo",), ('"dgo"', '"go2"', "shockpc robots")),
-        (("leg", "--xacro", "mas:=3"), ('"mas"', '"mass"')),
-        (("leg", "--xacro", "mass"), ("--xacro", '"mass"', "NAME=VALUE")),
-        (("leg", "--package", "dog"), ("--package", '"dog"', "NAME=VALUE")),
-        (("leg", "--package", "dog=/nowhere"), ('"dog"', '"/nowhere"', "--package dog=DIR")),
-    ],
-    ids=lambda words: " ".join(words),
-)
-def test_bad_words(capfd, words, parts):
-    outcome = run(capfd, "robots", *words)
-    assert outcome._replace(err="") == Outcome(2, "", "")
-    assert [part for part in parts if part not in outcome.err] == []
 
 
 def test_names_in_the_check_up_cannot_control_a_terminal(tmp_path, capfd):

@@ -26,7 +26,7 @@ from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.model.regressor import INERTIA_ENTRIES
 from shockpc.profile import impact_jumps, shock_profile
-from shockpc.results.speed import speed_in
+from shockpc.results.solved import speed_in
 from shockpc.scene import Point, Scene, Strike
 from shockpc.studies.sensitivity import sensitivity
 

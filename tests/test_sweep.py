@@ -16,10 +16,10 @@ from shockpc.core.directions import extreme_directions, most_severe_directions
 from shockpc.core.extremes import greatest_shock, shock_extremes
 from shockpc.core.spatial import plane_from
 from shockpc.errors import RobotError, StudyError, UnknownName
-from shockpc.results.geometry import body_pieces
 from shockpc.robot.changes import changed, link_mass, read_changes
 from shockpc.studies.sweep.columns import proven_columns
-from shockpc.studies.sweep.study import Sweep, sweep, sweep_of
+from shockpc.studies.sweep.rows import Sweep
+from shockpc.studies.sweep.study import sweep, sweep_of
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 
@@ -225,8 +225,9 @@ def test_most_severe_direction_in_closed_form_is_the_singular_vector():
 
 def test_greatest_shock_is_that_of_the_single_body(anymal):
     rng = np.random.default_rng(2)
-    for body in (0, 3):
-        pieces = body_pieces(anymal, body)
+    scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
+    made = sweep_of(scene, anymal, {"speed": [1.0]}, bodies=("base", "LF_SHANK"), greatest=True)
+    for pieces in made.targets.pieces:
         jumps = rng.normal(size=(7, 6))
         found = greatest_shock(jumps[:, :3], jumps[:, 3:], pieces)
         for jump, value in zip(jumps, found, strict=True):

@@ -14,13 +14,8 @@ import numpy as np
 import pinocchio as pin
 from hypothesis import strategies as st
 
+from shockpc import Contact, Posture, Robot, Scene, ShockProfile, Strike, load_robot, shock_profile
 from shockpc.core.spatial import cross_matrix
-from shockpc.model.contact import Contact
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
-from shockpc.robot.robot import Robot, load_robot
-from shockpc.scene import Scene, Strike
 
 URDF_KINDS = ("revolute", "continuous", "prismatic")
 MJCF_KINDS = ("revolute", "prismatic", "spherical", "planar")
@@ -297,13 +292,6 @@ def motion(mechanism, jumps) -> np.ndarray:
     return np.linalg.norm(jumps[..., 3:], axis=-1) + gyration(mechanism) * np.linalg.norm(jumps[..., :3], axis=-1)
 
 
-def kinetic_energy(mechanism, jumps) -> float:
-    """½ Σ (m v² + ω·Iω), body by body [J]."""
-    omega, v = jumps[:, :3], jumps[:, 3:]
-    turning = np.einsum("bi,bij,bj->", omega, mechanism.inertia, omega)
-    return 0.5 * float(np.sum(mechanism.mass * np.sum(v**2, axis=1)) + turning)
-
-
 def point_rows(mechanism, body, point, directions) -> np.ndarray:
     """(n, 6 nb) velocity of a body's point along some directions, over all twists at the centres of mass."""
     directions = np.asarray(directions, dtype=float)
@@ -312,16 +300,6 @@ def point_rows(mechanism, body, point, directions) -> np.ndarray:
     rows[:, body, :3] = -directions @ cross_matrix(point - mechanism.com[body])
     rows[:, body, 3:] = directions
     return rows.reshape(len(directions), -1)
-
-
-def contact_system(landing) -> tuple[np.ndarray, np.ndarray]:
-    """Rows over all twists and the speed (1 + e) n·v that each has to undo."""
-    rows, undone = [], []
-    for hit in landing.hits:
-        directions = np.asarray(hit.directions)
-        rows.append(point_rows(landing.mechanism, hit.body, hit.point, directions))
-        undone.append((1.0 + hit.restitution) * directions @ landing.strike / np.linalg.norm(directions, axis=1))
-    return np.concatenate(rows), np.concatenate(undone)
 
 
 def joint_rows(mechanism) -> np.ndarray:
@@ -359,9 +337,12 @@ def least_energy_jump(landing) -> np.ndarray:
         moments, axes = np.linalg.eigh(m.inertia[i])
         root[6 * i : 6 * i + 3, 6 * i : 6 * i + 3] = axes / np.sqrt(moments) @ axes.T
         root[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = np.eye(3) / np.sqrt(m.mass[i])
-    contact, undone = contact_system(landing)
-    rows = np.concatenate([joint_rows(m), contact]) @ root
-    asked = np.concatenate([np.zeros(len(rows) - len(undone)), -undone])
+    rows, asked = [joint_rows(m)], [np.zeros(len(joint_rows(m)))]
+    for hit in landing.hits:
+        rows.append(point_rows(m, hit.body, hit.point, hit.directions))
+        speeds = np.asarray(hit.directions) @ landing.strike / np.linalg.norm(hit.directions, axis=1)
+        asked.append(-(1.0 + hit.restitution) * speeds)
+    rows, asked = np.concatenate(rows) @ root, np.concatenate(asked)
     length = np.linalg.norm(rows, axis=1)
     scaled, *_ = np.linalg.lstsq(rows / length[:, None], asked / length, rcond=1e-12)
     return (root @ scaled).reshape(n, 6)

@@ -27,14 +27,7 @@ import pinocchio as pin
 import xacro
 from xacro import substitution_args
 
-from shockpc.errors import ShockError
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
-from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
-from shockpc.robot.robot import load_robot
-from shockpc.scene import Scene, Strike
+from shockpc import Contact, Joints, Posture, Scene, ShockError, ShockProfile, Strike, load_robot, shock_profile
 
 SECONDS = 100
 TOLERANCE = 1e-9

@@ -198,7 +198,7 @@ def _mass_ratio(variant: tuple[bool, bool], ratio: float) -> Built:
 
 @_family("knee angle [rad]", BASES, (0.0, 1e-9, 1e-5))
 def _knee(variant: tuple[Any, Any], angle: float) -> Built:
-    """A knee that straightens, struck along the leg, which then does not yield: on a fixed base there is no solution or verdict."""
+    """A knee that straightens, struck along the leg, which cannot move that way then: a fixed base has no solution or verdict."""
     base, directions = variant
     posture = Posture(reference="neutral", joints={"hind_hip": -0.5 * angle, "hind_knee": angle})
     foot = Contact(frame="hind_foot", directions=directions)

@@ -27,7 +27,8 @@ from shockpc.executor import processes
 from shockpc.model.dynamics import dynamics
 from shockpc.show.parts import Parts
 from shockpc.show.tables import Cell, Sheet
-from shockpc.studies.sweep.study import Sweep, sweep_of
+from shockpc.studies.sweep.rows import Sweep
+from shockpc.studies.sweep.study import sweep_of
 
 __all__ = ["COSTS", "PEERS", "many_system", "postures"]
 

@@ -106,8 +106,8 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
 
 def _up(scene: Scene) -> tuple[str, ...]:
     """The direction that a sliding contact keeps: z, or the world's y in the plane seen from above with a velocity in it."""
-    horizontal, velocity = abs(plane_of(scene).normal[2]) > 1.0 - 1e-9, scene.strike.velocity
-    return ("y",) if horizontal and velocity is not None and velocity[2] == 0.0 else ("z",)
+    velocity = scene.strike.velocity
+    return ("y",) if plane_of(scene).level and velocity is not None and velocity[2] == 0.0 else ("z",)
 
 
 def _with(record: Record, **values: Any) -> Record:

@@ -30,7 +30,7 @@ TOLERANCE = 64.0 * EPS
 """Rows are dependent where what sets them apart is below this share of the terms that they are computed from."""
 
 UNCERTAIN = 1.0 / 32.0, 8.0
-"""Multiples of the tolerance between which rounding could decide whether rows are independent."""
+"""Multiples of the tolerance between which rounding can change whether rows are independent."""
 
 
 class Impact(NamedTuple):
@@ -61,7 +61,7 @@ class RowChoice(NamedTuple):
         spread: (nc, r) distributes impulses along these rows over all rows, with the same effect and the least norm at unit
             mobility; the identity where no row depends on others.
         unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
-        uncertain: whether rounding could decide how many rows are independent.
+        uncertain: whether rounding can change how many rows are independent.
     """
 
     rows: np.ndarray
@@ -162,7 +162,7 @@ def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
 def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoice:
     """Find the independent rows of one posture.
 
-    The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It is decided by the singular values of J_c with
+    The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It follows from the singular values of J_c with
     columns scaled to unit inertia and rows to the size of their terms: a singular value is zero where it is below what rounding of
     these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small mobility with one that moves
     easily would lose digits.

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Array", "Plane", "cross_matrix", "plane_from", "quaternion_of", "read_only", "velocity_at"]
+__all__ = ["Array", "Plane", "cross_matrix", "jump_at", "plane_from", "quaternion_of", "read_only", "velocity_at"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -26,6 +26,11 @@ class Plane(NamedTuple):
     normal: Array
     e1: Array
     e2: Array
+
+    @property
+    def level(self) -> bool:
+        """Whether it is seen from above, so that it holds no vertical."""
+        return abs(float(self.normal[2])) > 1.0 - 1e-9
 
     @property
     def forward(self) -> Array:
@@ -75,6 +80,17 @@ def velocity_at(omega: Any, v: Any, r: Any) -> Any:
         r: (..., 3) point from that origin, in the same axes [m].
     """
     return v + np.cross(omega, r)
+
+
+def jump_at(jumps: Any, r: Any) -> Any:
+    """Jumps (N, 3, k) of the velocities of points, Δv + Δω × r (Eq. 10), for k strikes.
+
+    Args:
+        jumps: (N, 6, k) of the points' bodies (Δω, Δv), each at an origin [rad/s, m/s].
+        r: (N, 3) points from these origins, in the same axes [m].
+    """
+    (a, b, c), (x, y, z) = (jumps[:, i] for i in range(3)), (r[:, i, None] for i in range(3))
+    return jumps[:, 3:] + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
 
 
 def quaternion_of(rotation: Array) -> Array:

@@ -74,13 +74,13 @@ def entries(M: arb_mat) -> Balls:
     return out.reshape(M.nrows(), M.ncols())
 
 
-def radii(values: Balls) -> Array:
+def radii(values: Balls | arb) -> Array:
     """Upper bounds of the radii of some balls, of the same shape."""
     array = np.asarray(values, dtype=object)
     return np.array([float(ball.rad()) for ball in array.ravel().tolist()]).reshape(array.shape)
 
 
-def nearest(values: Balls, size: ArrayLike) -> Array:
+def nearest(values: Balls | arb, size: ArrayLike) -> Array:
     """The doubles nearest to some balls.
 
     Args:

@@ -174,7 +174,7 @@ class ExactImpact:
         """Origins (nb, 3) of the frames of the bodies' joints, world axes, from the base [m]."""
         return np.array([p.entries() for _, p in self._places], dtype=object)
 
-    def points(self, bodies: Sequence[int], r: Array) -> Balls:
+    def points(self, bodies: Sequence[int], r: Array | Balls) -> Balls:
         """Positions (n, 3) of points of bodies, world axes, from the base [m]. Args: r (n, 3) in the bodies' frames [m]."""
         bodies = list(bodies)
         return np.asarray(self.state.position[0, bodies] + (self.orientations[bodies] @ r[..., None])[..., 0])

@@ -65,7 +65,7 @@ def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
 
     Raises:
         UnknownName: the robot has no such frame.
-        SceneError: one makes no sense, or two tie the same points: where those are only almost the same, rounding would decide
+        SceneError: one makes no sense, or two tie the same points: where those are only almost the same, rounding would determine
             what they hold.
     """
     loops = (*robot.loops, *(loop_of(robot, closure) for closure in closures))

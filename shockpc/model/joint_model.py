@@ -69,7 +69,7 @@ class JointModel(NamedTuple):
 
 
 def joint_model(robot: Robot, joints: Joints) -> JointModel:
-    """Decide what every joint does.
+    """What every joint does, as the scene asks.
 
     Raises:
         UnknownName: a pattern fits no joint.

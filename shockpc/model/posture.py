@@ -1,7 +1,7 @@
 """Where the joints and the base stand when the foot strikes: names, angles and limits → q."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.errors import SceneError, UnknownName
+from shockpc.errors import SceneError, ShockError, UnknownName
 from shockpc.model import CHECKED
 from shockpc.printed import listed
 from shockpc.robot.robot import Joint, Robot
@@ -22,6 +22,7 @@ __all__ = [
     "held_joints",
     "outside_limits",
     "reference_name",
+    "set_joints",
     "settable_joints",
 ]
 
@@ -79,10 +80,10 @@ def configuration(robot: Robot, posture: Posture) -> Array:
     """
     name = reference_name(robot, posture.reference)
     # A robot may have a posture that it calls neutral itself; that one is meant then.
-    given = robot.postures.get(name, robot.start)
+    start = robot.postures.get(name, robot.start)
     # Files round quaternions and cosines, and another length than 1 would scale the shock.
-    q = np.array(pin.normalize(robot.model, np.array(given)))
-    if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - given).max(initial=0.0) < 0.05):
+    q = np.array(pin.normalize(robot.model, np.array(start)))
+    if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - start).max(initial=0.0) < 0.05):
         raise SceneError(
             f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
             "sine, has length 1; correct it in the file of postures"
@@ -92,10 +93,17 @@ def configuration(robot: Robot, posture: Posture) -> Array:
         for pattern, value in values.items():
             for joint in settable_joints(robot, pattern):
                 _set(joint, value if joint.kind == "prismatic" else value * unit, q)
+    set_joints(robot, (), q)
+    return q
+
+
+def set_joints(robot: Robot, values: Iterable[tuple[Joint, float]], q: Array) -> None:
+    """Set joints of one coordinate in a configuration q (nq,), and those that follow others. Args: values of joints [rad, m]."""
+    for joint, value in values:
+        _set(joint, value, q)
     for mimic in robot.mimics:
         led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
         _set(robot.joint(mimic.joint), led + mimic.offset, q)
-    return q
 
 
 def check_rotations(robot: Robot, Q: Array) -> None:
@@ -135,24 +143,26 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         q[3:7] = np.asarray(posture.base_quaternion) / length
 
 
-def settable_joints(robot: Robot, pattern: str) -> tuple[Joint, ...]:
-    """The joints whose one coordinate a name or a glob sets; those that follow others are left out of a glob.
+def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneError) -> tuple[Joint, ...]:
+    """The joints that a name or a glob means, without those that follow others.
+
+    Args:
+        robot: the robot.
+        pattern: the name or glob.
+        error: raised where one number cannot set them: a joint follows another, or has several degrees of freedom.
 
     Raises:
         UnknownName: no joint fits.
-        SceneError: the joint of that name follows others, or one has several degrees of freedom.
     """
-    followers = {mimic.joint: mimic.led for mimic in robot.mimics}
-    if pattern in followers:
-        raise SceneError(f'joint "{pattern}" follows {followers[pattern]}, so it cannot be set by itself; set that')
-    found = tuple(robot.joint(name) for name in robot.match_joints(pattern) if name not in followers)
-    for joint in found:
+    names, followers = robot.match_joints(pattern), {mimic.joint: mimic.led for mimic in robot.mimics}
+    joints = tuple(robot.joint(name) for name in names if name not in followers)
+    if not joints:
+        raise error(f'joint "{names[0]}" follows {followers[names[0]]}, so it cannot be set by itself; name that instead')
+    for joint in joints:
         if joint.axis is None:
-            raise SceneError(
-                f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, so one number cannot set it; '
-                "leave it out, or use a reference posture"
-            )
-    return found
+            degrees = joint.v.stop - joint.v.start
+            raise error(f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set it; leave it out')
+    return joints
 
 
 def _set(joint: Joint, value: float, q: Array) -> None:

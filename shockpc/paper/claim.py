@@ -81,7 +81,7 @@ class PaperFigure:
         title: short description.
         note: what is assumed or not given in the paper.
         panels: from left to right.
-        claims: those that the models of the figure decide, in the paper's order.
+        claims: those that the models of the figure can confirm or refute, in the paper's order.
     """
 
     number: int

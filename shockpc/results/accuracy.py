@@ -13,7 +13,7 @@ from shockpc.exact.sensitivity import sensitivity
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.model.rows import slices_of
-from shockpc.results.speed import speed_in
+from shockpc.results.solved import Solved, speed_in
 
 __all__ = ["SENSITIVE", "Health", "data_warnings", "double_error", "rotation_lengths"]
 
@@ -64,54 +64,50 @@ def double_error(landing: Landing, proof: Proof, jumps: Array) -> float:
     return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > AT_REST * size.max(initial=0.0)], initial=0.0))
 
 
-def data_warnings(landing: Landing, proof: Proof, translates: np.ndarray) -> tuple[float, tuple[Diagnostic, ...]]:
+def data_warnings(of: Solved, translates: np.ndarray) -> tuple[float, tuple[Diagnostic, ...]]:
     """The sensitivity to the data [1], and warnings with their cause where it is above `SENSITIVE`.
 
     Besides the jumps of the bodies: the speed v_in, the radii of percussion and the impulses of the contacts, where these are small
     differences of large numbers.
 
     Args:
-        landing: the landing.
-        proof: of its solution.
+        of: the landing.
         translates: (nb,) which bodies have no radius of percussion.
     """
-    robot, choice = landing.robot, proof.enclosure.inputs.choice
-    turning = np.flatnonzero(~translates).tolist()
-    blocks = proof.enclosure.inputs.blocks[: len(landing.contacts) + len(landing.stance)]
-    least = AT_REST * float(np.abs(proof.impulse[:, 3]).max(initial=0.0))
+    landing, bodies, impulse = of.landing, of.robot.bodies, of.proof.impulse[:, 3]
+    turning, length = np.flatnonzero(~translates).tolist(), rotation_lengths(landing)
+    blocks = of.proof.enclosure.inputs.blocks[: len(landing.contacts) + len(landing.stance)]
+    least = AT_REST * float(np.abs(impulse).max(initial=0.0))
     loaded = [
-        (k, own)
-        for k, own in enumerate(slices_of(blocks))
-        if choice.unique[own].all() and np.abs(proof.impulse[own, 3]).max() > least
+        (block, own)
+        for block, own in zip(blocks, slices_of(blocks), strict=True)
+        if of.choice.unique[own].all() and np.abs(impulse[own]).max() > least
     ]
-    names = [("speed before the impact", "")]
-    names += [(f'radius of percussion of body "{robot.bodies[i].name}"', robot.bodies[i].name) for i in turning]
-    names += [(f"impulse of {blocks[k].name}", blocks[k].name) for k, _ in loaded]
 
     def others(impact: ExactImpact) -> list[Balls]:
         normals = np.sum(impact.orientations[turning] * balls(landing.plane.normal)[:, None], axis=1)
-        turns = dot(normals, impact.body_jumps[turning][:, :3, 3])
-        along = impact.impulse[:, 3]
-        axes = [(impact.inputs.blocks[k].forces, own.start) for k, own in loaded]
-        return [speed_in(impact, landing), *turns[:, None], *(along[first : first + len(f)] @ balls(f) for f, first in axes)]
+        turns, along = dot(normals, impact.body_jumps[turning][:, :3, 3]), impact.impulse[:, 3]
+        impulses = (along[own][: len(block.forces)] @ balls(block.forces) for block, own in loaded)
+        return [speed_in(impact, landing), *turns[:, None], *impulses]
 
-    length = rotation_lengths(landing)
-    found = sensitivity(proof, length, others)
-    size = motion(proof.jumps[..., 3:], length)[:, 0]
-    bodies = np.where(size > AT_REST * size.max(initial=0.0), found.bodies, 0.0)
-    most = float(np.max(bodies, initial=0.0))
-    warnings = []
-    named = [(f'result of body "{body.name}"', body.name) for body in robot.bodies] + names
-    every, first, end = np.append(bodies, found.others), len(bodies), len(bodies) + 1 + len(turning)
-    for own in (slice(0, first), slice(first, first + 1), slice(first + 1, end), slice(end, len(every))):
-        if not np.any(every[own] > SENSITIVE):
-            continue
-        k = own.start + int(np.argmax(every[own]))
-        cause = max(found.causes, key=lambda kind: found.causes[kind][k])
-        what, subject = named[k]
-        text = (
-            f"a change of the data in their last digits moves the {what} by {every[k]:.0e} of its size, most by the "
-            f"{cause} ({found.causes[cause][k]:.0e}); digits beyond that are those of this file, not of a real robot"
-        )
-        warnings.append(Diagnostic("data", subject, float(every[k]), text))
-    return most, tuple(warnings)
+    found = sensitivity(of.proof, length, others)
+    size = motion(of.proof.jumps[..., 3:], length)[:, 0]
+    moves = np.where(size > AT_REST * size.max(initial=0.0), found.bodies, 0.0)
+    groups = (
+        [(f'result of body "{body.name}"', body.name) for body in bodies],
+        [("speed before the impact", "")],
+        [(f'radius of percussion of body "{bodies[i].name}"', bodies[i].name) for i in turning],
+        [(f"impulse of {block.name}", block.name) for block, _ in loaded],
+    )
+    every, first, warnings = np.append(moves, found.others), 0, []
+    for group in groups:
+        k = max(range(first, first + len(group)), key=every.__getitem__, default=first)
+        if group and every[k] > SENSITIVE:
+            cause, (what, subject) = max(found.causes, key=lambda kind: found.causes[kind][k]), group[k - first]
+            text = (
+                f"a change of the data in their last digits moves the {what} by {every[k]:.0e} of its size, most by the "
+                f"{cause} ({found.causes[cause][k]:.0e}); digits beyond that are those of this file, not of a real robot"
+            )
+            warnings.append(Diagnostic("data", subject, float(every[k]), text))
+        first += len(group)
+    return float(np.max(moves, initial=0.0)), tuple(warnings)

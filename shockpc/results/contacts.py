@@ -1,21 +1,21 @@
 """What the ground does at every contact and standing foot, and how the robot resists it."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import choose_rows
+from shockpc.core.impulse import RowChoice, choose_rows
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.exact.balls import BallMatrix, Balls, PrecisionError, balls, matrix, nearest
-from shockpc.exact.proof import Enclosure, Proof
+from shockpc.exact.balls import BallMatrix, PrecisionError, balls, entries, matrix, nearest
+from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact
-from shockpc.landing import Landing
-from shockpc.model.rows import Block, Equation, block_axes, block_point
-from shockpc.results.variants import held_joints_enclosure
+from shockpc.model.rows import NO_AXES, Block, slices_of
+from shockpc.results.solved import Solved, world
 
-__all__ = ["ContactImpulse", "StanceImpulse", "TotalImpulse", "contact_impulses", "pulled", "stance_impulses", "total_impulse"]
+__all__ = ["ContactImpulse", "StanceImpulse", "contact_impulses", "pulled", "stance_impulses"]
 
 STRUCTURAL = 1e-26
 """Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""
@@ -56,14 +56,7 @@ class ContactImpulse(NamedTuple):
 
 
 class StanceImpulse(NamedTuple):
-    """What the ground does at a foot that stands already.
-
-    Attributes:
-        frame: its name.
-        point: (3,) where it stands, world [m].
-        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several feet is determined.
-        friction_needed: tangential over normal impulse [1]; None without an impulse, or where the ground would have to pull.
-    """
+    """What the ground does at a foot that stands already; the attributes are as in `ContactImpulse`."""
 
     frame: str
     point: Array
@@ -71,172 +64,109 @@ class StanceImpulse(NamedTuple):
     friction_needed: float | None
 
 
-class TotalImpulse(NamedTuple):
-    """Impulse (3,) of the ground on the robot [N s], and its moment (3,) about the robot's centre of mass [N m s], world axes."""
-
-    force: Array
-    moment: Array
-
-
-def contact_impulses(landing: Landing, proof: Proof, approach: Array, equation: Equation) -> tuple[ContactImpulse, ...]:
-    """Impulse, needed friction and effective masses at every contact.
-
-    Args:
-        landing: the landing.
-        proof: of its solution.
-        approach: (n, 3) velocity of every contact point before the impact [m/s].
-        equation: of the scene's posture.
-    """
-    blocks = proof.enclosure.inputs.blocks
+def contact_impulses(of: Solved) -> tuple[ContactImpulse, ...]:
+    """Impulses, friction and effective masses of the contacts."""
     found = []
-    for k, (contact, block) in enumerate(zip(landing.contacts, blocks, strict=False)):
-        impulse, friction = _impulse(landing, proof, k)
-        moment = None
-        if impulse is not None and len(block.moments) and _unique(proof, k).all():
-            n, own = len(block.forces), _slices(proof)[k]
-            moment = proof.impulse[own.start + n : own.stop, 3] @ block.moments
-        sticking, frictionless, mitigation = _resistance(landing, proof, block, equation)
-        point = _point(landing, proof, block)
-        found.append(
-            ContactImpulse(contact.frame, point, impulse, moment, friction, approach[k], sticking, frictionless, mitigation)
-        )
+    for k, contact in enumerate(of.landing.contacts):
+        block, own, unique = _block(of, k)
+        point, impulse, friction = _impulse(of, k)
+        moment = of.proof.impulse[own, 3][len(block.forces) :] @ block.moments if len(block.moments) and unique.all() else None
+        found.append(ContactImpulse(contact.frame, point, impulse, moment, friction, of.approach[k], *_resistance(of, k)))
     return tuple(found)
 
 
-def stance_impulses(landing: Landing, proof: Proof) -> tuple[StanceImpulse, ...]:
-    """Impulse and needed friction at every foot that stands."""
-    first = len(landing.contacts)
-    return tuple(
-        StanceImpulse(frame, _point(landing, proof, block), *_impulse(landing, proof, first + k))
-        for k, (frame, block) in enumerate(zip(landing.scene.stance, landing.stance, strict=True))
-    )
+def stance_impulses(of: Solved) -> tuple[StanceImpulse, ...]:
+    """Impulses of the standing feet."""
+    first = len(of.landing.contacts)
+    return tuple(StanceImpulse(frame, *_impulse(of, first + k)) for k, frame in enumerate(of.landing.scene.stance))
 
 
-def total_impulse(landing: Landing, proof: Proof) -> TotalImpulse:
-    """Impulse of all contacts and standing feet together; it is unique even where its parts are not."""
-    count, robot = len(landing.contacts) + len(landing.stance), landing.robot
-    reach = float(np.abs(landing.state.position[0]).max()) + float(np.abs(robot.coms).max())
-
-    def read(impact: ExactImpact) -> tuple[Array, Array]:
-        force, moment = balls(np.zeros(3)), balls(np.zeros(3))
-        rows, size = impact.independent_impulse[:, 3], 0.0
-        for block, own in zip(impact.inputs.blocks[:count], impact.slices[:count], strict=True):
-            point = block_point(impact.state, block)[0]
-            axes = block_axes(impact.state, block)[0]
-            for j, axis in enumerate(axes):
-                part = axis * rows[own.start + j]
-                size += abs(float(rows[own.start + j]))
-                if j < len(block.forces):
-                    force, moment = force + part, moment + np.cross(point, part)
-                else:
-                    moment = moment + part
-        mass = balls(robot.masses)
-        centre = np.sum(impact.points(range(len(mass)), robot.coms) * mass[:, None], axis=0) / np.sum(mass)
-        return nearest(force, size), nearest(moment - np.cross(centre, force), size * (reach or 1.0))
-
-    return TotalImpulse(*proof.enclosure.read(read))
-
-
-def pulled(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
+def pulled(of: Solved) -> Iterator[Diagnostic]:
     """A warning for every contact and foot whose normal impulse would have to pull."""
-    warnings = []
-    for k, block in enumerate(proof.enclosure.inputs.blocks[: len(landing.contacts) + len(landing.stance)]):
-        own, n = _slices(proof)[k], len(block.forces)
-        along = proof.impulse[own.start : own.start + n, 3]
-        rising = np.abs(block.forces @ landing.up) > 1e-9
-        if not _unique(proof, k)[:n][rising].all():
-            continue
-        normal = float(along[rising] @ (block.forces[rising] @ landing.up))
-        if normal < -1e-12 * float(np.linalg.norm(along)):
+    up = of.landing.up
+    for k in range(len(of.landing.contacts) + len(of.landing.stance)):
+        block, own, unique = _block(of, k)
+        along, rising = of.proof.impulse[own, 3][: len(block.forces)], block.forces @ up
+        steep = np.abs(rising) > 1e-9
+        normal = float(along[steep] @ rising[steep])
+        if unique[: len(along)][steep].all() and normal < -1e-12 * float(np.linalg.norm(along)):
             text = (
                 f"{block.name} would have to be pulled down by {-normal:.3g} N s to keep to the ground; "
                 "a real foot lifts off there, so leave it out"
             )
-            warnings.append(Diagnostic("contact", block.name, normal, text))
-    return tuple(warnings)
+            yield Diagnostic("contact", block.name, normal, text)
 
 
-def _slices(proof: Proof) -> tuple[slice, ...]:
-    """Where the rows of each block lie."""
-    return proof.enclosure.read(lambda impact: impact.slices)
+def _block(of: Solved, k: int) -> tuple[Block, slice, np.ndarray]:
+    """A contact or standing foot, where its rows are, and which of its impulses are determined."""
+    blocks = of.proof.enclosure.inputs.blocks
+    own = slices_of(blocks)[k]
+    return blocks[k], own, of.choice.unique[own]
 
 
-def _unique(proof: Proof, k: int) -> np.ndarray:
-    """Which impulses of a block are determined."""
-    return np.asarray(proof.enclosure.inputs.choice.unique[_slices(proof)[k]])
+def _impulse(of: Solved, k: int) -> tuple[Array, Array | None, float | None]:
+    """Point (3,), impulse (3,) and needed friction of a contact or standing foot; None where they are not determined."""
+    block, own, unique = _block(of, k)
+    n, up, size = len(block.forces), balls(of.landing.up), float(np.abs(of.proof.impulse[:, 3]).max(initial=0.0))
 
-
-def _point(landing: Landing, proof: Proof, block: Block) -> Array:
-    """Position (3,) of the point of a block in the world [m]."""
-    origin = landing.state.origin[0]
-    reach = float(np.abs(origin).max()) + float(np.abs(landing.state.position[0]).max()) + 1e-3
-
-    def read(impact: ExactImpact) -> Array:
-        place = block_point(impact.state, block)[0]
-        return nearest(place + balls(origin), reach)
-
-    return proof.enclosure.read(read)
-
-
-def _impulse(landing: Landing, proof: Proof, k: int) -> tuple[Array | None, float | None]:
-    """Impulse (3,) of a block's forces, and the friction that it needs; None where they are not determined."""
-    block, own = proof.enclosure.inputs.blocks[k], _slices(proof)[k]
-    n = len(block.forces)
-    if not _unique(proof, k)[:n].all():
-        return None, None
-    size = float(np.abs(proof.impulse[:, 3]).max(initial=0.0))
-
-    def read(impact: ExactImpact) -> tuple[Array, Array | None]:
-        along = impact.impulse[own, 3][:n]
-        impulse = np.sum(along[:, None] * balls(block.forces), axis=0)
-        up = balls(landing.up)
+    def read(impact: ExactImpact) -> tuple[Array, Array | None, float | None]:
+        (point,) = world(impact, of.landing, [block.body], np.reshape(block.point, (1, 3)))
+        if not unique[:n].all():
+            return point, None, None
+        impulse = impact.impulse[own, 3][:n] @ balls(block.forces)
         normal = dot(impulse, up)
         # A normal impulse that may be zero is none: of a ball around zero the midpoint has either sign.
-        friction = nearest(norm(impulse - normal * up) / normal, 1.0) if nearest(normal, size) > 0.0 else None
-        return nearest(impulse, size), friction
+        pressed = nearest(normal, size) > 0.0
+        return point, nearest(impulse, size), nearest(norm(impulse - normal * up) / normal, 1.0).item() if pressed else None
 
-    impulse, friction = proof.enclosure.read(read)
-    return impulse, None if friction is None else friction.item()
+    return of.read(read)
 
 
-def _resistance(landing: Landing, proof: Proof, block: Block, equation: Equation) -> tuple[float, float, float | None]:
+def _resistance(of: Solved, k: int) -> tuple[float, float, float | None]:
     """Effective masses along the ground's normal n, and the impact mitigation factor.
 
     With the Delassus matrix A of the contact point, while standing feet and loops hold but other contacts do not: 1 / (nᵀ A n) if
     it slides, nᵀ A⁻¹ n if it sticks, and det(1 − Λ Λ_L⁻¹), Λ = A⁻¹ and Λ_L with every joint locked (Wensing et al., T-RO 2017).
     """
-    point = block._replace(forces=np.eye(3), moments=np.zeros((0, 3)))
-    held, n = _held_rows(landing, proof, equation), landing.up
+    point = _block(of, k)[0]._replace(forces=np.eye(3), moments=NO_AXES)
+    held, n = _held_rows(of), of.landing.up
 
-    def masses(impact: ExactImpact) -> tuple[Array, Array, bool]:
+    def masses(impact: ExactImpact) -> tuple[float, float, bool]:
         A = impact.mobility(point, held)
-        axes, along = _moving_axes(A), _form(A, n)
-        if not float(along.item()) > STRUCTURAL * _largest(A):
-            return np.array(np.inf), np.array(np.inf), False
-        sticking = _sticking(A, n, axes)
-        return (
-            np.array(np.inf) if sticking is None else nearest(sticking, 0.0),
-            nearest(1 / along, 0.0),
-            len(axes) == len(n),
-        )
+        along = balls(n) @ entries(A) @ balls(n)
+        if not float(along) > STRUCTURAL * _largest(A):
+            return np.inf, np.inf, False
+        axes = _moving_axes(A)
+        return _sticking(A, n, axes), nearest(1 / along, 0.0).item(), len(axes) == len(n)
 
-    sticking, frictionless, movable = proof.enclosure.read(masses)
-    mitigation = None
-    if landing.floating and movable:
-        locked = held_joints_enclosure(proof.enclosure, landing)
-        mitigation = proof.enclosure.read(lambda impact: _mitigation(impact, locked, point, held))
-    return sticking.item(), frictionless.item(), mitigation
+    sticking, frictionless, movable = of.read(masses)
+    if not (of.landing.floating and movable):
+        return sticking, frictionless, None
+    # With every joint locked and the base free, without rows: only what the inertia resists can be read from that.
+    nothing, inputs = RowChoice.every(0), of.proof.enclosure.inputs
+    still = inputs._replace(blocks=(), choice=nothing, armature=np.zeros_like(inputs.armature), locked=of.robot.driven)
+    locked = Enclosure(still)
+
+    def mitigation(impact: ExactImpact) -> float | None:
+        A = impact.mobility(point, held)
+        by_joints = A - locked.read(lambda other: other.mobility(point, []), impact.bits)
+        # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
+        if 0 < len(_moving_axes(by_joints, _largest(A))) < A.nrows():
+            return None
+        return nearest(by_joints.det() / A.det(), 1.0).item()
+
+    return sticking, frictionless, of.read(mitigation)
 
 
-def _held_rows(landing: Landing, proof: Proof, equation: Equation) -> list[int]:
+def _held_rows(of: Solved) -> list[int]:
     """Independent rows of standing feet and loops."""
-    first = sum(block.size for block in proof.enclosure.inputs.blocks[: len(landing.contacts)])
-    J_c = equation.J_c[0, first:]
+    first = sum(block.size for block in of.equation.blocks[: len(of.landing.contacts)])
+    J_c = of.equation.J_c[0, first:]
     if not len(J_c):
         return []
-    size = np.sqrt(np.abs(np.diagonal(equation.H[0])))
-    choice = choose_rows(J_c, equation.terms(0)[first:], size, np.ones(len(J_c)))
-    return [int(row) + first for row in choice.rows]
+    size = np.sqrt(np.abs(np.diagonal(of.equation.H[0])))
+    rows = choose_rows(J_c, of.equation.terms(0)[first:], size, np.ones(len(J_c))).rows
+    return [int(row) + first for row in rows]
 
 
 def _largest(A: BallMatrix) -> float:
@@ -245,15 +175,7 @@ def _largest(A: BallMatrix) -> float:
 
 
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
-    """The world axes along which a point can move independently, by elimination of its mobility with the largest pivot first.
-
-    Args:
-        A: (3, 3) mobility [1/kg].
-        whole: a mobility of which A is a part [1/kg].
-
-    Raises:
-        PrecisionError: a pivot is too wide to tell.
-    """
+    """The world axes along which a point of mobility A, part of a whole, moves independently: elimination, largest pivot first."""
     S, n = A.table(), A.nrows()
     least = STRUCTURAL * max(_largest(A), STRUCTURAL * whole)
     chosen: list[int] = []
@@ -274,27 +196,11 @@ def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
     return sorted(chosen)
 
 
-def _form(A: BallMatrix, n: Array) -> Balls:
-    """nᵀ A n."""
-    column = matrix(n[:, None])
-    return np.array((column.transpose() * A * column)[0, 0], dtype=object)
-
-
-def _sticking(A: BallMatrix, n: Array, axes: list[int]) -> Balls | None:
-    """nᵀ A⁻¹ n for a point whose mobility follows from that along some axes; None if it cannot move along n."""
+def _sticking(A: BallMatrix, n: Array, axes: list[int]) -> float:
+    """nᵀ A⁻¹ n of a point whose mobility follows from that along some axes; inf if it cannot move along n."""
     V, column = matrix(np.eye(3)[:, axes]), matrix(n[:, None])
     along = V.transpose() * column
     impulse = (V.transpose() * A * V).solve(along)
     if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > IMMOVABLE:
-        return None
-    return np.array((along.transpose() * impulse)[0, 0], dtype=object)
-
-
-def _mitigation(impact: ExactImpact, locked: Enclosure, point: Block, held: list[int]) -> float | None:
-    """det(A − A_L) / det(A); None if the joints can move the point, but not in every direction."""
-    A = impact.mobility(point, held)
-    by_joints = A - locked.read(lambda other: other.mobility(point, []), impact.bits)
-    # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
-    if 0 < len(_moving_axes(by_joints, _largest(A))) < A.nrows():
-        return None
-    return nearest(np.array(by_joints.det() / A.det(), dtype=object), 1.0).item()
+        return np.inf
+    return nearest((along.transpose() * impulse)[0, 0], 0.0).item()

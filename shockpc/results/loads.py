@@ -6,9 +6,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.exact.balls import nearest
-from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
-from shockpc.landing import Landing
+from shockpc.results.solved import Solved
 
 __all__ = ["JointLoad", "joint_loads"]
 
@@ -30,27 +29,23 @@ class JointLoad(NamedTuple):
     along: float | None
 
 
-def joint_loads(landing: Landing, proof: Proof) -> tuple[JointLoad, ...]:
-    """Impulse through every joint between bodies, for the scene's own strike.
+def joint_loads(of: Solved) -> tuple[JointLoad, ...]:
+    """Impulses through the joints between bodies.
 
-    Where rows depend on one another (redundant contacts, a planar loop closed in space) the loads are those of the contact impulses
-    of least norm.
+    They are those of the scene's own strike. Where rows depend on one another (redundant contacts, a planar loop closed in space)
+    they are those of the contact impulses of least norm.
     """
-    robot = landing.robot
-    chosen = robot.joints[robot.free_base :]
-    bodies, first = slice(int(robot.free_base), None), [joint.v.start for joint in chosen]
+    chosen, bodies = of.robot.joints[of.robot.free_base :], slice(int(of.robot.free_base), None)
 
-    def loads(impact: ExactImpact) -> tuple[Array, Array, Array]:
+    def read(impact: ExactImpact) -> Array:
         own = impact.joint_loads[bodies]
-        force = own[:, 3:]
-        moment = own[:, :3] - np.cross(impact.joint_origins[bodies], force)
+        moment = own[:, :3] - np.cross(impact.joint_origins[bodies], own[:, 3:])
         # The power of the wrench in a unit velocity of the joint; in the first one where it has several.
-        along = np.sum(impact.state.J[0, :, first].T * own.T, axis=0)
-        size = float(np.abs(np.concatenate([force, moment]).astype(float)).max(initial=0.0))
-        return nearest(force, size), nearest(moment, size), nearest(along, size)
+        along = np.sum(impact.state.J[0][:, [joint.v.start for joint in chosen]].T * own, axis=1)
+        size = np.abs(np.concatenate([own[:, 3:], moment]).astype(float)).max(initial=0.0)
+        return nearest(np.concatenate([own[:, 3:], moment, along[:, None]], axis=1), size)
 
-    forces, moments, along = proof.enclosure.read(loads)
     return tuple(
-        JointLoad(joint.name, force, moment, float(part) if joint.axis is not None else None)
-        for joint, force, moment, part in zip(chosen, forces, moments, along, strict=True)
+        JointLoad(joint.name, load[:3], load[3:6], None if joint.axis is None else load[6].item())
+        for joint, load in zip(chosen, of.read(read), strict=True)
     )

@@ -4,15 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.percussion import norm, off_plane_share, percussion, translation
+from shockpc.core.extremes import shock_extremes
+from shockpc.core.percussion import off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.exact.balls import balls, nearest
-from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
-from shockpc.results.speed import speed_in
+from shockpc.results.solved import Solved, shock_in, speed_in, world
+from shockpc.robot.geometry import body_outline
 
-__all__ = ["ROUNDED", "BodyPercussion", "body_percussion", "robot_length"]
+__all__ = ["ROUNDED", "BodyPercussion", "body_percussion", "robot_length", "shock_ranges"]
 
 ROUNDED = 1e-9
 """Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths
@@ -49,47 +50,37 @@ def robot_length(landing: Landing) -> float:
     return float(np.linalg.norm(extent)) + float(robot.gyration.max()) or 1.0
 
 
-def body_percussion(landing: Landing, proof: Proof, v_in: float) -> BodyPercussion:
-    """Reduce the jump of every body."""
-    state, robot = landing.state, landing.robot
-    rotation, position = state.rotation[0], state.position[0] + state.origin[0]
-    delta_omega, delta_v = proof.jumps[:, :3, 3], proof.jumps[:, 3:, 3]
-    length = robot_length(landing)
-    translates, still = translation(delta_omega, delta_v, landing.plane.normal @ rotation, v_in, length, ROUNDED)
-    speed = np.linalg.norm(delta_v, axis=1)
-    spin = np.where(still, 1.0, np.linalg.norm(delta_omega, axis=1))
+def body_percussion(of: Solved) -> BodyPercussion:
+    """Centres and radii of percussion (Eqs. 11 and 12)."""
+    landing, robot, length, jumps = of.landing, of.robot, robot_length(of.landing), of.proof.jumps[..., 3]
+    normals = landing.plane.normal @ landing.state.rotation[0]
+    translates, still = translation(jumps[:, :3], jumps[:, 3:], normals, of.v_in, length, ROUNDED)
+    bodies = range(len(robot.bodies))
 
     def reduce(impact: ExactImpact) -> tuple[Array, ...]:
         omega, v = impact.body_jumps[:, :3, 3], impact.body_jumps[:, 3:, 3]
-        turned = impact.orientations
-        normal = np.sum(turned * balls(landing.plane.normal)[None, :, None], axis=1)
-        v_in_ball = speed_in(impact, landing)
-        found = percussion(omega, v, normal, v_in_ball, translates, still)
-        v_com = velocity_at(omega, v, balls(robot.coms))
-        place = impact.points(range(len(robot.bodies)), np.zeros((len(robot.bodies), 3))) + balls(state.origin[0])
-        world = place + np.sum(turned * found.copc[:, None, :], axis=-1)
-        far = np.where(
-            translates,
-            1.0,
-            speed / np.abs(np.where(translates, 1.0, np.sum(delta_omega * (landing.plane.normal @ rotation), axis=1))),
-        )
+        normal = np.sum(impact.orientations * balls(landing.plane.normal)[None, :, None], axis=1)
+        found = percussion(omega, v, normal, speed_in(impact, landing), translates, still)
+        spin = np.where(still, 1.0, np.linalg.norm(jumps[:, :3], axis=1))
         return (
-            nearest(found.copc, (far + length)[:, None]),
-            nearest(world, (far + length + np.abs(position).max())[:, None]),
+            nearest(found.copc, length + np.abs(found.copc.astype(float)).max(axis=1, keepdims=True)),
+            world(impact, landing, bodies, found.copc),
             nearest(found.ropc, 0.0),
-            nearest(found.pitch, speed / spin + length),
-            nearest(off_plane_share(omega, v_com, normal, balls(robot.gyration)), 1.0),
-            nearest(norm(v_com) / v_in_ball, np.abs(proof.jumps[..., 3]).max() / v_in),
+            nearest(found.pitch, length + np.linalg.norm(jumps[:, 3:], axis=1) / spin),
+            nearest(off_plane_share(omega, velocity_at(omega, v, balls(robot.coms)), normal, balls(robot.gyration)), 1.0),
+            shock_in(impact, landing, bodies, robot.coms),
         )
 
-    copc, world, ropc, pitch, off_plane, shock_com = proof.enclosure.read(reduce)
-    none = translates[:, None]
-    return BodyPercussion(
-        np.where(none, np.nan, copc),
-        np.where(none, np.nan, world),
-        np.where(translates, np.inf, ropc),
-        translates,
-        np.where(still, np.nan, pitch),
-        off_plane,
-        shock_com,
-    )
+    copc, copc_world, ropc, pitch, off_plane, shock_com = of.read(reduce)
+    copc[translates], copc_world[translates], ropc[translates], pitch[still] = np.nan, np.nan, np.inf, np.nan
+    return BodyPercussion(copc, copc_world, ropc, translates, pitch, off_plane, shock_com)
+
+
+def shock_ranges(of: Solved) -> tuple[Array, Array]:
+    """Least and greatest shock over the bodies' geometry.
+
+    Returns: least (nb,), greatest (nb,) [1]; NaN without geometry. Of a file without collision geometry the visual one is taken.
+    Computed in double precision from the proven jumps: right to 1e-15 of |Δv| + |Δω| |r| at the farthest point r of the body.
+    """
+    jumps = of.proof.jumps[..., 3]
+    return shock_extremes(jumps[:, :3], jumps[:, 3:], body_outline(of.robot).pieces, of.v_in)

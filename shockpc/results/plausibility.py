@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.diagnostic import Diagnostic
 from shockpc.landing import Landing
 from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import reference_name
+from shockpc.model.posture import reference_name, set_joints
 from shockpc.model.rows import NO_AXES, block_point, row_jacobian
 from shockpc.printed import few, listed
 from shockpc.results.contacts import ContactImpulse
@@ -34,12 +34,7 @@ HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
 
 
 def implausible(landing: Landing, contacts: Sequence[ContactImpulse]) -> tuple[Diagnostic, ...]:
-    """Warnings about heights, a limb that is straight because no posture is known, and units.
-
-    Args:
-        landing: the landing.
-        contacts: what the ground does at each of its contacts.
-    """
+    """Warnings about heights, a limb that is straight because no posture is known, and units. Args: contacts of the landing."""
     return (*heights(landing), *_straight(landing, contacts), *_angles(landing), *_masses(landing))
 
 
@@ -92,12 +87,8 @@ def _straight(landing: Landing, contacts: Sequence[ContactImpulse]) -> Iterator[
     chosen = {posture.reference, reference_name(robot, None)} != {"neutral"} or "neutral" in robot.postures
     if chosen or posture.joints or posture.joints_deg or landing.loops:
         return
-    bent = np.array(landing.q)
-    for joint in robot.single_joints[robot.free_base :]:
-        if joint.kind == "continuous":
-            bent[joint.q] = math.cos(BEND), math.sin(BEND)
-        elif joint.q.stop - joint.q.start == joint.v.stop - joint.v.start:
-            bent[joint.q] += BEND
+    bent, single = landing.q.copy(), [joint for joint in robot.single_joints if joint.axis is not None]
+    set_joints(robot, [(joint, joint.value(bent) + BEND) for joint in single], bent)
     state = dynamics(robot, np.stack([landing.q, bent]))
     straight = []
     for found, block in zip(contacts, landing.rows(landing.state), strict=False):
@@ -142,10 +133,8 @@ def _masses(landing: Landing) -> Iterator[Diagnostic]:
     if robot.mass > HEAVY:
         text = f"the robot weighs {robot.mass:.4g} kg; if its file gives grams, that is {robot.mass / 1000.0:.4g} kg"
         yield Diagnostic("unit", "mass", robot.mass, text)
-    armature = {
-        joint.name: float(max(landing.joint_model.armature[joint.v])) for joint in robot.single_joints if joint.unit == "rad"
-    }
-    large = {name: inertia for name, inertia in armature.items() if inertia > ARMATURE}
+    armature = [(joint.name, landing.joint_model.armature[joint.v].max()) for joint in robot.single_joints if joint.unit == "rad"]
+    large = {name: float(inertia) for name, inertia in armature if inertia > ARMATURE}
     if large and robot.mass < LIGHT:
         most = max(large.values())
         text = (

@@ -1,26 +1,24 @@
-"""Shock at sensors and at points that were asked for."""
+"""Shock, and its most and least severe impact directions, at sensors, at points that were asked for and at centres of mass."""
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections, extreme_directions
 from shockpc.core.percussion import norm
-from shockpc.core.pulse import Pulse, peak_acceleration
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.pulse import peak_acceleration
+from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.diagnostic import Diagnostic
 from shockpc.exact.balls import balls, nearest
-from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
-from shockpc.landing import Landing
-from shockpc.results.directions import directions_at
-from shockpc.results.placement import world
-from shockpc.results.speed import speed_in
+from shockpc.landing import pulse_of
+from shockpc.results.solved import Solved, shock_in, world
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.robot import Frame, Robot
 from shockpc.scene import GRAVITY, Point, Scene
 
-__all__ = ["PointShock", "Spot", "point_shocks", "saturated", "spot_of", "spots"]
+__all__ = ["PointShock", "Spot", "com_directions", "point_shocks", "saturated", "spot_of", "spots"]
 
 
 class PointShock(NamedTuple):
@@ -80,71 +78,57 @@ def spot_of(robot: Robot, point: Point) -> Spot:
     return Spot(point.label, frame, frame.offset + frame.rotation @ offset)
 
 
-def point_shocks(landing: Landing, proof: Proof, v_in: float, pulse: Pulse | None) -> tuple[PointShock, ...]:
-    """Shock at every sensor and point of a landing.
+def point_shocks(of: Solved) -> tuple[PointShock, ...]:
+    """Shock at sensors and points."""
+    return tuple(_point_shock(of, spot) for spot in spots(of.robot, of.landing.scene.point))
 
-    Args:
-        landing: the landing.
-        proof: of its solution.
-        v_in: speed by which shock is normalised [m/s].
-        pulse: for peak accelerations.
-    """
-    found = spots(landing.robot, landing.scene.point)
-    moving = [spot for spot in found if spot.frame.body >= 0]
-    bodies = [spot.frame.body for spot in moving]
-    r = np.array([spot.r for spot in moving]).reshape(-1, 3)
-    axes = np.array([spot.frame.rotation for spot in moving]).reshape(-1, 3, 3)
-    size = np.linalg.norm(proof.jumps[bodies, :, 3], axis=-1)
 
-    def shocks(impact: ExactImpact) -> tuple[Array, Array, Array, Array]:
-        jumps = impact.body_jumps[bodies][..., 3]
-        delta_v = velocity_at(jumps[:, :3], jumps[:, 3:], balls(r))
-        turned, speed = np.sum(balls(axes) * delta_v[:, :, None], axis=1), norm(delta_v)
+def _point_shock(of: Solved, spot: Spot) -> PointShock:
+    """Shock at one point."""
+    landing, pulse, (label, frame, r) = of.landing, pulse_of(of.landing.scene), spot
+    if frame.body < 0:
+        still = extreme_directions(np.zeros((3, 3)), landing.up)
+        return PointShock(label, "world", r, np.zeros(3), 0.0, still, None)
+    bodies, size = [frame.body], np.abs(of.proof.jumps[..., 3]).max()
+
+    def read(impact: ExactImpact) -> tuple[Array, ...]:
+        jump = impact.body_jumps[frame.body, :, 3]
+        delta_v = velocity_at(jump[:3], jump[3:], balls(r))
+        turned = nearest(balls(frame.rotation.T) @ delta_v, size)
         return (
-            nearest(turned, size[:, None]),
-            nearest(speed / speed_in(impact, landing), size / v_in),
-            nearest(speed, size),
-            world(impact, landing, bodies, r),
+            world(impact, landing, bodies, r[None])[0],
+            turned,
+            shock_in(impact, landing, bodies, r[None]),
+            nearest(norm(delta_v), size),
         )
 
-    none = np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros((0, 3))
-    delta_v, shock, speed, position = proof.enclosure.read(shocks) if moving else none
-    directions = directions_at(proof.enclosure, bodies, r, landing.up) if moving else None
-    results: list[PointShock] = []
-    k = 0
-    for label, frame, place in found:
-        i = frame.body
-        if i < 0 or directions is None:
-            still = extreme_directions(np.zeros((3, 3)), landing.up)
-            results.append(PointShock(label, "world", place, np.zeros(3), 0.0, still, None))
-            continue
-        results.append(
-            PointShock(
-                frame=label,
-                body=landing.robot.bodies[i].name,
-                position=position[k],
-                delta_v=delta_v[k],
-                shock=float(shock[k]),
-                directions=ExtremeDirections(*(part[k] for part in directions)),
-                peak_g=None if pulse is None else peak_acceleration(float(speed[k]), pulse) / GRAVITY,
-            )
-        )
-        k += 1
-    return tuple(results)
+    position, delta_v, shock, speed = of.read(read)
+    directions = ExtremeDirections(*(part[0] for part in _directions_of(of, bodies, r[None])))
+    peak_g = None if pulse is None else peak_acceleration(speed.item(), pulse) / GRAVITY
+    return PointShock(label, of.robot.bodies[frame.body].name, position, delta_v, shock.item(), directions, peak_g)
 
 
-def saturated(scene: Scene, points: tuple[PointShock, ...]) -> tuple[Diagnostic, ...]:
+def com_directions(of: Solved) -> ExtremeDirections:
+    """Most and least severe impact directions of the bodies' centres of mass."""
+    return _directions_of(of, range(len(of.robot.bodies)), of.robot.coms)
+
+
+def _directions_of(of: Solved, bodies: Sequence[int], r: Array) -> ExtremeDirections:
+    """The extreme directions of points of bodies, right to 1e-15 of the largest shock. Args: r (n, 3) in the bodies' frames [m]."""
+
+    def maps(impact: ExactImpact) -> Array:
+        found = jump_at(impact.body_jumps[bodies][..., :3], balls(r))
+        return nearest(found, np.abs(found.astype(float)).max(axis=(1, 2), keepdims=True) + 1e-300)
+
+    return extreme_directions(of.read(maps), of.landing.up)
+
+
+def saturated(scene: Scene, points: tuple[PointShock, ...]) -> Iterator[Diagnostic]:
     """A warning for every sensor whose peak exceeds its range, and for a pulse without a sensor or point."""
     if scene.pulse is not None and not points:
         text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --point"
-        return (Diagnostic("sensor", "", None, text),)
-    over = [point for point in points if point.peak_g is not None and point.peak_g > (scene.range_g or np.inf)]
-    return tuple(
-        Diagnostic(
-            "sensor",
-            point.frame,
-            point.peak_g,
-            f'"{point.frame}" would see {point.peak_g:.3g} g, beyond its range of {scene.range_g:g} g; its reading saturates',
-        )
-        for point in over
-    )
+        yield Diagnostic("sensor", "", None, text)
+    for point in points:
+        if point.peak_g is not None and point.peak_g > (scene.range_g or np.inf):
+            text = f'"{point.frame}" would see {point.peak_g:.3g} g, beyond its range of {scene.range_g:g} g; its reading saturates'
+            yield Diagnostic("sensor", point.frame, point.peak_g, text)

@@ -1,6 +1,7 @@
-"""Choose the independent rows of a landing, enclose its impact, and refuse what no impact can do or nothing can decide."""
+"""Choose the independent rows of a landing, enclose its impact, and refuse what no impact can do or what has no verdict."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -16,8 +17,6 @@ from shockpc.model.rows import Equation, block_axes, row_jacobian, row_terms, sl
 from shockpc.printed import few, listed
 from shockpc.results.accuracy import rotation_lengths
 from shockpc.results.points import spots
-from shockpc.results.speed import normalising_speed
-from shockpc.robot.robot import Robot
 
 __all__ = ["UNPHYSICAL", "greatest_motion", "nearly_singular", "proven"]
 
@@ -34,7 +33,7 @@ CONTRADICTION = 1e-9
 """Share of the strike with which a dependent row may be left; more is a contradiction."""
 
 
-def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowChoice, Proof]:
+def proven(landing: Landing, equation: Equation, impact: Impact) -> Proof:
     """Choose the independent rows, and enclose the impact.
 
     Args:
@@ -43,46 +42,45 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> tuple[RowCho
         impact: solution of that in double precision.
 
     Raises:
-        SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rows that should be independent are not,
-            rounding decides whether they are, or the posture is so nearly singular that the result is that of no robot.
+        SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rounding can change which rows are
+            independent, or the posture is so nearly singular that the result is that of no robot.
     """
-    if not np.isfinite(equation.H).all():
+    H, b, size = equation.H[0], equation.b[0], np.abs(np.diagonal(equation.H[0]))
+    if not np.isfinite(H).all():
         raise SolveError(
             f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
             "precision; give them in kg and m"
         )
-    diagonal = np.diagonal(equation.H[0])
-    if not np.all(diagonal > NO_INERTIA * diagonal.max(initial=0.0)):
+    if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
         raise SolveError(_without_inertia(landing, equation))
-    joints, length = landing.joint_model, rotation_lengths(landing)
-    blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in equation.blocks)
-    every = RowChoice.every(equation.J_c.shape[1])
-    for given in [impact.choices[0]] if impact.choices else (every, None):
-        choice = given or _chosen(equation, impact)
+    joints, blocks = landing.joint_model, tuple(block._replace(point=np.reshape(block.point, 3)) for block in equation.blocks)
+    # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
+    for given in [impact.choices[0]] if impact.choices else (RowChoice.every(len(b)), None):
+        choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), impact.scale[0])
         inputs = Inputs(
             landing.robot, landing.q, blocks, choice, landing.base, landing.plane, joints.armature, joints.locked, landing.before
         )
         try:
-            proof = prove(inputs, length)
+            proof = prove(inputs, rotation_lengths(landing))
         except SingularError as singular:
             if singular.of_inertia:
                 raise SolveError(_without_inertia(landing, equation)) from None
             continue
         _refuse_contradiction(landing, equation, choice, proof)
         _refuse_singular(landing, equation, proof)
-        if choice.uncertain:
-            raise SolveError(_undecided(landing, equation))
-        if landing.scene.v_in == "com":
-            normalising_speed(landing, proof.enclosure)  # which refuses a centre of mass at rest
-        return choice, proof
-    names = ", ".join(block.name for block in blocks)
-    raise SolveError(f"the rows of {names} depend on one another, and rounding decides which; leave out a contact")
+        if not choice.uncertain:
+            return proof
+    raise SolveError(
+        f"no verdict: in {_posture(landing)} the rows of {', '.join(block.name for block in blocks)} depend on one another so "
+        "nearly that rounding can change how many of them are independent. Leave one out (a contact, a direction, the rotation of "
+        "a flat one), put points that nearly meet exactly together or a billionth of the robot apart, or set another posture with "
+        "--set"
+    )
 
 
-def _chosen(equation: Equation, impact: Impact) -> RowChoice:
-    """The rows that are independent on a closer look than `solve_impact` took."""
-    size = np.sqrt(np.abs(np.diagonal(equation.H[0])))
-    return choose_rows(equation.J_c[0], equation.terms(0), size, impact.scale[0])
+def _posture(landing: Landing) -> str:
+    """The posture in messages."""
+    return f'posture "{landing.scene.posture.reference}"'
 
 
 def _without_inertia(landing: Landing, equation: Equation) -> str:
@@ -106,34 +104,30 @@ def _without_inertia(landing: Landing, equation: Equation) -> str:
 
 def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoice, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
-    b = equation.b[0]
-    others = np.delete(np.arange(len(b)), choice.rows)
-    if not len(others):
-        return
+    b, state, blocks = equation.b[0, :, 3], equation.state, equation.blocks
+    delta_qd = proof.delta_qd[:, 3]
+    left = row_jacobian(state, blocks)[0] @ delta_qd + equation.b[0, :, 3]
     # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
     # precision here, and that with which they were found dependent.
-    delta_qd = proof.delta_qd[:, 3]
-    left = (row_jacobian(equation.state, equation.blocks)[0] @ delta_qd + b[:, 3])[others]
-    rounding = TOLERANCE * np.sqrt(len(b)) * (row_terms(equation.state, equation.blocks)[0] @ np.abs(delta_qd))[others]
-    excess = np.abs(left) - CONTRADICTION * np.abs(b[:, 3]).max() - rounding
+    rounding = TOLERANCE * np.sqrt(len(b)) * (row_terms(state, blocks)[0] @ np.abs(delta_qd))
+    excess = np.abs(left) - CONTRADICTION * np.abs(b).max() - rounding
+    excess[choice.rows] = 0.0
     worst = int(np.argmax(excess))
     if excess[worst] <= 0.0:
         return
-    name, axis = _direction(equation, int(others[worst]))
+    name, axis = _direction(equation, worst)
     can_be_freed = landing.base != "free" and landing.robot.free_base and landing.robot.bodies[0].mass
-    freed = ", or free the base" if can_be_freed else ""
     raise SolveError(
-        f'no verdict: {name} cannot be stopped in posture "{landing.scene.posture.reference}": {abs(left[worst]):.3g} m/s are left '
-        f"along ({axis}), because the mechanism cannot move that way here, or another contact asks for the opposite; leave that "
-        f"direction out of the contact or of the strike, take another contact point or posture{freed}"
+        f"no verdict: {name} cannot be stopped in {_posture(landing)}: {abs(left[worst]):.3g} m/s are left along ({axis}), because "
+        "the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of the "
+        f"contact or of the strike, take another contact point or posture{', or free the base' if can_be_freed else ''}"
     )
 
 
 def _direction(equation: Equation, row: int) -> tuple[str, str]:
     """What a row belongs to, and its direction."""
-    block, own = next(
-        (block, own) for block, own in zip(equation.blocks, slices_of(equation.blocks), strict=True) if row < own.stop
-    )
+    held = zip(equation.blocks, slices_of(equation.blocks), strict=True)
+    block, own = next((block, own) for block, own in held if row < own.stop)
     return block.name, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
 
 
@@ -146,31 +140,27 @@ def greatest_motion(landing: Landing, jumps: Array, length: Array | None = None)
         length: (nb,) by which their rotation counts as a speed [m]; by default their radii of gyration, or how far from the centre
             of mass their sensors and points are.
     """
-    contacts = landing.rows(landing.state)[: len(landing.contacts)]
-    fastest = max(float(np.linalg.norm(contact_velocity(landing, landing.state, block))) for block in contacts)
-    speeds = _speeds(landing.robot, jumps, _reach(landing) if length is None else length)
+    robot, state = landing.robot, landing.state
+    if length is None:
+        length = robot.gyration.copy()
+        for _, frame, r in spots(robot, landing.scene.point):
+            if frame.body >= 0:
+                length[frame.body] = max(length[frame.body], float(np.linalg.norm(r - robot.coms[frame.body])))
+    contacts = landing.rows(state)[: len(landing.contacts)]
+    fastest = max(float(np.linalg.norm(contact_velocity(landing, state, block))) for block in contacts)
+    speeds = _speeds(landing, jumps, length)
     return float(speeds.max()) / fastest, int(np.argmax(speeds))
 
 
-def _reach(landing: Landing) -> Array:
-    """How far (nb,) from each body's centre of mass its mass, sensors and points are [m]."""
-    robot = landing.robot
-    reach = robot.gyration.copy()
-    for spot in spots(robot, landing.scene.point):
-        if spot.frame.body >= 0:
-            reach[spot.frame.body] = max(reach[spot.frame.body], float(np.linalg.norm(spot.r - robot.coms[spot.frame.body])))
-    return reach
-
-
-def _speeds(robot: Robot, jumps: Array, length: Array) -> Array:
+def _speeds(landing: Landing, jumps: Array, length: Array) -> Array:
     """Speed (nb,) of the centre of mass, or the rotation times a length (nb,) if that is more. Args: jumps (nb, 6)."""
-    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
+    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], landing.robot.coms), axis=1)
     return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
 
 
-def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
+def nearly_singular(landing: Landing, proof: Proof) -> Iterator[Diagnostic]:
     """Warnings where the strike moves a body as no robot moves, or strikes in other directions have no verdict in its posture."""
-    warnings, gyration = [], landing.robot.gyration
+    gyration = landing.robot.gyration
     # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'. (np.median imports numpy.ma.)
     times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.sort(gyration)[len(gyration) // 2]))
     if times > SWIFT:
@@ -179,46 +169,34 @@ def nearly_singular(landing: Landing, proof: Proof) -> tuple[Diagnostic, ...]:
             f'body "{name}" would move or turn {times:.0e} times as fast as the strike, because the posture is nearly singular, or '
             "almost no inertia resists that motion; no robot moves like that, so set another posture, or lock the joint with --lock"
         )
-        warnings.append(Diagnostic("posture", name, times, text))
-    most = max(float(_speeds(landing.robot, proof.jumps[..., k], gyration).max()) for k in range(3))
+        yield Diagnostic("posture", name, times, text)
+    most = max(float(_speeds(landing, proof.jumps[..., k], gyration).max()) for k in range(3))
     if most > UNPHYSICAL:
         text = (
             f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or "
             "nearly so; the most severe directions say that alone, and no robot moves like that"
         )
-        warnings.append(Diagnostic("posture", "", most, text))
-    return tuple(warnings)
+        yield Diagnostic("posture", "", most, text)
 
 
 def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None:
     """Refuse a posture so nearly singular that the impact is that of no robot."""
-    robot, posture = landing.robot, f'posture "{landing.scene.posture.reference}"'
-    times, body = greatest_motion(landing, proof.jumps[..., 3])
-    if times > UNPHYSICAL:
-        rates, followers = np.abs(proof.delta_qd[:, 3]), {mimic.joint for mimic in robot.mimics}
-        fast = [
-            joint
-            for joint in robot.single_joints[robot.free_base :]
-            if joint.axis is not None and joint.name not in followers and rates[joint.v] > 0.01 * rates.max()
-        ]
-        units = {"rad": (math.degrees(1.0), "deg"), "m": (1.0, "m")}
-        fast.sort(key=lambda joint: -float(rates[joint.v][0]))
-        at = [f'"{joint.name}" at {joint.value(landing.q) * units[joint.unit][0]:.3g} {units[joint.unit][1]}' for joint in fast]
-        name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
-        raise SolveError(
-            f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
-            f"{posture}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({name} can hardly move along ({axis})), or "
-            "almost no inertia resists that motion. Set another posture, such as with --set "
-            f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
-            "without inertia with --lock"
-        )
-
-
-def _undecided(landing: Landing, equation: Equation) -> str:
-    """The message for rows whose independence rounding decides."""
-    names = ", ".join(block.name for block in equation.blocks)
-    return (
-        f'no verdict: in posture "{landing.scene.posture.reference}" the rows of {names} depend on one another so nearly that '
-        "rounding decides whether one more of them holds. Leave one out (a contact, a direction, the rotation of a flat one), put "
-        "points that nearly meet exactly together or a billionth of the robot apart, or set another posture with --set"
+    robot, (times, body) = landing.robot, greatest_motion(landing, proof.jumps[..., 3])
+    if times <= UNPHYSICAL:
+        return
+    rates, followers = np.abs(proof.delta_qd[:, 3]), {mimic.joint for mimic in robot.mimics}
+    fast = [
+        joint
+        for joint in sorted(robot.single_joints[robot.free_base :], key=lambda joint: -float(rates[joint.v].max()))
+        if joint.axis is not None and joint.name not in followers and rates[joint.v] > 0.01 * rates.max()
+    ]
+    values = [(joint, joint.value(landing.q)) for joint in fast]
+    at = [f'"{joint.name}" at ' + (f"{x:.3g} m" if joint.unit == "m" else f"{math.degrees(x):.3g} deg") for joint, x in values]
+    name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
+    raise SolveError(
+        f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
+        f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({name} has almost no motion along "
+        f"({axis}) there), or almost no inertia resists that motion. Set another posture, such as with --set "
+        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
+        "without inertia with --lock"
     )

@@ -24,7 +24,8 @@ from shockpc.scene import scene_table
 from shockpc.show.document import record
 from shockpc.show.files import write_text
 from shockpc.show.tables import Sheet, as_csv
-from shockpc.studies.sweep.study import Chunk, Sweep, with_sweep
+from shockpc.studies.sweep.rows import Chunk, Sweep
+from shockpc.studies.sweep.study import with_sweep
 
 __all__ = ["Format", "Parts"]
 

@@ -33,7 +33,7 @@ from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.percussion import robot_length
 from shockpc.results.points import Spot
-from shockpc.results.speed import speed_in
+from shockpc.results.solved import speed_in
 from shockpc.robot.robot import Joint, Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.question import moving_spot, strike_angle
@@ -278,7 +278,7 @@ def _speed_by_mass(landing: Landing) -> Array:
 def _strike(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     """The strike angle: the robot's velocity turns in the plane, from straight down towards forward."""
     landing, plane = profile.landing, profile.plane
-    if abs(plane.normal[2]) > 1.0 - 1e-9:
+    if plane.level:
         return
     velocity = landing.before.velocity
     d_velocity = np.cross(np.cross(plane.forward, [0.0, 0.0, 1.0]), velocity)

@@ -30,10 +30,10 @@ def draw_limits(found: ShockLimits) -> Figure:
     robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
     figure = new_chart(7.2, 4.6, f"Shock at {printable(found.point, 60)} of {robot} landing on {foot}")
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
-    chosen = np.unique(np.linspace(0, len(found.values) - 1, min(SAMPLES[0], len(found.values))).astype(int))
+    chosen = np.unique(np.linspace(0, len(found.scan.values) - 1, min(SAMPLES[0], len(found.scan.values))).astype(int))
     low, high = found.strikes
     strikes = np.linspace(low, high, SAMPLES[1]) if high > low else np.array([low - 0.02, low + 0.02])
-    x, y = scale * found.values[chosen], np.degrees(strikes)
+    x, y = scale * found.scan.values[chosen], np.degrees(strikes)
     shock = found.shock(strikes)[chosen].T
     levels = [share * found.max_shock for share in SHARES]
     drawn = axes.contourf(x, y, shock, levels=levels, colors=COLOURS, extend="max", antialiased=False)

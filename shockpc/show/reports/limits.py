@@ -31,12 +31,12 @@ def limits_report(found: ShockLimits) -> Report:
         *warning_lines(found.profile),
         *(
             f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no result: {reason}"
-            for low, high, reason in found.unreachable
+            for low, high, reason in found.scan.unreachable
         ),
     ]
-    if found.inaccurate:
+    if found.scan.inaccurate:
         warnings.append(
-            f"warning: in {found.inaccurate} of {len(found.values)} postures the equations are ill-conditioned; "
+            f"warning: in {found.scan.inaccurate} of {len(found.scan.values)} postures the equations are ill-conditioned; "
             "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
         )
     return Report(
@@ -79,15 +79,15 @@ def _document(found: ShockLimits) -> dict[str, Any]:
         ],
         "postures": [
             {
-                "value": value(float(found.values[k])),
+                "value": value(float(found.scan.values[k])),
                 "most_severe_shock": greatest[k],
                 "most_severe_strike_angle_deg": _degrees(at[k]),
                 "allowed_strike_angles_deg": [tuple(map(_degrees, part)) for part in found.allowed_strikes(k)],
             }
-            for k in range(0, len(found.values), _every(found, RECORDS))
+            for k in range(0, len(found.scan.values), _every(found, RECORDS))
         ],
-        "unreachable": [{"low": value(a), "high": value(b), "reason": reason} for a, b, reason in found.unreachable],
-        "inaccurate_postures": found.inaccurate,
+        "unreachable": [{"low": value(a), "high": value(b), "reason": reason} for a, b, reason in found.scan.unreachable],
+        "inaccurate_postures": found.scan.inaccurate,
     }
 
 
@@ -112,9 +112,9 @@ def _postures(found: ShockLimits, most: int | None = None) -> Sheet:
     own = found.shock(np.array(found.own[1:]))[:, 0]
     every = 1 if most is None else _every(found, most)
     rows: list[Row] = []
-    for k in range(0, len(found.values), every):
+    for k in range(0, len(found.scan.values), every):
         allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes(k)) or "none"
-        value = f"{_number(found, float(found.values[k])):.2f}"
+        value = f"{_number(found, float(found.scan.values[k])):.2f}"
         rows.append((value, own[k], greatest[k], f"{math.degrees(at[k]):.1f}", allowed))
     low, high = map(math.degrees, found.strikes)
     header = (
@@ -139,7 +139,7 @@ def _intervals(found: ShockLimits) -> Sheet:
 
 def _every(found: ShockLimits, most: int) -> int:
     """Step through the scan with at most about so many rows, at round values where the scan has them."""
-    least = max(math.ceil((len(found.values) - 1) / most), 1)
+    least = max(math.ceil((len(found.scan.values) - 1) / most), 1)
     return next((k for k in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if k >= least), least)
 
 

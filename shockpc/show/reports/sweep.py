@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from shockpc.show.reports.report import Picture
 from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text
-from shockpc.studies.sweep.study import Sweep
+from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.summary import SweepSummary
 
 __all__ = ["sweep_files", "sweep_text"]

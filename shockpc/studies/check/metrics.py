@@ -125,7 +125,7 @@ def measure(profile: ShockProfile, metric: str, place: Place) -> tuple[float | N
         case "ropc":
             return float(profile.ropc[place.body]), ""
         case "joint_impulse":
-            if len(profile.solution.choice.rows) < len(profile.proof.impulse):
+            if len(profile.choice.rows) < len(profile.proof.impulse):
                 return None, "contacts or loops are redundant, so the impulse through a joint is not determined"
             load = next(load for load in profile.loads if load.joint == place.name)
             return float(np.linalg.norm(load.force)), ""

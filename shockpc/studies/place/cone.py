@@ -19,7 +19,7 @@ ACCURACY = 1e-9
 """Gap between the value at a place and the bound of the set, below which the place counts as the optimum [1]."""
 
 AT_ONCE = 12
-"""Landings up to which all are in one program; of more, only those that decide (at most a few) are added, in turns."""
+"""Landings up to which all are in one program; of more, only those that limit the result (at most a few) are added, in turns."""
 
 
 class Cell(NamedTuple):

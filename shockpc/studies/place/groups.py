@@ -2,7 +2,7 @@
 
 Branch and bound over assignments of landings to sensors. The best place for some of the landings is a bound for every assignment in
 which they share a sensor. A node whose places already serve the landings that it does not assign is optimal; otherwise the landing
-that they serve worst is given to each of the sensors in turn. Few landings decide, so that few nodes are needed.
+that they serve worst is given to each of the sensors in turn. Few landings limit the result, so that few nodes are needed.
 """
 
 import heapq

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.directions import most_severe_directions
 from shockpc.core.extremes import Pieces, greatest_shock
 from shockpc.core.percussion import percussion, translation
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, jump_at
 from shockpc.landing import Landing, contact_velocity
 from shockpc.model.motion import com_velocity
 from shockpc.profile import impact_jumps, joined, needs_proof
@@ -45,12 +45,12 @@ class Targets(NamedTuple):
         """Indices of all bodies that a column needs, each once."""
         return tuple(dict.fromkeys([*(spot.frame.body for spot in self.spots), *self.bodies]))
 
-    def shock_headings(self, robot: Robot) -> tuple[str, ...]:
-        """The columns that hold a shock for the row's own strike."""
-        points = (f"{spot.label} shock [-]" for spot in self.spots)
-        names = [robot.bodies[i].name for i in self.bodies]
-        greatest = (f"{name} greatest shock [-]" for name in names if self.pieces)
-        return (*points, *(f"{name} shock at CoM [-]" for name in names), *greatest)
+    def shock_headings(self, robot: Robot) -> dict[str, str]:
+        """The columns that hold a shock for the row's own strike, each with that of the most severe shock of the same point."""
+        points = {f"{spot.label} shock [-]": f"{spot.label} most severe shock [-]" for spot in self.spots}
+        severe = {robot.bodies[i].name: f"{robot.bodies[i].name} CoM most severe shock [-]" for i in self.bodies}
+        greatest = {f"{name} greatest shock [-]": of for name, of in severe.items() if self.pieces}
+        return points | {f"{name} shock at CoM [-]": of for name, of in severe.items()} | greatest
 
     def headings(self, robot: Robot) -> tuple[str, ...]:
         """The headings of all columns, with units."""
@@ -156,7 +156,7 @@ def columns(landing: Landing, solved: Solved, strikes: Array, targets: Targets) 
 
     def at_point(body: int, r: Array) -> tuple[Array, Array, Array]:
         """Shock (m, S) of a point of a body, and its most severe impact direction (m, 1, 3), which depends on no strike."""
-        maps = _point_maps(solved.jumps[:, place[body]], solved.rotation[:, place[body]], r)
+        maps = jump_at(solved.jumps[:, place[body]], solved.rotation[:, place[body]] @ r)
         directions, severe = most_severe_directions(maps[..., :3], landing.up)
         return _length(product(maps)) / v_in, severe[:, None], directions[:, None]
 
@@ -202,13 +202,6 @@ def _product(maps: Array, velocity: Array, own: bool) -> Array:
     for k in (1, 2):
         total += maps[:, None, ..., k] * velocity[..., k][(..., *extra)]
     return np.asarray(total + maps[:, None, ..., 3] if own else total)
-
-
-def _point_maps(jumps: Array, rotation: Array, point: Array) -> Array:
-    """Jumps (m, 3, k) of a point of a body, world axes."""
-    x, y, z = ((rotation @ point)[:, i, None] for i in range(3))
-    a, b, c = (jumps[:, i] for i in range(3))
-    return jumps[:, 3:] + np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
 
 
 def _friction(landing: Landing, impulse: Array) -> Array:

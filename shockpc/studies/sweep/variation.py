@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from shockpc.errors import StudyError, UnknownName
 from shockpc.model.contact import landing_frames
+from shockpc.model.posture import settable_joints
 from shockpc.robot.changes import link_mass
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Joint, Robot
 
 __all__ = ["ATTITUDE", "Variation", "each_of", "variation"]
 
@@ -51,10 +52,9 @@ class Variation:
         """What a change of it needs: 0 another landing, 1 another posture of it, 2 only another product with the maps."""
         return 2 if self.kind in STRIKE else 1 if self.kind == "joint" or self.kind in ATTITUDE else 0
 
-    def joints(self, robot: Robot) -> tuple[str, ...]:
+    def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
-        followers = {mimic.joint for mimic in robot.mimics}
-        return tuple(name for name in robot.match_joints(self.target) if name not in followers)
+        return settable_joints(robot, self.target, StudyError)
 
 
 def variation(robot: Robot, subject: str, values: "str | float | Iterable[float | str] | None" = None) -> Variation:
@@ -102,7 +102,7 @@ def each_of(robot: Robot, found: Variation) -> tuple[Variation, ...]:
     """A variation of joints, with a quantity of its own for each joint that matches; any other variation as it is."""
     if found.kind != "joint":
         return (found,)
-    own = (Variation(name, "joint", name, found.unit, found.values, found.span) for name in found.joints(robot))
+    own = (Variation(joint.name, "joint", joint.name, found.unit, found.values, found.span) for joint in found.joints(robot))
     return tuple(_within_limits(robot, one) for one in own)
 
 
@@ -187,21 +187,14 @@ def _unit(robot: Robot, subject: str, pattern: str, units: dict[str, str]) -> st
 
 def _within_limits(robot: Robot, found: Variation) -> Variation:
     """Refuse joints that one number cannot set and values outside limits."""
-    names = found.joints(robot)
-    if not names:
-        leaders = ", ".join(mimic.led for mimic in robot.mimics if mimic.joint in robot.match_joints(found.target))
-        raise StudyError(f'joint "{found.target}" follows {leaders}, so it cannot be varied by itself; vary that')
     size = 180.0 / math.pi if found.unit == "deg" else 1.0
-    for name in names:
-        joint = robot.joint(name)
-        if joint.axis is None:
-            raise StudyError(f'joint "{name}" has {joint.v.stop - joint.v.start} degrees of freedom, so one number cannot vary it')
+    for joint in found.joints(robot):
         low, high = (limit * size for limit in joint.limits)
         for value in found.span or found.values:
             # Files state limits in rounded decimals.
             if isinstance(value, float) and not low - 1e-2 <= value <= high + 1e-2:
                 raise StudyError(
-                    f'{found.subject}: {value:g} {found.unit} is outside the limits of joint "{name}", {low:.6g} to {high:.6g} '
-                    f"{found.unit}; give values within them"
+                    f'{found.subject}: {value:g} {found.unit} is outside the limits of joint "{joint.name}", {low:.6g} to '
+                    f"{high:.6g} {found.unit}; give values within them"
                 )
     return found
