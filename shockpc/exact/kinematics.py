@@ -20,7 +20,7 @@ __all__ = ["Data", "data_of", "joint_inertia", "posed", "shift"]
 
 Numbers: TypeAlias = list[float]
 
-EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
+EYE, EYE_6 = matrix(np.eye(3)), matrix(np.eye(6))
 
 
 class Data(NamedTuple):
@@ -156,9 +156,10 @@ def _column(values: Numbers) -> arb_mat:
 
 def shift(r: arb_mat) -> arb_mat:
     """The matrix T (6, 6) for wrenches about a point r (3, 1) behind: T w. Twists go the other way by Tᵀ; inertias are T I Tᵀ."""
-    x, y, z = r.entries()
-    upper = (1, 0, 0, 0, -z, y, 0, 1, 0, z, 0, -x, 0, 0, 1, -y, x, 0)
-    return arb_mat(6, 6, [*upper, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1])
+    T, (x, y, z) = arb_mat(EYE_6), r.entries()
+    T[0, 5], T[1, 3], T[2, 4] = y, z, x
+    T[0, 4], T[1, 5], T[2, 3] = -z, -x, -y
+    return T
 
 
 def _inertia(mass: float, lever: Numbers, inertia: list[Numbers], R: arb_mat) -> arb_mat:

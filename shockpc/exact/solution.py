@@ -252,7 +252,7 @@ class ExactImpact:
         if self._ties:
             return _solve(self._H, B, of_inertia=True)
         parents, m, end = self.inputs.robot.parents, B.ncols(), 0
-        twists, right, armature = self._reduced(self.state.J[0]).T.tolist(), B.table(), self.inputs.armature[self._free].tolist()
+        twists, right, armature = self.state.J[0].T[self._free].tolist(), B.table(), self.inputs.armature[self._free].tolist()
         origins, inertia = [p for _, p in self._places], list(self._own_inertias)
         push, steps = [arb_mat(6, m)] * len(parents), []
         for i in range(len(parents) - 1, -1, -1):
@@ -267,16 +267,14 @@ class ExactImpact:
                 W, rates = _solve(D, U.transpose(), True), _solve(D, arb_mat(right[own]) - St * p, True)
                 A, p = A - U * W, p + U * rates
             T = shift(origins[i] - origins[parent]) if parent >= 0 else arb_mat(6, 6)
-            Tt = T.transpose()
-            steps.append((Tt, S, W, rates))
+            steps.append((Tt := T.transpose(), S, W, rates))
             if parent >= 0:
                 inertia[parent], push[parent] = inertia[parent] + T * A * Tt, push[parent] + T * p
-        moved: list[arb_mat] = []
-        found: list[list[arb]] = []
-        for parent, (Tt, S, W, rates) in zip(parents, reversed(steps), strict=True):
-            twist = Tt * moved[parent] if parent >= 0 else arb_mat(6, m)
+        moved, found = [arb_mat(6, m)] * (len(parents) + 1), []  # the last twist is the world's
+        for i, (Tt, S, W, rates) in enumerate(reversed(steps)):
+            twist = Tt * moved[parents[i]]
             rates = rates - W * twist
-            moved.append(twist + S * rates)
+            moved[i] = twist + S * rates
             found.append(rates.entries())
         return arb_mat(end, m, [rate for own in reversed(found) for rate in own])
 
