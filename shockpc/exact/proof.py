@@ -67,7 +67,7 @@ class Proof(NamedTuple):
             y and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
-        bounds: (nb,) proven error of the scene's own jumps relative to each body's motion [1].
+        bounds: (nb,) proven error of the scene's own jumps relative to each body's motion, `AT_REST` at least [1].
         bits: precision at which they were proven.
     """
 
@@ -106,7 +106,7 @@ def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
     # What may be zero is zero; the rest is off by its rounding to a double at most.
     values[np.abs(values) <= radius] = 0.0
     lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radius[..., 3]
-    return values, motion(lost[..., None], length)[:, 0] / np.where(size[:, 3] > 0.0, size[:, 3], 1.0)
+    return values, motion(lost[..., None], length)[:, 0] / np.where(own > 0.0, own, 1.0)
 
 
 def motion(jumps: Array, length: Array) -> Array:
