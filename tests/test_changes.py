@@ -67,6 +67,14 @@ def test_mass_as_a_number_is_the_same_as_its_factor(dog):
     assert not np.allclose(number.inertias, dog.inertias, rtol=1e-6)
 
 
+def test_changes_of_one_link_add_up(dog):
+    """Of a link that is only a part of its body, in any order."""
+    texts = ("mass:base_inertia=0.8x; inertia:base_inertia=1.5x; mass:base_inertia=1.25x", "inertia:base_inertia=1.5x")
+    twice, once = (changed(dog, read_changes(text)) for text in texts)
+    for name in ("masses", "coms", "inertias"):
+        np.testing.assert_allclose(getattr(twice, name), getattr(once, name), rtol=1e-13, atol=1e-16)
+
+
 def test_centre_of_mass_moves_along_the_axes_of_the_link():
     robot = load_robot("leg")
     moved = changed(robot, [Change("com-x", robot.links[0], 0.02, False)]).coms - robot.coms
