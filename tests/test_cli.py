@@ -160,7 +160,7 @@ def test_formats(capfd, here):
     assert titles == [f"## Shock of dog landing on {foot}_foot" for foot in ("lf", "rf")]
     code, out, err = run(capfd, *words, "--format", "csv")
     assert code == 0
-    assert re.fullmatch(r'shockpc: warning: "lh_hip": 4\.06 deg.*\n', err)
+    assert re.fullmatch(r'shockpc: warning: joint "lh_hip": 4\.06 deg.*\n', err)
     documents, rows = document(capfd, *words[1:]), list(csv.DictReader(io.StringIO(out)))
     shocks = [(one["contacts"][0]["frame"], body["body"], body["shock_com"]) for one in documents for body in one["bodies"]]
     assert [(row["contact"], row["body"], float(row["shock at CoM [-]"])) for row in rows] == shocks

@@ -212,7 +212,7 @@ def test_joints_equally_far_outside_are_reported_together():
     """Four straight knees are one fact."""
     laikago = known_robot("laikago")
     (warning,) = outside_limits(laikago, configuration(laikago, Posture(reference="neutral")))
-    assert str(warning).startswith('"FL_calf_joint", "FR_calf_joint", "RL_calf_joint", "RR_calf_joint": 35 deg outside limits')
+    assert str(warning).startswith('joints "FL_calf_joint", "FR_calf_joint", "RL_calf_joint", "RR_calf_joint": 35 deg outside the ')
 
 
 # Refused

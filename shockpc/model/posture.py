@@ -199,14 +199,14 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
         # The slack lets a posture rest on a limit that a file states in rounded decimals.
         if excess > 1e-4:
             unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
-            where = f"{excess * size:.3g} {unit} outside limits [{low * size:.3g}, {high * size:.3g}]"
+            where = f"{excess * size:.3g} {unit} outside the limits [{low * size:.3g}, {high * size:.3g}]"
             found.setdefault(where, {})[joint.name] = excess
     return tuple(
         Diagnostic(
             "limits",
             "+".join(excesses),
             max(excesses.values()),
-            f"{listed(excesses, 4)}: {where}; the profile is computed there all the same",
+            f"joint{'s' * (len(excesses) > 1)} {listed(excesses, 4)}: {where}; the profile is computed there all the same",
         )
         for where, excesses in found.items()
     )
