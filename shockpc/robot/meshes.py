@@ -27,7 +27,7 @@ _NO_SHAPE = {
 }
 """Elements of COLLADA on which no triangle depends; many files have broken references among them."""
 
-_RELATIVE_FACE = re.compile(rb"^f[^\n]*[ \t]-\d", re.MULTILINE)
+_RELATIVE_FACE = rb"(?m)^f[^\n]*[ \t]-\d"
 """An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from the face."""
 
 _BROKEN = (
@@ -103,7 +103,7 @@ def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, NDArray[np.int64], boo
     try:
         if suffix == "dae":
             data, unit, y_up = _collada_shape(data)
-        if suffix == "obj" and _RELATIVE_FACE.search(data, 0, max(data.rfind(b"\nv "), 0)):
+        if suffix == "obj" and re.search(_RELATIVE_FACE, data[: max(data.rfind(b"\nv "), 0)]):
             raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
