@@ -1,14 +1,15 @@
 """Robots: from a file to arrays. The only place that imports Pinocchio."""
 
-from typing import Any, ClassVar
-
 __all__ = ["Record"]
+
+CHECKED = {"extra": "forbid", "allow_inf_nan": False}
+"""How scene files are checked against the records they become: no unknown keys, no numbers that are not finite."""
 
 
 class Record:
-    """A part of a scene, compared and printed by its fields. No unknown keys, no numbers that are not finite."""
+    """A part of a scene, compared and printed by its fields."""
 
-    __pydantic_config__: ClassVar[Any] = {"extra": "forbid", "allow_inf_nan": False}
+    __pydantic_config__ = CHECKED
 
     # Made by dataclass for each class, these methods would lengthen the start of every command.
     def __eq__(self, other: object) -> bool:
