@@ -56,7 +56,7 @@ def test_a_foot_without_a_link_is_a_geom(dog: Robot, tmp_path: Path, capfd):
     assert feet(dog) == ("FL", "HL")
     assert 'such as "FL", "HL"\n' in run(capfd, "analyze", written(tmp_path, DOG, "dog.xml")).err
     unnamed = written(tmp_path, DOG.replace('name="FL" ', "").replace('name="HL" ', ""), "unnamed.xml")
-    assert 'such as "FL_calf", "HL_calf"; "FL_calf" reaches 0.22 m below' in run(capfd, "analyze", unnamed).err
+    assert 'such as "FL_calf", "HL_calf"' in run(capfd, "analyze", unnamed).err
 
 
 @pytest.mark.parametrize("name", ["a_foot", "toe_site"])

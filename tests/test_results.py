@@ -59,7 +59,7 @@ def assert_balances(profile):
     before, R = profile.landing.before, profile.rotation[0]
     qd = np.array(before.joint_rates)
     qd[:6] = [*(R.T @ before.velocity), *(R.T @ before.omega)]
-    for contact, given, block in zip(profile.contacts, profile.scene.contact, profile.solution.equation.blocks, strict=False):
+    for contact, given, block in zip(profile.contacts, profile.scene.contact, profile.equation.blocks, strict=False):
         J = dense.point_rows(profile.robot.model, profile.q, given.frame, given.offset)
         for approach in (contact.approach, contact_velocity(profile.landing, profile.landing.state, block)[0]):
             np.testing.assert_allclose(approach, J @ qd, rtol=0, atol=1e-12 * (1.0 + np.abs(J) @ np.abs(qd)).max())
