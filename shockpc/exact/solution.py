@@ -215,6 +215,11 @@ class ExactImpact:
         J = matrix(self._reduced(row_jacobian(self.state, [block])[0]))
         return J * self._held_response(J, held)
 
+    def rigid_mobility(self, block: Block) -> arb_mat:
+        """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
+        wrenches = matrix(block_wrenches(self.state, block)[0])
+        return wrenches * _solve(sum(self._inertias, start=arb_mat(6, 6)), wrenches.transpose(), of_inertia=True)
+
     def held_velocities(self, body: int) -> Balls:
         """Jumps (nv, 6) of all joint velocities by unit moments and forces on a body, while the landing's rows stay held.
 
