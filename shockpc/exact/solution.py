@@ -245,6 +245,8 @@ class ExactImpact:
 
     def _held_response(self, J: arb_mat, held: list[int]) -> arb_mat:
         """Free velocities (ny, n) that unit impulses along rows J (n, ny) cause while some rows are held."""
+        if not held:
+            return self._by_inertia(J.transpose())
         R = matrix(self._rows[held])
         free, by_held = self._by_inertia(J.transpose()), self._by_inertia(R.transpose())
         return free - by_held * _solve(R * by_held, R * free)
