@@ -12,6 +12,9 @@ from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
 __all__ = ["place_report"]
 
+_EQUAL = 1.0 - 1e-6
+"""Share of the greatest shock from which others are equal to it; they differ by the rounding of the optimum."""
+
 
 def place_report(study: PlaceStudy) -> Report:
     """The places of least shock on a body."""
@@ -96,8 +99,9 @@ def _places(study: PlaceStudy) -> Sheet:
         notes.append("together: in each landing the sensor with the least shock")
     elif len(study.places) > 1:
         notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
+    # At the best place several landings have the greatest shock; the first is named, whatever the processor rounds.
     rows: list[Row] = [
-        (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[shocks.argmax()])
+        (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[(shocks >= _EQUAL * shocks.max()).argmax()])
         for name, position, mean, shocks in found
     ]
     header = ["place", "x [m]", "y [m]", "z [m]", *(["weighted mean [-]"] if weighted else []), "greatest shock [-]", "in landing"]
