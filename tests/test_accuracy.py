@@ -18,9 +18,16 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Strike, resolve, shock_maps, shock_profile
-from shockpc.bench.cases import FAMILIES, chain
+from shockpc.bench.cases import FAMILIES, bent, chain
+from shockpc.core.impulse import RowChoice
+from shockpc.exact.proof import prove
+from shockpc.exact.solution import Inputs
+from shockpc.model.contact import contact_block
+from shockpc.model.motion import Motion
+from shockpc.model.posture import configuration
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.results.accuracy import double_error, rotation_lengths
+from shockpc.scene import plane_of
 
 ROUNDING = 2.3e-16
 X, Y, Z = np.eye(3)
@@ -61,6 +68,25 @@ def test_hard_cases_get_proven_numbers(name):
         assert exact.missed.max(initial=0.0) <= MET, case[:3]
         assert profile.health.error_bound == max(profile.health.body_error_bounds) <= ROUNDING
         assert_maps_are_those_of_the_proof(profile)
+
+
+def test_the_impact_of_500_links_is_proven():
+    """The struck point stops, and the impulse is the change of the whole chain's momentum.
+
+    Only the proof: Pinocchio's memory grows with the cube of the number of joints.
+    """
+    robot = chain(np.full(500, 1.0), np.full(500, 0.2))
+    rest, velocity, q = np.zeros(robot.model.nv), np.array([1.0, 0.5, -2.0]), configuration(robot, bent(robot, 0.05))
+    block, before = contact_block(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z), Motion(velocity, np.zeros(3), rest)
+    plane = plane_of(Scene(robot="chain"))
+    proof = prove(Inputs(robot, q, (block,), RowChoice.every(3), "free", plane, rest, rest > 0.0, before), robot.gyration)
+    rotation = proof.enclosure.read(lambda impact: impact.orientations.astype(float))
+    omega, v = proof.jumps[:, :3, 3], proof.jumps[:, 3:, 3]
+    centres = (rotation @ (v + np.cross(omega, robot.coms))[..., None])[..., 0]
+    struck = rotation[block.body] @ (v[block.body] + np.cross(omega[block.body], block.point))
+    assert proof.bounds.max() <= ROUNDING
+    np.testing.assert_allclose(struck, -velocity, atol=1e-12)
+    np.testing.assert_allclose(robot.masses @ centres, proof.impulse[:, 3], atol=1e-12)
 
 
 @pytest.mark.parametrize("case", [("mass ratio", "struck heavy, rooted light", "1e+10"), ("links", "struck at the end", "200")])

@@ -1,5 +1,6 @@
 """Balls (midpoint and radius, python-flint's `arb`): from doubles, which are exact numbers, and back to the nearest doubles."""
 
+from collections.abc import Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -102,9 +103,9 @@ def cross_matrix(r: arb_mat) -> arb_mat:
     return arb_mat(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
 
 
-def rotation_matrix(quaternion: Array | Balls) -> arb_mat:
+def rotation_matrix(quaternion: Iterable[Any]) -> arb_mat:
     """The rotation (3, 3) of a quaternion (x, y, z, w), of doubles or balls, divided by its length: exactly orthogonal."""
-    x, y, z, w = (arb(value) for value in quaternion.tolist())
+    x, y, z, w = (arb(value) for value in quaternion)
     s = 2 / (x * x + y * y + z * z + w * w)
     xx, yy, zz, xy, xz, yz, wx, wy, wz = (s * p for p in (x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z))
     return arb_mat([[1 - yy - zz, xy - wz, xz + wy], [xy + wz, 1 - xx - zz, yz - wx], [xz - wy, yz + wx, 1 - xx - yy]])

@@ -6,7 +6,7 @@ an elementary joint is affine in the sine and cosine of its angle, and its place
 """
 
 import functools
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
@@ -16,9 +16,11 @@ from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rot
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.robot import Joint, Robot
 
-__all__ = ["Data", "data_of", "posed"]
+__all__ = ["Data", "data_of", "joint_inertia", "posed", "shift"]
 
-EYE = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
+Numbers: TypeAlias = list[float]
+
+EYE, EYE_6 = matrix(np.eye(3)), matrix(np.eye(6))
 
 
 class Data(NamedTuple):
@@ -63,7 +65,7 @@ def data_of(robot: Robot) -> Data:
 
 
 def posed(
-    robot: Robot, data: Data, q: Array | Balls, armature: Array, plane: Plane
+    robot: Robot, data: Data, q: Array | Balls, plane: Plane
 ) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], list[arb_mat]]:
     """A robot in one posture, at the precision of the present context.
 
@@ -71,13 +73,12 @@ def posed(
         robot: the robot.
         data: its numbers.
         q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
-        armature: (nv,) reflected inertia of the joints [kg m², kg].
         plane: along and about whose axes the velocities of a floating base are counted.
 
-    Returns: inertia, Jacobian and placements of the bodies (N = 1); rotation (3, 3) and origin (3, 1) of each joint's frame;
-        and inertia (6, 6) of each body.
+    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; rotation (3, 3) and origin (3, 1) of
+        each joint's frame; and inertia (6, 6) of each body about that origin, world axes.
     """
-    q, numbers = balls(q), zip(data.rotation, data.offset, data.axis, strict=True)
+    q, numbers = balls(q), zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
     axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
     places: list[tuple[arb_mat, arb_mat]] = []
     columns: list[list[arb]] = []
@@ -92,13 +93,14 @@ def posed(
             levers = (cross_matrix(p) * spins).transpose().table()
             columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
         places.append((R, p))
-    inertias = [_inertia(*own) for own in zip(data.mass.tolist(), data.lever, data.inertia, places, strict=True)]
+    own = zip(data.mass.tolist(), data.lever.tolist(), data.inertia.tolist(), places, strict=True)
+    inertias = [_inertia(mass, lever, inertia, R) for mass, lever, inertia, (R, _) in own]
     frames = [
         (R * _rotation(turned), p + R * _column(offset))
-        for (R, p), turned, offset in zip(places, data.body_rotation, data.body_offset, strict=True)
+        for (R, p), turned, offset in zip(places, data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
     ]
     state = Dynamics(
-        _joint_inertia(robot, inertias, columns, balls(armature))[None],
+        np.zeros((1, 0, 0)),
         np.array(columns, dtype=object).T[None],
         np.array([R.table() for R, _ in frames], dtype=object)[None],
         np.array([p.entries() for _, p in frames], dtype=object)[None],
@@ -108,7 +110,9 @@ def posed(
     return state, places, inertias
 
 
-def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Array) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:
+def _through(
+    joint: Joint, at: Balls, quaternion: Numbers, offset: Numbers, axis: Numbers
+) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:
     """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of its displacements and rotations.
 
     Args:
@@ -123,7 +127,7 @@ def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Ar
         return rest * rotation_matrix(at), p, nothing, EYE
     if joint.kind == "free":
         return rest * rotation_matrix(at[3:]), p + rest * arb_mat(3, 1, values[:3]), EYE, EYE
-    a = _column(np.array([0.0, 0.0, 1.0]) if joint.kind == "planar" else axis)
+    a = _column([0.0, 0.0, 1.0] if joint.kind == "planar" else axis)
     a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
         return rest, p + rest * a * values[0], a, nothing
@@ -140,35 +144,48 @@ def _through(joint: Joint, at: Balls, quaternion: Array, offset: Array, axis: Ar
     return turned, p, nothing, a
 
 
-def _rotation(quaternion: Array) -> arb_mat:
+def _rotation(quaternion: Numbers) -> arb_mat:
     """The rotation (3, 3) of a quaternion."""
-    return rotation_matrix(quaternion) if quaternion[:3].any() else EYE
+    return rotation_matrix(quaternion) if any(quaternion[:3]) else EYE
 
 
-def _column(values: Array) -> arb_mat:
+def _column(values: Numbers) -> arb_mat:
     """A vector (3, 1)."""
-    return arb_mat(3, 1, values.tolist())
+    return arb_mat(3, 1, values)
 
 
-def _inertia(mass: float, lever: Array, inertia: Array, place: tuple[arb_mat, arb_mat]) -> arb_mat:
-    """Inertia (6, 6) of a body about the base, world axes (Featherstone 2008, Eq. 2.63), from that in its joint's frame."""
-    R, p = place
-    C = cross_matrix(R * _column(lever) + p)
+def shift(r: arb_mat) -> arb_mat:
+    """The matrix T (6, 6) for wrenches about a point r (3, 1) behind: T w. Twists go the other way by Tᵀ; inertias are T I Tᵀ."""
+    T, (x, y, z) = arb_mat(EYE_6), r.entries()
+    T[0, 5], T[1, 3], T[2, 4] = y, z, x
+    T[0, 4], T[1, 5], T[2, 3] = -z, -x, -y
+    return T
+
+
+def _inertia(mass: float, lever: Numbers, inertia: list[Numbers], R: arb_mat) -> arb_mat:
+    """Inertia (6, 6) of a body about its joint's origin, world axes (Featherstone 2008, Eq. 2.63). Args: R (3, 3) of the joint."""
+    C = cross_matrix(R * _column(lever))
     mC = C * arb(mass)
-    a, b, c = (R * matrix(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
+    a, b, c = (R * arb_mat(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
     return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 
 
-def _joint_inertia(robot: Robot, inertias: list[arb_mat], columns: list[list[arb]], armature: Balls) -> Balls:
-    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves."""
-    composite, H = list(inertias), np.zeros((len(columns), len(columns)), dtype=object)
+def joint_inertia(robot: Robot, J: Balls, inertias: list[arb_mat], armature: Array) -> Balls:
+    """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves.
+
+    Args:
+        robot: the robot.
+        J: (6, nv) twists of unit joint velocities.
+        inertias: (6, 6) of each body.
+        armature: (nv,) reflected inertia of the joints [kg m², kg].
+    """
+    composite, columns, H = list(inertias), J.T.tolist(), np.zeros((len(armature), len(armature)), dtype=object)
     for i in range(len(composite) - 1, -1, -1):
         v, before = robot.joints[i].v, np.flatnonzero(robot.moves[i])
-        J = arb_mat([columns[k] for k in before])
-        H[before, v] = entries(J * (composite[i] * arb_mat(columns[v]).transpose()))
+        H[before, v] = entries(arb_mat([columns[k] for k in before]) * (composite[i] * arb_mat(columns[v]).transpose()))
         H[v, before] = H[before, v].T
         if robot.parents[i] >= 0:
             composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
-    H[np.diag_indices(len(H))] += armature
+    H[np.diag_indices(len(H))] += balls(armature)
     return H

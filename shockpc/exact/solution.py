@@ -1,8 +1,9 @@
 """The impact of one landing in ball arithmetic: rows, impulses along them and the jump of every body.
 
 Rows and recursions are those of double precision, evaluated on arrays of balls. Linear systems are solved by matrices of balls, in
-the free velocities: the last joint's first, so that the tree's zeros stay zeros in the elimination, and each in a unit in which its
-inertia is about one, so that pivots stay on the diagonal. Both keep the balls narrow.
+the free velocities, the last joint's first. Along the tree the cost grows with the number of joints, not with its cube. Joints that
+follow others couple its branches: H is eliminated then, in an order in which the tree's zeros stay zeros, each velocity in a unit
+in which its inertia is about one, so that pivots stay on the diagonal. Both keep the balls narrow.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from shockpc.core.bodies import body_jumps
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, Plane, velocity_at
 from shockpc.exact.balls import Balls, SingularError, balls, entries, matrix
-from shockpc.exact.kinematics import Data, data_of, posed
+from shockpc.exact.kinematics import Data, data_of, joint_inertia, posed, shift
 from shockpc.model.columns import Base
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.rows import Block, block_wrenches, row_jacobian, slices_of
@@ -68,18 +69,22 @@ class ExactImpact:
     def __init__(self, inputs: Inputs, data: Data | None = None) -> None:
         robot = inputs.robot
         self.inputs, self.bits, self.slices = inputs, int(ctx.prec), slices_of(inputs.blocks)
-        self.state, self._places, self._inertias = posed(robot, data or data_of(robot), inputs.q, inputs.armature, inputs.plane)
+        self.state, self._places, self._own_inertias = posed(robot, data or data_of(robot), inputs.q, inputs.plane)
         column = {joint.name: joint.v.start for joint in robot.single_joints}
         self._ties = [(column[m.joint], [(column[name], by) for name, by in m.leaders.items()]) for m in robot.mimics]
         free = ~inputs.locked
         if robot.free_base:
             free[:6] = BASE[inputs.base]
         free[[follower for follower, _ in self._ties]] = False
-        self._free = np.flatnonzero(free)[::-1]
-        inertia = np.array([abs(float(self.state.H[0, k, k])) for k in self._free])
-        # A power of two changes no digit.
-        self._unit = np.ldexp(1.0, -np.frexp(inertia)[1] // 2)
-        self._H = matrix(self._reduced(self._reduced(self.state.H[0]).T))
+        self._free, flags = np.flatnonzero(free)[::-1], free.tolist()
+        self._degrees = [sum(flags[joint.v]) for joint in robot.joints]
+        self._unit = np.ones(len(self._free))
+        if self._ties:
+            H = joint_inertia(robot, self.state.J[0], self._inertias, inputs.armature)
+            inertia = np.array([abs(float(H[k, k])) for k in self._free])
+            # A power of two changes no digit.
+            self._unit = np.ldexp(1.0, -np.frexp(inertia)[1] // 2)
+            self._H = matrix(self._reduced(self._reduced(H).T))
 
     def _reduced(self, rows: Balls) -> Balls:
         """Rows (n, nv) in the free velocities (n, ny): those that follow are parts of those that lead (Eq. 7)."""
@@ -105,6 +110,11 @@ class ExactImpact:
             rates = np.concatenate([turn @ rates[:3], turn @ rates[3:6], rates[6:]])
         return rates
 
+    @cached_property
+    def _inertias(self) -> list[arb_mat]:
+        """Inertias (6, 6) of the bodies about the base, world axes."""
+        return [(T := shift(p)) * own * T.transpose() for (_, p), own in zip(self._places, self._own_inertias, strict=True)]
+
     def _bodies(self, rates: Balls, at: Balls) -> Balls:
         """Twists (nb, 6, m) of the bodies, world axes. Args: rates (nv, m); at (nb, 3) points at which they are written."""
         robot = self.inputs.robot
@@ -121,7 +131,7 @@ class ExactImpact:
         """Jumps (ny, 4) of the free velocities and impulses (r, 4) along the independent rows (Eq. 4)."""
         rows = self.inputs.choice.rows.tolist()
         J = matrix(self._rows[rows])
-        X = _solve(self._H, J.transpose(), of_inertia=True)
+        X = self._by_inertia(J.transpose())
         impulse = -_solve(J * X, matrix(self.speeds[rows]))
         return X * impulse, impulse
 
@@ -231,8 +241,42 @@ class ExactImpact:
     def _held_response(self, J: arb_mat, held: list[int]) -> arb_mat:
         """Free velocities (ny, n) that unit impulses along rows J (n, ny) cause while some rows are held."""
         R = matrix(self._rows[held])
-        free, by_held = _solve(self._H, J.transpose(), of_inertia=True), _solve(self._H, R.transpose(), of_inertia=True)
+        free, by_held = self._by_inertia(J.transpose()), self._by_inertia(R.transpose())
         return free - by_held * _solve(R * by_held, R * free)
+
+    def _by_inertia(self, B: arb_mat) -> arb_mat:
+        """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7), or by elimination where joints follow others.
+
+        Each inertia is about its joint's own origin: about a distant one its terms would cancel, and balls widen at every joint.
+        """
+        if self._ties:
+            return _solve(self._H, B, of_inertia=True)
+        parents, m, end = self.inputs.robot.parents, B.ncols(), 0
+        twists, right, armature = self.state.J[0].T[self._free].tolist(), B.table(), self.inputs.armature[self._free].tolist()
+        origins, inertia = [p for _, p in self._places], list(self._own_inertias)
+        push, steps = [arb_mat(6, m)] * len(parents), []
+        for i in range(len(parents) - 1, -1, -1):
+            A, p, parent, own = inertia[i], push[i], parents[i], slice(end, end + self._degrees[i])
+            S, W, rates, end = arb_mat(6, 0), arb_mat(0, 6), arb_mat(0, m), own.stop
+            if self._degrees[i]:
+                S = shift(origins[i]).transpose() * arb_mat(twists[own]).transpose()
+                U, St = A * S, S.transpose()
+                D = St * U
+                for k, value in enumerate(armature[own]):
+                    D[k, k] += value
+                W, rates = _solve(D, U.transpose(), True), _solve(D, arb_mat(right[own]) - St * p, True)
+                A, p = A - U * W, p + U * rates
+            T = shift(origins[i] - origins[parent]) if parent >= 0 else arb_mat(6, 6)
+            steps.append((Tt := T.transpose(), S, W, rates))
+            if parent >= 0:
+                inertia[parent], push[parent] = inertia[parent] + T * A * Tt, push[parent] + T * p
+        moved, found = [arb_mat(6, m)] * (len(parents) + 1), []  # the last twist is the world's
+        for i, (Tt, S, W, rates) in enumerate(reversed(steps)):
+            twist = Tt * moved[parents[i]]
+            rates = rates - W * twist
+            moved[i] = twist + S * rates
+            found.append(rates.entries())
+        return arb_mat(end, m, [rate for own in reversed(found) for rate in own])
 
 
 def _solve(A: arb_mat, B: arb_mat, of_inertia: bool = False) -> arb_mat:
