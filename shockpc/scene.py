@@ -17,7 +17,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane, plane_from
 from shockpc.errors import SceneError
-from shockpc.model import CHECKED
+from shockpc.model import Record
 from shockpc.model.closure import Closure
 from shockpc.model.columns import Base
 from shockpc.model.contact import Contact
@@ -56,8 +56,8 @@ SLOWEST, FASTEST = 1e-9, 1e9
 """Range of speeds [m/s]; outside it squares overflow or underflow."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Strike:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Strike(Record):
     """Velocity of the robot relative to the ground before the impact; 1 m/s straight down by default.
 
     The velocity of the base frame's origin is given as speed and angle, as a vector or by a drop height. The rotation of the base
@@ -71,8 +71,6 @@ class Strike:
         angular_velocity: angular velocity of the base, world axes [rad/s].
         joint_velocities: joint velocities by name or glob [rad/s; m/s for a prismatic joint].
     """
-
-    __pydantic_config__ = CHECKED
 
     speed: float | None = None
     strike_angle_deg: float | None = None
@@ -118,16 +116,14 @@ class Strike:
         return np.asarray(speed * (math.sin(theta) * plane.forward - math.cos(theta) * np.array([0.0, 0.0, 1.0])))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Point:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Point(Record):
     """A point at which the shock is computed.
 
     Attributes:
         frame: link, joint or site.
         offset: from the origin of the frame, in its axes [m].
     """
-
-    __pydantic_config__ = CHECKED
 
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -157,8 +153,8 @@ def point_at(robot: Robot, text: str) -> Point:
     return Point(frame=frame, offset=(x, y, z))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Scene:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Scene(Record):
     """One landing of one robot.
 
     Attributes:
@@ -184,8 +180,6 @@ class Scene:
     Raises:
         SceneError: a path holds a NUL character.
     """
-
-    __pydantic_config__ = CHECKED
 
     robot: str
     base: Base | None = None

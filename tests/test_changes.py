@@ -118,7 +118,7 @@ def test_original_stays_as_it_is(dog):
 def test_geometry_is_read_once_for_all_variants(dog, monkeypatch):
     """The meshes of a variant are those that were read for the original."""
     seen = outline(dog, "collision")
-    monkeypatch.setattr(geometry, "parse_xml", None)
+    monkeypatch.setattr(geometry, "shared_xml", None)
     shared = outline(changed(dog, read_changes("mass:base=0.9x")), "collision")
     np.testing.assert_array_equal(shared.pieces.points, seen.pieces.points)
 

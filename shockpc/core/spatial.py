@@ -4,14 +4,14 @@ A spatial velocity is a 6-vector (ω, v): angular part first [rad/s], then the v
 (Featherstone's order, the shock paper's Section 3.2). All arrays may carry leading axes.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Array", "Plane", "cross_matrix", "jump_at", "plane_from", "quaternion_of", "read_only", "velocity_at"]
 
-Array: TypeAlias = NDArray[np.float64]
+Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Plane(NamedTuple):
@@ -39,7 +39,7 @@ class Plane(NamedTuple):
         return self.e1 if x > 1e-9 or (abs(x) <= 1e-9 and y > 0.0) else -self.e1
 
 
-def plane_from(normal: ArrayLike) -> Plane:
+def plane_from(normal: Array | Sequence[float]) -> Plane:
     """The plane across a normal, with e2 as near to world z as it can be (world y when the plane is level).
 
     The sagittal plane (forward x, up z) has the normal −y, because x × z = −y.
@@ -113,7 +113,7 @@ def quaternion_of(rotation: Array) -> Array:
     return np.asarray(np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found))
 
 
-def read_only(values: ArrayLike) -> Array:
+def read_only(values: Array | Sequence[Any]) -> Array:
     """A copy that outlives the buffer it was read from and cannot be changed."""
     out = np.array(values, dtype=float)
     out.flags.writeable = False

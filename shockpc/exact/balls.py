@@ -5,7 +5,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
-from numpy.typing import ArrayLike, NDArray
 
 from shockpc.core.spatial import Array
 
@@ -23,7 +22,7 @@ __all__ = [
     "rotation_matrix",
 ]
 
-Balls: TypeAlias = NDArray[Any]
+Balls: TypeAlias = np.ndarray[Any, np.dtype[Any]]
 """An array of balls; what is written for doubles takes it as well."""
 
 BallMatrix: TypeAlias = arb_mat
@@ -52,14 +51,14 @@ class SingularError(ArithmeticError):
         self.of_inertia = of_inertia
 
 
-def matrix(values: ArrayLike) -> arb_mat:
+def matrix(values: Array | Balls) -> arb_mat:
     """A matrix (n, m) of doubles, exactly, or of balls."""
     array = np.asarray(values)
     rows, columns = array.shape
     return arb_mat(rows, columns, array.ravel().tolist())
 
 
-def balls(values: ArrayLike) -> Balls:
+def balls(values: Array | Balls) -> Balls:
     """An array of doubles, exactly, or of balls."""
     array = np.asarray(values)
     out = np.empty(array.size, dtype=object)
@@ -80,7 +79,7 @@ def radii(values: Balls | arb) -> Array:
     return np.array([float(ball.rad()) for ball in array.ravel().tolist()]).reshape(array.shape)
 
 
-def nearest(values: Balls | arb, size: ArrayLike) -> Array:
+def nearest(values: Balls | arb, size: Array | float) -> Array:
     """The doubles nearest to some balls.
 
     Args:

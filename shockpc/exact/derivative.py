@@ -7,7 +7,6 @@ the difference loses are there to be lost: the precision is raised until the quo
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, balls, entries, nearest, rotation_matrix
@@ -34,7 +33,7 @@ def derivatives(inputs: Inputs, paths: Sequence[Callable[[float], Inputs]], outp
     """
 
     def differences(impact: ExactImpact) -> Array:
-        size: ArrayLike = [abs(float(value)) for value in outputs(impact)]
+        size = np.array([abs(float(value)) for value in outputs(impact)])
         found = np.zeros((len(paths), len(outputs(impact))))
         for k, path in enumerate(paths):
             after, before = (outputs(ExactImpact(path(t))) for t in (STEP, -STEP))

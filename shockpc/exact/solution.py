@@ -225,6 +225,11 @@ class ExactImpact:
         J = matrix(self._reduced(row_jacobian(self.state, [block])[0]))
         return J * self._held_response(J, held)
 
+    def rigid_mobility(self, block: Block) -> arb_mat:
+        """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
+        wrenches = matrix(block_wrenches(self.state, block)[0])
+        return wrenches * _solve(sum(self._inertias, start=arb_mat(6, 6)), wrenches.transpose(), of_inertia=True)
+
     def held_velocities(self, body: int) -> Balls:
         """Jumps (nv, 6) of all joint velocities by unit moments and forces on a body, while the landing's rows stay held.
 
@@ -240,6 +245,8 @@ class ExactImpact:
 
     def _held_response(self, J: arb_mat, held: list[int]) -> arb_mat:
         """Free velocities (ny, n) that unit impulses along rows J (n, ny) cause while some rows are held."""
+        if not held:
+            return self._by_inertia(J.transpose())
         R = matrix(self._rows[held])
         free, by_held = self._by_inertia(J.transpose()), self._by_inertia(R.transpose())
         return free - by_held * _solve(R * by_held, R * free)

@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
-from shockpc.model import CHECKED
+from shockpc.model import Record
 from shockpc.model.columns import free_columns
 from shockpc.model.contact import unit_directions
 from shockpc.model.dynamics import Dynamics, dynamics
@@ -26,8 +26,8 @@ CLOSED = 1e-12
 """A loop is closed when its gap is below this share of the robot's size: what rounding leaves."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Place:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Place(Record):
     """One end of a closure.
 
     Attributes:
@@ -35,14 +35,12 @@ class Place:
         offset: from that frame's origin, in its axes [m].
     """
 
-    __pydantic_config__ = CHECKED
-
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Closure:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Closure(Record):
     """A closed loop as a scene states it.
 
     Attributes:
@@ -51,8 +49,6 @@ class Closure:
         kind: "point" holds two points together, "frame" holds their orientations too.
         directions: axes of frame a, or vectors in them, along which the points are held.
     """
-
-    __pydantic_config__ = CHECKED
 
     a: Place
     b: Place

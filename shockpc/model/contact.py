@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, UnknownName
-from shockpc.model import CHECKED
+from shockpc.model import Record
 from shockpc.model.rows import Block
 from shockpc.robot.geometry import Shape, body_outline
 from shockpc.robot.robot import Robot
@@ -25,8 +25,8 @@ __all__ = [
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Contact:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Contact(Record):
     """A contact as a scene states it.
 
     Attributes:
@@ -39,8 +39,6 @@ class Contact:
             twisting if it sticks.
         restitution: speed after impact over speed before it, along each of these directions [1].
     """
-
-    __pydantic_config__ = CHECKED
 
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)

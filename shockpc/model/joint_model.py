@@ -12,7 +12,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
-from shockpc.model import CHECKED
+from shockpc.model import Record
 from shockpc.printed import listed
 from shockpc.robot.robot import Robot
 from shockpc.toml import LARGEST
@@ -20,8 +20,8 @@ from shockpc.toml import LARGEST
 __all__ = ["JointModel", "Joints", "Rotor", "joint_model"]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Rotor:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Rotor(Record):
     """A motor behind a gearbox.
 
     Attributes:
@@ -29,14 +29,12 @@ class Rotor:
         gear_ratio: turns of the rotor for one of the joint [1].
     """
 
-    __pydantic_config__ = CHECKED
-
     inertia: float
     gear_ratio: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class Joints:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Joints(Record):
     """The drives as a scene states them; patterns are joint names or globs, later ones go over earlier ones, rotors over armature.
 
     Attributes:
@@ -45,8 +43,6 @@ class Joints:
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
         locked: patterns of joints that hold.
     """
-
-    __pydantic_config__ = CHECKED
 
     model: Literal["free", "geared", "locked"] | None = None
     armature: Mapping[str, float] = field(default_factory=dict)

@@ -10,7 +10,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError, ShockError, UnknownName
-from shockpc.model import CHECKED
+from shockpc.model import Record
 from shockpc.printed import listed
 from shockpc.robot.robot import Joint, Robot
 
@@ -33,8 +33,8 @@ STANDING_VARIANTS = ("standing", "homing")
 """How the names of postures begin of which the first is taken if a robot has none of those; neutral if it has none of these."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Posture:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Posture(Record):
     """A posture as a scene states it; each part overrides the one before.
 
     Attributes:
@@ -45,8 +45,6 @@ class Posture:
         joints: joint values by name or glob [rad; m for a prismatic joint].
         joints_deg: joint values by name or glob [deg; m for a prismatic joint].
     """
-
-    __pydantic_config__ = CHECKED
 
     reference: str | None = None
     base_position: tuple[float, float, float] | None = None

@@ -5,12 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import RowChoice, choose_rows
+from shockpc.core.impulse import choose_rows
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.exact.balls import BallMatrix, PrecisionError, balls, entries, matrix, nearest
-from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact
 from shockpc.model.rows import NO_AXES, Block, slices_of
 from shockpc.results.solved import Solved, world
@@ -131,31 +130,20 @@ def _resistance(of: Solved, k: int) -> tuple[float, float, float | None]:
     point = _block(of, k)[0]._replace(forces=np.eye(3), moments=NO_AXES)
     held, n = _held_rows(of), of.landing.up
 
-    def masses(impact: ExactImpact) -> tuple[float, float, bool]:
+    def read(impact: ExactImpact) -> tuple[float, float, float | None]:
         A = impact.mobility(point, held)
         along = balls(n) @ entries(A) @ balls(n)
         if not float(along) > STRUCTURAL * _largest(A):
-            return np.inf, np.inf, False
-        axes = _moving_axes(A)
-        return _sticking(A, n, axes), nearest(1 / along, 0.0).item(), len(axes) == len(n)
+            return np.inf, np.inf, None
+        axes, factor = _moving_axes(A), None
+        if of.landing.floating and len(axes) == len(n):
+            by_joints = A - impact.rigid_mobility(point)
+            # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
+            if len(_moving_axes(by_joints, _largest(A))) in (0, len(n)):
+                factor = nearest(by_joints.det() / A.det(), 1.0).item()
+        return _sticking(A, n, axes), nearest(1 / along, 0.0).item(), factor
 
-    sticking, frictionless, movable = of.read(masses)
-    if not (of.landing.floating and movable):
-        return sticking, frictionless, None
-    # With every joint locked and the base free, without rows: only what the inertia resists can be read from that.
-    nothing, inputs = RowChoice.every(0), of.proof.enclosure.inputs
-    still = inputs._replace(blocks=(), choice=nothing, armature=np.zeros_like(inputs.armature), locked=of.robot.driven)
-    locked = Enclosure(still)
-
-    def mitigation(impact: ExactImpact) -> float | None:
-        A = impact.mobility(point, held)
-        by_joints = A - locked.read(lambda other: other.mobility(point, []), impact.bits)
-        # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
-        if 0 < len(_moving_axes(by_joints, _largest(A))) < A.nrows():
-            return None
-        return nearest(by_joints.det() / A.det(), 1.0).item()
-
-    return sticking, frictionless, of.read(mitigation)
+    return of.read(read)
 
 
 def _held_rows(of: Solved) -> list[int]:

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.errors import RobotError
 from shockpc.printed import listed
-from shockpc.robot.files import parse_xml
+from shockpc.robot.files import shared_xml
 from shockpc.robot.limits import inertia_fault
 from shockpc.robot.robot import Robot
 from shockpc.robot.source import RobotSource
@@ -43,7 +43,7 @@ class Finding(NamedTuple):
 
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
     """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
-    root = parse_xml(robot.source.xml, robot.source.path.name)
+    root = shared_xml(robot.source.xml, robot.source.path.name)
     places: dict[tuple[Level, str, str], list[str]] = {}
     odd = (*_read(robot), *_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root))
     for level, kind, name, text in odd:

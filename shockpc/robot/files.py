@@ -5,6 +5,7 @@ A file is read once, as a whole, and only if it is a regular one of at most 64 M
 defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because robot files use them without declaring them.
 """
 
+import functools
 import os
 import re
 from collections.abc import Mapping
@@ -18,12 +19,10 @@ from shockpc.errors import RobotError
 from shockpc.paths import read_file
 from shockpc.printed import listed
 
-__all__ = ["OpenFolders", "open_folders", "parse_xml", "read_text", "read_xml"]
+__all__ = ["OpenFolders", "open_folders", "parse_xml", "read_text", "read_xml", "shared_xml"]
 
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
-_ENCODING = re.compile(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""")
-_CLOSING_TAGS = re.compile(rb"/[^<>]*>\s*(</[^<>]*>\s*)*+")
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
 
@@ -141,10 +140,10 @@ def read_text(path: Path, what: str = "robot file") -> str:
     start = _MARKS_AND_BLANKS.sub(b"", data, count=1)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
-    declared = _ENCODING.match(start)
     try:
         text = start.decode()
     except UnicodeDecodeError as error:
+        declared = re.match(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""", start)
         if declared is None or declared[1].lower() not in _LATIN:
             line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
             byte = f"byte 0x{start[error.start]:02x}"
@@ -162,6 +161,12 @@ def read_xml(path: Path, what: str = "robot file") -> Element:
         RobotError: as `read_text` and `parse_xml`.
     """
     return parse_xml(read_text(path, what), path.name)
+
+
+@functools.lru_cache(maxsize=2)
+def shared_xml(text: str, name: str) -> Element:
+    """As `parse_xml`, but parsed once for all who ask again; none of them may change the elements."""
+    return parse_xml(text, name)
 
 
 def parse_xml(text: str, name: str) -> Element:
@@ -199,7 +204,7 @@ def parse_xml(text: str, name: str) -> Element:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
         # Closing tags left over after the root element are not read by other parsers either.
-        if depth or ended is None or not _CLOSING_TAGS.fullmatch(text.encode(), parser.ErrorByteIndex):
+        if depth or ended is None or not re.fullmatch(rb"/[^<>]*>\s*(</[^<>]*>\s*)*+", text.encode()[parser.ErrorByteIndex :]):
             raise RobotError(
                 f"{name}: line {error.lineno}, column {error.offset + 1}: {expat.ErrorString(error.code)}; "
                 "the file is not well-formed XML, so nothing of it is used"

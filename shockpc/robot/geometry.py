@@ -20,7 +20,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.paths import read_file
 from shockpc.printed import few, listed
-from shockpc.robot.files import parse_xml
+from shockpc.robot.files import shared_xml
 from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot, rotation
 from shockpc.robot.source import RobotSource
@@ -181,7 +181,7 @@ def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | Unread, ...]:
 
     if source.kind == "mjcf":
         return tuple(_mjcf_shapes(source, kind, load))
-    root = parse_xml(source.xml, source.path.name)
+    root = shared_xml(source.xml, source.path.name)
     found = tuple(_urdf_shapes(root, kind, load, np.eye(3)))
     # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
     if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):

@@ -8,10 +8,10 @@ from shockpc.robot.robot import Robot
 
 __all__ = ["each_foot", "feet", "is_imu", "sensors"]
 
-FOOT = re.compile(r"foot(?!print)|feet|sole|toe|hoof|paw", re.IGNORECASE)
-LEG_END = re.compile(r"ankle|wheel", re.IGNORECASE)
-IMU = re.compile(r"imu|gyro|acceleromet", re.IGNORECASE)
-SENSOR = re.compile(rf"{IMU.pattern}|camera", re.IGNORECASE)
+FOOT = r"(?i)foot(?!print)|feet|sole|toe|hoof|paw"
+LEG_END = r"(?i)ankle|wheel"
+IMU = r"(?i)imu|gyro|acceleromet"
+SENSOR = rf"{IMU}|camera"
 
 
 def feet(robot: Robot) -> tuple[str, ...]:
@@ -19,15 +19,15 @@ def feet(robot: Robot) -> tuple[str, ...]:
 
     The end of a limb is the site or geom of its last body that is farthest from the body's origin, or else the body's last link.
     """
-    named = tuple(link for link in robot.links if FOOT.search(link) and not SENSOR.search(link))
+    named = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
     if named:
         return named
-    places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not SENSOR.search(f.name)]
-    feet = {place.body: place.name for place in reversed(places) if FOOT.search(place.name)}
+    places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not re.search(SENSOR, f.name)]
+    feet = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
     if feet:
         return tuple(feet[body] for body in sorted(feet))
     ends = [i for i in range(len(robot.bodies)) if i not in robot.parents]
-    ends = [i for i in ends if LEG_END.search(robot.bodies[i].links[-1])] or ends
+    ends = [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])] or ends
     tips = {i: [place for place in places if place.body == i] for i in ends}
     return tuple(
         max(own, key=lambda place: float(np.linalg.norm(place.offset))).name if own else robot.bodies[i].links[-1]
@@ -48,9 +48,9 @@ def each_foot(robot: Robot) -> tuple[str, ...]:
 
 def sensors(robot: Robot) -> tuple[str, ...]:
     """Links and sites named like a sensor, on bodies that move."""
-    return tuple(f.name for f in robot.frames.values() if f.kind in ("link", "site") and f.body >= 0 and SENSOR.search(f.name))
+    return tuple(f.name for f in robot.frames.values() if f.kind in ("link", "site") and f.body >= 0 and re.search(SENSOR, f.name))
 
 
 def is_imu(name: str) -> bool:
     """Whether a sensor is named like one that measures motion."""
-    return IMU.search(name) is not None
+    return re.search(IMU, name) is not None

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
@@ -27,7 +26,7 @@ _NO_SHAPE = {
 }
 """Elements of COLLADA on which no triangle depends; many files have broken references among them."""
 
-_RELATIVE_FACE = re.compile(rb"^f[^\n]*[ \t]-\d", re.MULTILINE)
+_RELATIVE_FACE = rb"(?m)^f[^\n]*[ \t]-\d"
 """An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from the face."""
 
 _BROKEN = (
@@ -53,7 +52,7 @@ class Mesh(NamedTuple):
     """
 
     vertices: Array
-    triangles: NDArray[np.int64]
+    triangles: np.ndarray
     y_up: bool = False
 
 
@@ -93,7 +92,7 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     return Mesh(vertices[first], which[triangles], y_up)
 
 
-def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, NDArray[np.int64], bool]:
+def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
     """Vertices, triangles, and whether the file says that y is up; in one exception all that its readers raise."""
     # Imported here, because they take longer to import than an analysis without meshes takes to run.
     from collada.common import DaeError
@@ -103,7 +102,7 @@ def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, NDArray[np.int64], boo
     try:
         if suffix == "dae":
             data, unit, y_up = _collada_shape(data)
-        if suffix == "obj" and _RELATIVE_FACE.search(data, 0, max(data.rfind(b"\nv "), 0)):
+        if suffix == "obj" and re.search(_RELATIVE_FACE, data[: max(data.rfind(b"\nv "), 0)]):
             raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -137,7 +136,7 @@ def hull_corners(vertices: Array) -> Array:
     return vertices if found is None else np.asarray(vertices[found.vertices])
 
 
-def _msh_shape(data: bytes) -> tuple[Array, NDArray[np.int64]]:
+def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
     """The vertices and triangles of MuJoCo's binary format: four counts, vertices, normals, texture coordinates, triangles."""
     vertices, normals, coordinates, triangles = [int.from_bytes(data[k : k + 4], "little") for k in (0, 4, 8, 12)]
     if len(data) != 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
@@ -164,7 +163,7 @@ def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
     return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0, y_up
 
 
-def _joined(found: dict[str, Any]) -> tuple[Array, NDArray[np.int64]]:
+def _joined(found: dict[str, Any]) -> tuple[Array, np.ndarray]:
     """Join the parts of a file, each placed in its scene, as trimesh's loaders return them."""
     from trimesh.geometry import triangulate_quads
 

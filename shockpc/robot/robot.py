@@ -390,7 +390,7 @@ def _built(source: RobotSource, frames: Sequence[str]) -> Robot:
         R = place.rotation
         # By einsum, whose rounding is the same on every processor.
         place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
-    return replace(found, mimics=_leaders_first(found))
+    return replace(found, mimics=_leaders_first(found)) if found.mimics else found
 
 
 def axis_joint(kind: str, axis: Array) -> Any:

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
 from shockpc.robot.catalogue import find_robot, find_srdf
-from shockpc.robot.files import OpenFolders, open_folders, parse_xml, read_text
+from shockpc.robot.files import OpenFolders, open_folders, parse_xml, read_text, shared_xml
 
 __all__ = ["RobotSource", "read_source"]
 
@@ -25,7 +25,7 @@ _NOT_ROBOTS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, repr=False)
 class RobotSource:
     """What was read of a robot: its text, where it came from, and what may be read along with it.
 
@@ -70,15 +70,15 @@ def read_source(
     found, name = find_robot(robot)
     path = Path(os.path.realpath(found))
     text = read_text(path)
-    root = parse_xml(text, path.name)
+    root = shared_xml(text, path.name)
     folders = open_folders(path, packages or {})
     warnings: tuple[str, ...] = ()
     prefixed = dict.fromkeys(f"<{part.tag}>" for part in root if part.tag.startswith("xacro:"))
-    if root.tag == "robot" and (path.suffix == ".xacro" or _needs_xacro(root)):
+    if root.tag == "robot" and (path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root))):
         from shockpc.robot.xacro import expand_xacro
 
         text, warnings = expand_xacro(text, folders, xacro or {})
-        root = parse_xml(text, path.name)
+        root = shared_xml(text, path.name)
     elif xacro:
         raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
     elif prefixed:
@@ -91,7 +91,7 @@ def read_source(
         if srdf is not None:
             instead = "leave it out, or write its postures as <key> elements of a <keyframe>"
             raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {instead}")
-        return RobotSource(name, "mjcf", insert_includes(root, folders), robot_name, None, folders, warnings)
+        return RobotSource(name, "mjcf", insert_includes(parse_xml(text, path.name), folders), robot_name, None, folders, warnings)
     if root.tag != "robot":
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")
         raise RobotError(

@@ -15,7 +15,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.printed import listed
-from shockpc.robot.files import parse_xml, read_xml
+from shockpc.robot.files import read_xml, shared_xml
 from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.robot import WORLD, Mimic, Robot, add_joint, axis_joint
 from shockpc.robot.source import RobotSource
@@ -30,10 +30,10 @@ _Order: TypeAlias = dict[str, tuple[str, str]]
 def vector(text: str | None, size: int) -> Array | None:
     """So many finite numbers (size,), separated by blanks; None if the text is anything else."""
     try:
-        values = np.array([float(word.replace("_", "?")) for word in (text or "").split()])
+        values = [float(word.replace("_", "?")) for word in (text or "").split()]
     except ValueError:
         return None
-    return values if len(values) == size and np.isfinite(values).all() else None
+    return np.array(values) if len(values) == size and all(map(math.isfinite, values)) else None
 
 
 def build_urdf(source: RobotSource) -> Robot:
@@ -45,7 +45,7 @@ def build_urdf(source: RobotSource) -> Robot:
     Raises:
         RobotError: it is not one connected tree of bodies with finite numbers and some mass, or the SRDF cannot be read.
     """
-    root = parse_xml(source.xml, source.path.name)
+    root = shared_xml(source.xml, source.path.name)
     links, joints = (_named(root.findall(kind), kind) for kind in ("link", "joint"))
     if not links:
         instead = "if it defines macros, give the file that uses them; if it is an SRDF, give the URDF, and this file with --srdf"
@@ -165,13 +165,13 @@ def _inertia(link: Element, whose: str) -> pin.Inertia:
     (mass,) = _numbers(whose, inertial, "mass", "value", unit="kg")
     if mass < 0:
         raise RobotError(f"{whose}: mass {mass:g} kg is negative; give the mass that the body has, or 0")
-    keys = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
-    tensor = np.array([[_numbers(whose, inertial, "inertia", key, unit="kg m²")[0] for key in row] for row in keys])
-    for key, moment in zip(("ixx", "iyy", "izz"), np.diag(tensor), strict=True):
-        if moment < -_ROUNDING:
-            raise RobotError(f"{whose}: {key} = {moment:g} kg m² is negative; give the moment of inertia that the body has")
+    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    moments = {key: _numbers(whose, inertial, "inertia", key, unit="kg m²")[0] for key in keys}
+    for key in ("ixx", "iyy", "izz"):
+        if moments[key] < -_ROUNDING:
+            raise RobotError(f"{whose}: {key} = {moments[key]:g} kg m² is negative; give the moment of inertia that the body has")
     place = _place(inertial, whose)
-    tensor = place.rotation @ tensor @ place.rotation.T
+    tensor = place.rotation @ np.array(list(moments.values()))[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]] @ place.rotation.T
     inertia = pin.Inertia.Zero()  # whose constructor refuses moments of −1e-20
     inertia.mass, inertia.lever, inertia.inertia = float(mass), place.translation, (tensor + tensor.T) / 2.0
     return inertia
