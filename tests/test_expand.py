@@ -147,11 +147,12 @@ REFUSED = {
         for name, called in {
             "../secret.xacro": "{dog}/../secret.xacro",
             "{top}/secret.xacro": "{top}/secret.xacro",
-            "../sec*.xacro": "{dog}/../secret.xacro",
             "link.xacro": "{dog}/link.xacro",
             '../secret.xacro" optional="true': "{dog}/../secret.xacro",
         }.items()
     },
+    included("../sec*.xacro"): '"{dog}/../sec*.xacro" leads to "{top}", outside the folders that may be read',
+    included("/*/*/*/*/*/*/*.xacro"): '"/*/*/*/*/*/*/*.xacro" leads to "/*/*/*/*/*/*", outside the folders that may be read',
     included("../none.xacro"): OUTSIDE.replace("secret.{kind}", "none.xacro"),
     **{
         xacro(f"<link name=\"${{{module}load_yaml('../secret.yaml')}}\"/>"): OUTSIDE.replace("{kind}", "yaml")

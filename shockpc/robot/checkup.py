@@ -45,13 +45,21 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
     """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
     root = shared_xml(robot.source.xml, robot.source.path.name)
     places: dict[tuple[Level, str, str], list[str]] = {}
-    for level, kind, name, text in (*_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root)):
+    odd = (*_read(robot), *_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root))
+    for level, kind, name, text in odd:
         places.setdefault((level, kind, text), []).append(name)
     found = []
     for (level, kind, text), names in places.items():
         called = kind if len(names) == 1 else "bodies" if kind == "body" else f"{kind}s"
         found.append(Finding(level, f"{called} {listed(names, 3)}" if kind else names[0], text))
     return tuple(sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.level)))
+
+
+def _read(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
+    """What the file's reader warned of."""
+    file = robot.source.path.name
+    for said in (*robot.source.warnings, *robot.notes):
+        yield "warning", "", file, said.removeprefix(f"{file}: ")
 
 
 def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:

@@ -118,9 +118,15 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
         link = waiting.pop()
         order[link] = above.get(link, ("", ""))
         waiting += below[link]
-    if lost := sorted(joint for link, (joint, _) in above.items() if link not in order):
+    if link := next((link for link in above if link not in order), ""):
+        for _ in above:  # from what hangs on the circle to a link of it
+            link = above[link][1]
+        circle: list[str] = []
+        while above[link][0] not in circle[:1]:
+            circle.append(above[link][0])
+            link = above[link][1]
         raise RobotError(
-            f"a circle that no root link carries holds {listed(lost, 5)}; a URDF is a tree, so remove one of these joints"
+            f"a circle that no root link carries holds {listed(sorted(circle), 5)}; a URDF is a tree, so remove one of these joints"
         )
     refuse_tree({link: carrier for link, (_, carrier) in order.items()})
     return order
@@ -183,7 +189,7 @@ def _moving(joint: Element, whose: str) -> pin.JointModel:
     kind = joint.get("type", "")
     if kind == "floating":
         return pin.JointModelFreeFlyer()
-    axis = _numbers(whose, joint, "axis", "xyz", "1 0 0", size=3)
+    axis = _numbers(whose, joint, "axis", "xyz", "1 0 0" if joint.find("axis") is None else "", size=3)
     shown = " ".join(f"{value:g}" for value in axis)
     if not 1e-100 < np.abs(axis).max() < 1e100:
         raise RobotError(f"{whose}: its axis is {shown}, so it has no direction; give it one, of length 1")

@@ -84,7 +84,10 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str]) -> 
                     case {"read": file}:
                         answer = _read(file, folders, texts)
                     case {"glob": pattern}:
-                        answer = sorted(glob.glob(pattern))
+                        folder, named = os.path.split(pattern)  # wildcards among folders could search the whole disk
+                        answer = sorted(
+                            os.path.join(folder, name) for name in glob.glob(named, root_dir=folders.resolve(Path(folder), pattern))
+                        )
                     case {"find": package}:
                         answer = str(folders.package(package, f"$(find {package})"))
                     case result:

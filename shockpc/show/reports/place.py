@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.spatial import Array
 from shockpc.show.document import record
 from shockpc.show.header import count, header_lines
 from shockpc.show.reports.report import Picture, Report
@@ -12,6 +11,9 @@ from shockpc.show.tables import Row, Sheet, largest
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
 __all__ = ["place_report"]
+
+_EQUAL = 1.0 - 1e-6
+"""Share of the greatest shock from which others are equal to it; they differ by the rounding of the optimum."""
 
 
 def place_report(study: PlaceStudy) -> Report:
@@ -97,19 +99,15 @@ def _places(study: PlaceStudy) -> Sheet:
         notes.append("together: in each landing the sensor with the least shock")
     elif len(study.places) > 1:
         notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
+    # At the best place several landings have the greatest shock; the first is named, whatever the processor rounds.
     rows: list[Row] = [
-        (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[_first_greatest(shocks)])
+        (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[(shocks >= _EQUAL * shocks.max()).argmax()])
         for name, position, mean, shocks in found
     ]
     header = ["place", "x [m]", "y [m]", "z [m]", *(["weighted mean [-]"] if weighted else []), "greatest shock [-]", "in landing"]
     return Sheet(
         f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)", header, rows, notes
     )
-
-
-def _first_greatest(shocks: Array) -> int:
-    """The first landing of the greatest shock: at an optimum several are equal up to the rounding of the solver."""
-    return int(np.argmax(shocks >= (1.0 - 1e-6) * shocks.max()))
 
 
 def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
