@@ -4,6 +4,7 @@ Shock is normalised by v_in, the speed of the fastest contact or of the centre o
 """
 
 import functools
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -30,7 +31,7 @@ S = TypeVar("S", bound="Solved")
 
 def derived(compute: Callable[[S], T]) -> functools.cached_property[T]:
     """A property that is computed when it is first read; its time counts as a stage of the trace, named as its docstring begins."""
-    label = (compute.__doc__ or "").partition(".")[0].partition(":")[0].partition(" (")[0]
+    label = re.split(r"[.:;(]", compute.__doc__ or "")[0].strip()
 
     @functools.wraps(compute)
     def timed(owner: S) -> T:
