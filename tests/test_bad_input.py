@@ -119,7 +119,7 @@ FOOT:: --velocity 0,0,-1e200 | --drop-height 0 | --drop-height 1e308 | --drop-he
 FOOT:: --velocity 0,0,-1 --speed 2 | --velocity 0,0,-1 --drop-height 1 | --drop-height 1 --strike-angle 10 | --joint-velocity knee
 FOOT:: --angular-velocity 1 | --angular-velocity 1e300,0,0
 FOOT:: --base fixed --angular-velocity 0,2,0 | --base planar --angular-velocity 1,3,0
-FOOT:: --plane zx | --plane 0,1 | --plane 0,0,0 | --plane xy --strike-angle 181
+FOOT:: --plane zx | --plane zx --slide | --plane 0,1 | --plane 0,0,0 | --plane xy --strike-angle 181
 FOOT:: --plane xy --strike-angle 10 | --plane 0,0,-2 --strike-angle=-0.5 | --restitution 1.5 | --restitution=-0.1
 FOOT:: --armature knee | --armature knee=-1 | --armature root_joint=1 | --joints locked --armature knee=0.1
 FOOT:: --pulse square:5ms | --pulse half-sine:0ms | --pulse half-sine | --range-g 16 | --range-g=-1

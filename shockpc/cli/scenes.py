@@ -13,7 +13,7 @@ from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
-from shockpc.scene import Scene, Strike, plane_of, point_at, read_scene, robot_of
+from shockpc.scene import Scene, Strike, check_scene, plane_of, point_at, read_scene, robot_of
 from shockpc.trace import Trace
 
 __all__ = ["is_scene_file", "one_scene", "scenes_from"]
@@ -107,7 +107,7 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
 def _up(scene: Scene) -> tuple[str, ...]:
     """The direction that a sliding contact keeps: z, or the world's y in the plane seen from above with a velocity in it."""
     velocity = scene.strike.velocity
-    return ("y",) if plane_of(scene).level and velocity is not None and velocity[2] == 0.0 else ("z",)
+    return ("y",) if plane_of(check_scene(scene)).level and velocity is not None and velocity[2] == 0.0 else ("z",)
 
 
 def _with(record: Record, **values: Any) -> Record:
