@@ -12,7 +12,7 @@ import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
 
 from shockpc import Contact, Joints, Posture, Robot, RobotError, Scene, Strike, UnknownName, shock_profile
-from shockpc.robot.mjcf import compiled
+from shockpc.robot.mjcf_compiled import compiled
 from shockpc.scene import robot_of
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'

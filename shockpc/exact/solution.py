@@ -82,7 +82,7 @@ class ExactImpact:
         if self._ties:
             H = joint_inertia(robot, self.state.J[0], self._inertias, inputs.armature)
             inertia = np.array([abs(float(H[k, k])) for k in self._free])
-            # A power of two changes no digit.
+            # A product with a power of two is exact.
             self._unit = np.ldexp(1.0, -np.frexp(inertia)[1] // 2)
             self._H = matrix(self._reduced(self._reduced(H).T))
 

@@ -244,7 +244,7 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
 
 def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | Unread]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
-    from shockpc.robot.mjcf import compiled
+    from shockpc.robot.mjcf_compiled import compiled
 
     found = compiled(source)
     m = found.model

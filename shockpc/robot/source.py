@@ -86,7 +86,7 @@ def read_source(
         warnings = (f"{path.name}: {said}",)
     robot_name = root.get("name" if root.tag == "robot" else "model") or path.name.split(".")[0]
     if root.tag == "mujoco":
-        from shockpc.robot.mjcf import insert_includes
+        from shockpc.robot.mjcf_compiled import insert_includes
 
         if srdf is not None:
             instead = "leave it out, or write its postures as <key> elements of a <keyframe>"

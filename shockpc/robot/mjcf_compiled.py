@@ -1,0 +1,255 @@
+"""An MJCF compiled by MuJoCo, which means defaults, frames, replicas and compiler settings as it does.
+
+MuJoCo never sees a path: includes are inserted, and meshes that give mass are passed on as bytes, both read from the open folders.
+"""
+
+import contextlib
+import functools
+import math
+import os
+import re
+import warnings
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element, tostring
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.errors import RobotError
+from shockpc.paths import read_file
+from shockpc.robot.files import OpenFolders, parse_xml, read_xml
+from shockpc.robot.source import RobotSource
+
+__all__ = ["Compiled", "MeshFile", "compiled", "insert_includes"]
+
+# Sections and attributes that change no mass and no motion, some of which name files.
+_UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
+_UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
+_UNUSED_ATTRIBUTES = ("material", "texture")
+_LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
+_NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
+
+
+class MeshFile(NamedTuple):
+    """A mesh of an MJCF whose file is read when its shape is asked for.
+
+    Attributes:
+        name: in the MJCF.
+        file: as named there.
+        scale: (3,) along the axes of the file, applied last [1].
+        origin: (3,) of the mesh in the file's coordinates [m].
+        rotation: (4,) quaternion w x y z of the mesh's axes in the file's.
+    """
+
+    name: str
+    file: str
+    scale: Array
+    origin: Array
+    rotation: Array
+
+
+class Compiled(NamedTuple):
+    """An MJCF compiled by MuJoCo.
+
+    Attributes:
+        model: the `mujoco.MjModel`; every body and joint has a name.
+        keys: keyframes of the file: name and qpos in MuJoCo's order.
+        meshes: by the number of a geom, the file of a mesh that gives no mass; the geom itself is a small box in its place.
+        warnings: of MuJoCo.
+    """
+
+    model: Any
+    keys: tuple[tuple[str, tuple[float, ...]], ...]
+    meshes: Mapping[int, MeshFile]
+    warnings: tuple[str, ...]
+
+
+def insert_includes(root: Element, folders: OpenFolders) -> str:
+    """Replace every <include> of a <mujoco> element by the contents of its file, and return the text of the whole model.
+
+    The path of every mesh is written relative to the main file. The element is changed in place.
+
+    Raises:
+        RobotError: an included file is missing, outside the open folders, or included twice.
+    """
+    _include(root, folders, [folders.file])
+    meshdir, strip = "", False
+    for compiler in root.findall("compiler"):
+        meshdir = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", meshdir))
+        strip = compiler.attrib.pop("strippath", str(strip).lower()) == "true"
+    for mesh in root.findall("asset/mesh[@file]"):
+        file = Path(mesh.get("file", ""))
+        mesh.attrib.setdefault("name", file.stem)
+        mesh.set("file", str(Path(meshdir) / (file.name if strip else file)))
+    return tostring(root, encoding="unicode")
+
+
+def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
+    """Insert included files below one element. MuJoCo finds all of them from the folder of the main file."""
+    for child in list(parent):
+        if child.tag != "include":
+            _include(child, folders, opened)
+            continue
+        named = child.get("file", "")
+        path = folders.asset(named)
+        if path in opened:
+            raise RobotError(f'{folders.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names')
+        opened.append(path)
+        part = read_xml(path)
+        _include(part, folders, opened)
+        place = list(parent).index(child)
+        parent[place : place + 1] = list(part)
+
+
+def _size(element: Element) -> int:
+    """The number of elements that MuJoCo makes of one."""
+    count = math.prod(int(word[:9]) for word in element.get("count", "").split() if word.isdecimal())
+    return max(count, 1) * (1 + sum(map(_size, element)))
+
+
+def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes]) -> str:
+    """The text of a model without textures, height fields and all else that moves no mass; `parts` receives models attached."""
+    size = _size(root)
+    if size > _LARGEST:
+        instead = "lower the count of <replicate>, <composite> or <flexcomp>"
+        raise RobotError(f"{size} elements after replication, and up to {_LARGEST} are read; {instead}")
+    root[:] = [section for section in root if section.tag not in _UNUSED_SECTIONS]
+    for element in root.iter():
+        element[:] = [child for child in element if child.tag not in _UNUSED_ELEMENTS]
+        for key in _UNUSED_ATTRIBUTES:
+            element.attrib.pop(key, None)
+        for key, value in element.attrib.items():
+            called = f' "{element.get("name")}"' if "name" in element.attrib else ""
+            whose = f'{element.tag}{called}: {key} is "{value}"'
+            if element.tag != "key" and key not in ("name", "model") and any(map(_NOT_FINITE.fullmatch, value.split())):
+                raise RobotError(f"{whose}; it has to be finite numbers")
+            if key == "file" and element.tag not in ("mesh", "model"):
+                raise RobotError(f"{whose}, a file that is not read here; write out what it stands for")
+    for model in root.findall("asset/model[@file]"):
+        path = folders.asset(model.get("file", ""))
+        inner = OpenFolders(path, folders.packages, folders.allowed)
+        part = read_xml(path)
+        insert_includes(part, inner)
+        for mesh in part.findall("asset/mesh[@file]"):
+            mesh.set("file", str(path.parent / mesh.get("file", "")))
+        model.attrib.setdefault("name", part.get("model", path.stem))
+        key = f"part_{len(parts)}.xml"
+        parts[key] = b""
+        parts[key] = _without_files(part, inner, parts).encode()
+        model.set("file", key)
+    return tostring(root, encoding="unicode")
+
+
+@functools.lru_cache(maxsize=16)
+def compiled(source: RobotSource) -> Compiled:
+    """Compile an MJCF; the result is kept, so that asking again costs nothing. Only the meshes that give a body its mass are read.
+
+    Raises:
+        RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
+    """
+    parts: dict[str, bytes] = {}
+    try:
+        import mujoco
+    except ImportError:
+        raise RobotError('an MJCF file is read by MuJoCo. Install it: pip install "shockpc[mjcf]"') from None
+    text = _without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
+    notes: list[str] = []
+    try:
+        with _caught(mujoco, notes):
+            spec = mujoco.MjSpec.from_string(text, include=parts)
+            spec.compiler.fusestatic = False  # it would drop links
+            keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
+            for key in list(spec.keys):
+                spec.delete(key)
+            _name(mujoco, spec)
+            boxes = _load_meshes(mujoco, spec, source)
+            model = spec.compile()
+    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
+        said = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
+        # The line numbers are not those of the user's file.
+        said = re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", said)
+        raise RobotError(f"MuJoCo cannot compile it: {said}") from None
+    messages = dict.fromkeys(f"MuJoCo: {' '.join(note.split())}" for note in notes)
+    return Compiled(model, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
+
+
+@contextlib.contextmanager
+def _caught(mujoco: Any, notes: list[str]) -> Iterator[None]:
+    """Collect MuJoCo's warnings, and discard what native code, such as Qhull's, writes to standard error."""
+    before, kept, nothing = mujoco.get_mju_user_warning(), os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
+        os.dup2(nothing, 2)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield
+        notes += [str(warning.message) for warning in caught]
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nothing)
+        mujoco.set_mju_user_warning(before)
+
+
+def _name(mujoco: Any, spec: Any) -> None:
+    """Name bodies after their number and joints after their body where the file gives no name."""
+    taken = {item.name for item in (*spec.bodies, *spec.joints)}
+
+    def free(name: str) -> str:
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        return name
+
+    for number, body in enumerate(spec.bodies):
+        body.name = body.name or free(f"body_{number}")
+        for index, joint in enumerate(body.joints, start=1):
+            kind = "free" if joint.type == mujoco.mjtJoint.mjJNT_FREE else "joint" if len(body.joints) == 1 else f"joint_{index}"
+            joint.name = joint.name or free(f"{body.name}_{kind}")
+
+
+def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any, MeshFile]]:
+    """Read the meshes that give mass; the geoms of others, returned with their files, become boxes without mass in their places."""
+    named, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
+    needed: dict[str, str] = {}
+    for geom in list(spec.geoms):
+        mesh = named.get(geom.meshname)
+        if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:  # the ground
+            spec.delete(geom)
+        elif mesh is not None and mesh.file:
+            # A primitive with a mesh is fitted to it.
+            if geom.type != mujoco.mjtGeom.mjGEOM_MESH or _weighs(mujoco, spec, geom):
+                needed.setdefault(mesh.name, geom.parent.name)
+            else:
+                boxes.append((geom, MeshFile(mesh.name, mesh.file, *map(np.array, (mesh.scale, mesh.refpos, mesh.refquat)))))
+                geom.type, geom.size, geom.mass = mujoco.mjtGeom.mjGEOM_BOX, [1e-3] * 3, 0.0
+                geom.name = geom.meshname = ""
+    for number, mesh in enumerate(named.values()):
+        if mesh.file and mesh.name not in needed:
+            spec.delete(mesh)
+        elif mesh.file:
+            try:
+                path = source.folders.asset(mesh.file)
+                mesh.file = f"mesh_{number}{path.suffix}"
+                assets[mesh.file] = read_file(path, "mesh", RobotError)
+            except RobotError as refusal:
+                raise RobotError(
+                    f'body "{needed[mesh.name]}" takes its mass from mesh "{mesh.name}", which cannot be '
+                    f"read: {refusal}. Give the mesh, or give the body an <inertial>"
+                ) from None
+    spec.assets = assets
+    return boxes
+
+
+def _weighs(mujoco: Any, spec: Any, geom: Any) -> bool:
+    """Whether MuJoCo takes part of a body's mass from a geom."""
+    rule, (low, high) = spec.compiler.inertiafromgeom, spec.compiler.inertiagrouprange
+    own = rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE or not geom.parent.explicitinertial
+    if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE or not own or not low <= geom.group <= high:
+        return False
+    body, moves = geom.parent, spec.compiler.settotalmass > 0
+    while body is not None and not moves:
+        body, moves = body.parent, bool(body.joints)
+    return bool(moves and (geom.density if np.isnan(geom.mass) else geom.mass))
