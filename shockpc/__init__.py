@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from shockpc.results.contacts import ContactImpulse
     from shockpc.results.loads import JointLoad
     from shockpc.results.points import PointShock
-    from shockpc.robot.robot import Robot, load_robot
+    from shockpc.robot.load import load_robot
+    from shockpc.robot.record import Robot
     from shockpc.scene import Point, Scene, Strike, read_scene
     from shockpc.studies.batch import batch
     from shockpc.studies.compare import Design, compare
@@ -42,7 +43,8 @@ _HOMES = {
     "results.contacts": ("ContactImpulse",),
     "results.loads": ("JointLoad",),
     "results.points": ("PointShock",),
-    "robot.robot": ("Robot", "load_robot"),
+    "robot.load": ("load_robot",),
+    "robot.record": ("Robot",),
     "scene": ("Point", "Scene", "Strike", "read_scene"),
     "studies.batch": ("batch",),
     "studies.compare": ("Design", "compare"),

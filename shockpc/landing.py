@@ -20,7 +20,7 @@ from shockpc.model.posture import configuration, held_joints, outside_limits, re
 from shockpc.model.rows import Block, Equation, block_point, row_jacobian, slices_of
 from shockpc.printed import listed
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.record import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 

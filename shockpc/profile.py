@@ -24,7 +24,7 @@ from shockpc.model.posture import check_rotations
 from shockpc.model.rows import Equation
 from shockpc.result import ShockMaps, ShockProfile
 from shockpc.results.proof import proven
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
 from shockpc.trace import Trace
 

@@ -25,7 +25,8 @@ from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.paths import usable_path
 from shockpc.printed import printable
-from shockpc.robot.robot import Robot, load_robot
+from shockpc.robot.load import load_robot
+from shockpc.robot.record import Robot
 from shockpc.toml import checked, inline, reading, toml_lines
 
 __all__ = [

@@ -8,7 +8,8 @@ from robot_texts import arm, refused
 
 from shockpc import RobotError
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.source import RobotSource, read_source
+from shockpc.robot.record import RobotSource
+from shockpc.robot.source import read_source
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from shockpc.executor import executor
 from shockpc.profile import shock_profile
 from shockpc.robot.catalogue import SETS, robots_of_set
 from shockpc.robot.landmarks import each_foot
-from shockpc.robot.robot import load_robot
+from shockpc.robot.load import load_robot
 from shockpc.studies.batch import batch
 
 DOGS = ("anymal_b", "go2")

@@ -10,7 +10,7 @@ from shockpc.profile import shock_profile
 from shockpc.robot import geometry
 from shockpc.robot.changes import Change, changed, link_mass, read_changes
 from shockpc.robot.geometry import outline
-from shockpc.robot.robot import load_robot
+from shockpc.robot.load import load_robot
 from shockpc.scene import Scene
 
 

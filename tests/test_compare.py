@@ -15,7 +15,7 @@ from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.profile import shock_profile
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot.robot import load_robot
+from shockpc.robot.load import load_robot
 from shockpc.scene import Scene, Strike
 from shockpc.show.reports.compare import compare_report
 from shockpc.studies.compare import Design, compare, design_with

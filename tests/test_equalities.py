@@ -13,7 +13,7 @@ from shockpc.model.columns import free_columns
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration
 from shockpc.model.rows import row_jacobian
-from shockpc.robot.robot import Mimic
+from shockpc.robot.record import Mimic
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 

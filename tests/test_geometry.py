@@ -14,7 +14,7 @@ from shockpc import load_robot
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.geometry import inertia_box, outline
 from shockpc.robot.meshes import hull_corners, read_mesh
-from shockpc.robot.robot import Body
+from shockpc.robot.record import Body
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)

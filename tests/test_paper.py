@@ -14,7 +14,7 @@ from shockpc.paper.leg import cases, reductions
 from shockpc.paper.quadruped import ANGLES, quadruped
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy
 from shockpc.robot.catalogue import catalogue, own_robots_folder
-from shockpc.robot.robot import load_robot
+from shockpc.robot.load import load_robot
 from shockpc.show.files import MANIFEST
 from shockpc.show.reports.paper import paper_picture
 

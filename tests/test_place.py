@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import shockpc
 from shockpc.robot.geometry import facets, half_spaces, outline
-from shockpc.robot.robot import load_robot
+from shockpc.robot.load import load_robot
 from shockpc.studies.place.cone import Cell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group

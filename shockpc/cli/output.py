@@ -10,7 +10,7 @@ from shockpc.cli.process import complain
 from shockpc.cli.progress import ShownTrace
 from shockpc.errors import OutputError, UnknownName
 from shockpc.result import ShockProfile
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.show.files import write_folder
 

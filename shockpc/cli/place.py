@@ -8,7 +8,7 @@ from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name, setting, variable
 
 if TYPE_CHECKING:
-    from shockpc.robot.robot import Robot
+    from shockpc.robot.record import Robot
     from shockpc.scene import Scene
 
 __all__ = ["place"]

@@ -8,7 +8,7 @@ from shockpc.cli.options import PACKAGE, XACRO
 from shockpc.cli.parse import robot_name
 
 if TYPE_CHECKING:
-    from shockpc.robot.robot import Robot
+    from shockpc.robot.record import Robot
 
 __all__ = ["robots"]
 
@@ -21,7 +21,7 @@ def robots(
     package: tuple[tuple[str, str], ...] = PACKAGE,
 ) -> None:
     """List the robots known by name, or check and show one."""
-    from shockpc.robot.robot import load_robot
+    from shockpc.robot.load import load_robot
 
     sys.stdout.write(_all() if robot is None else _one(load_robot(robot, xacro=dict(xacro), packages=dict(package))))
 
@@ -31,7 +31,7 @@ def _all() -> str:
     from shockpc.cli.progress import progress
     from shockpc.errors import ShockError
     from shockpc.robot.catalogue import catalogue, own_robots_folder
-    from shockpc.robot.robot import load_robot
+    from shockpc.robot.load import load_robot
     from shockpc.show.reports.robots import catalogue_row, catalogue_sheet
     from shockpc.show.tables import as_text
 

@@ -12,7 +12,7 @@ from shockpc.model.contact import Contact, landing_frames, match_frames
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene, Strike, check_scene, plane_of, point_at, read_scene, robot_of
 from shockpc.trace import Trace
 

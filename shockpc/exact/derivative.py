@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, balls, entries, nearest, rotation_matrix
 from shockpc.exact.proof import Enclosure
 from shockpc.exact.solution import ExactImpact, Inputs
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["derivatives", "displaced"]
 

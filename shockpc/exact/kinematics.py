@@ -14,7 +14,7 @@ from flint import arb, arb_mat
 from shockpc.core.spatial import Array, Plane, quaternion_of
 from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rotation_matrix
 from shockpc.model.dynamics import Dynamics
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.record import Joint, Robot
 
 __all__ = ["Data", "data_of", "joint_inertia", "posed", "shift"]
 

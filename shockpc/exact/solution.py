@@ -21,7 +21,7 @@ from shockpc.exact.kinematics import Data, data_of, joint_inertia, posed, shift
 from shockpc.model.columns import Base
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.rows import Block, block_wrenches, row_jacobian, slices_of
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["ExactImpact", "Inputs"]
 

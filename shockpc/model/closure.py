@@ -18,7 +18,7 @@ from shockpc.model.columns import free_columns
 from shockpc.model.contact import unit_directions
 from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.rows import Block, point_at, row_jacobian
-from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.record import Loop, Robot
 
 __all__ = ["Assembly", "Closure", "Place", "all_loops", "assemble", "closure_block", "closure_gap", "loop_of"]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["Base", "free_columns"]
 

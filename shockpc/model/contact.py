@@ -11,7 +11,7 @@ from shockpc.errors import SceneError, UnknownName
 from shockpc.model import Record
 from shockpc.model.rows import Block
 from shockpc.robot.geometry import Shape, body_outline
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = [
     "Contact",

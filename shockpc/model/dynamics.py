@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from shockpc.core.inertia import Inertia, Momenta, matrix_of
 from shockpc.core.spatial import Array
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["PINOCCHIO", "Dynamics", "dynamics"]
 

@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model import Record
 from shockpc.printed import listed
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.toml import LARGEST
 
 __all__ = ["JointModel", "Joints", "Rotor", "joint_model"]

@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.rows import Block, block_wrenches
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["Motion", "approach_speeds", "com_velocity", "twist_before"]
 

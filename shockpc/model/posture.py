@@ -12,7 +12,7 @@ from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError, ShockError, UnknownName
 from shockpc.model import Record
 from shockpc.printed import listed
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.record import Joint, Robot
 
 __all__ = [
     "STANDING",

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["INERTIA_ENTRIES", "inertia_regressor", "parameter_directions"]
 

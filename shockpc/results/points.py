@@ -15,7 +15,7 @@ from shockpc.exact.solution import ExactImpact
 from shockpc.landing import pulse_of
 from shockpc.results.solved import Solved, shock_in, world
 from shockpc.robot.landmarks import sensors
-from shockpc.robot.robot import Frame, Robot
+from shockpc.robot.record import Frame, Robot
 from shockpc.scene import GRAVITY, Point, Scene
 
 __all__ = ["PointShock", "Spot", "com_directions", "point_shocks", "saturated", "spot_of", "spots"]

@@ -20,7 +20,7 @@ from shockpc.exact.proof import Proof
 from shockpc.exact.solution import ExactImpact
 from shockpc.landing import Landing
 from shockpc.model.rows import Equation
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.trace import Trace
 
 __all__ = ["Solved", "body_frames", "derived", "shock_in", "speed_in", "world"]

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.robot.limits import refuse_number
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["Change", "Property", "changed", "link_mass", "read_changes"]
 

@@ -14,8 +14,7 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import shared_xml
 from shockpc.robot.limits import inertia_fault
-from shockpc.robot.robot import Robot
-from shockpc.robot.source import RobotSource
+from shockpc.robot.record import Robot, RobotSource
 from shockpc.robot.urdf import vector
 
 __all__ = ["Finding", "check_robot"]

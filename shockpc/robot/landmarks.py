@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["each_foot", "feet", "is_imu", "sensors"]
 

@@ -18,8 +18,8 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.mjcf_compiled import Compiled, compiled
-from shockpc.robot.robot import Frame, Loop, Mimic, Robot, add_joint, axis_joint, rotation
-from shockpc.robot.source import RobotSource
+from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
+from shockpc.robot.tree import add_joint, axis_joint, rotation
 
 __all__ = ["build_mjcf"]
 

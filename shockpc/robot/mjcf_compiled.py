@@ -20,7 +20,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.paths import read_file
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
-from shockpc.robot.source import RobotSource
+from shockpc.robot.record import RobotSource
 
 __all__ = ["Compiled", "MeshFile", "compiled", "insert_includes"]
 

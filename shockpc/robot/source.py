@@ -2,16 +2,17 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 from xml.etree.ElementTree import Element
 
 from shockpc.errors import RobotError
 from shockpc.robot.catalogue import find_robot, find_srdf
-from shockpc.robot.files import OpenFolders, open_folders, parse_xml, read_text, shared_xml
+from shockpc.robot.files import open_folders, parse_xml, read_text, shared_xml
+from shockpc.robot.mjcf_compiled import insert_includes
+from shockpc.robot.record import RobotSource
+from shockpc.robot.xacro import expand_xacro
 
-__all__ = ["RobotSource", "read_source"]
+__all__ = ["read_source"]
 
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {
@@ -23,35 +24,6 @@ _NOT_ROBOTS = {
     "svg": "a picture",
     "mujocoinclude": "a part of an MJCF file; give the file that includes it",
 }
-
-
-@dataclass(eq=False, repr=False)
-class RobotSource:
-    """What was read of a robot: its text, where it came from, and what may be read along with it.
-
-    Attributes:
-        name: its catalogue name, if it was asked for by name.
-        kind: "urdf" (xacro included) or "mjcf".
-        xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
-            the file.
-        robot_name: as the file says, else the file's stem.
-        srdf: the file of reference postures, given or found beside the robot.
-        folders: the robot file, and what may be read along with it.
-        warnings: what was met on the way, each with its consequence.
-    """
-
-    name: str | None
-    kind: Literal["urdf", "mjcf"]
-    xml: str
-    robot_name: str
-    srdf: Path | None
-    folders: OpenFolders
-    warnings: tuple[str, ...]
-
-    @property
-    def path(self) -> Path:
-        """The robot file, absolute."""
-        return self.folders.file
 
 
 def read_source(
@@ -75,8 +47,6 @@ def read_source(
     warnings: tuple[str, ...] = ()
     prefixed = dict.fromkeys(f"<{part.tag}>" for part in root if part.tag.startswith("xacro:"))
     if root.tag == "robot" and (path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root))):
-        from shockpc.robot.xacro import expand_xacro
-
         text, warnings = expand_xacro(text, folders, xacro or {})
         root = shared_xml(text, path.name)
     elif xacro:
@@ -86,8 +56,6 @@ def read_source(
         warnings = (f"{path.name}: {said}",)
     robot_name = root.get("name" if root.tag == "robot" else "model") or path.name.split(".")[0]
     if root.tag == "mujoco":
-        from shockpc.robot.mjcf_compiled import insert_includes
-
         if srdf is not None:
             instead = "leave it out, or write its postures as <key> elements of a <keyframe>"
             raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {instead}")

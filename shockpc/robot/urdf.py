@@ -17,8 +17,8 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.files import read_xml, shared_xml
 from shockpc.robot.limits import refuse_number, refuse_tree
-from shockpc.robot.robot import WORLD, Mimic, Robot, add_joint, axis_joint
-from shockpc.robot.source import RobotSource
+from shockpc.robot.record import WORLD, Mimic, Robot, RobotSource
+from shockpc.robot.tree import add_joint, axis_joint
 
 __all__ = ["build_urdf", "vector"]
 

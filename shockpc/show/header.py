@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.model.columns import Base
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
-from shockpc.robot.robot import WORLD, Robot
+from shockpc.robot.record import WORLD, Robot
 
 __all__ = [
     "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",

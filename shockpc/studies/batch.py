@@ -15,7 +15,8 @@ from shockpc.model.contact import Contact
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import each_foot
-from shockpc.robot.robot import Robot, load_robot
+from shockpc.robot.load import load_robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 
 __all__ = ["Batch", "BatchRow", "Failure", "Read", "batch", "landings_on_each_foot"]

@@ -12,7 +12,7 @@ from shockpc.errors import SceneError, SolveError, StudyError
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.changes import Change, changed
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 
 __all__ = ["Comparison", "Design", "Difference", "Quantity", "Unmatched", "compare", "design_with"]

@@ -20,7 +20,7 @@ from shockpc.model.posture import held_joints, set_joints
 from shockpc.profile import ILL_CONDITIONED, SWIFT, profile_of, shock_maps
 from shockpc.results.points import Spot
 from shockpc.results.proof import UNPHYSICAL
-from shockpc.robot.robot import Joint
+from shockpc.robot.record import Joint
 
 __all__ = ["JointScan", "greatest_shock", "wave"]
 

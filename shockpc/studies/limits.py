@@ -20,7 +20,7 @@ from shockpc.printed import listed
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.proof import UNPHYSICAL
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.joint_scan import JointScan, greatest_shock, wave
 from shockpc.studies.question import moving_spot, strike_angle

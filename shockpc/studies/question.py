@@ -5,7 +5,7 @@ import numpy as np
 from shockpc.errors import StudyError
 from shockpc.landing import Landing
 from shockpc.results.points import Spot, spot_of
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Point
 
 __all__ = ["moving_spot", "strike_angle"]

@@ -34,7 +34,7 @@ from shockpc.result import ShockProfile
 from shockpc.results.percussion import robot_length
 from shockpc.results.points import Spot
 from shockpc.results.solved import speed_in
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.record import Joint, Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.question import moving_spot, strike_angle
 from shockpc.trace import Trace

@@ -12,7 +12,7 @@ from shockpc.model.closure import all_loops
 from shockpc.model.dynamics import dynamics
 from shockpc.result import ShockProfile
 from shockpc.robot.geometry import Shape, inertia_box, outline
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.show.figure.silhouette import Region, silhouette, surface, to_plane
 
 __all__ = ["Drawn", "Field", "View", "Window", "body_shapes", "field_of", "view_of", "windows_of"]

@@ -7,7 +7,7 @@ from shockpc.model.dynamics import PINOCCHIO
 from shockpc.model.posture import reference_name
 from shockpc.printed import few, printable
 from shockpc.robot.landmarks import feet, sensors
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.show.header import base_text, count
 from shockpc.show.tables import Row, Sheet
 

@@ -15,7 +15,7 @@ from shockpc.errors import ShockError, StudyError
 from shockpc.landing import resolve
 from shockpc.printed import printable
 from shockpc.profile import shock_profile
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene, rounded
 from shockpc.studies.check.budgets import Budget, Budgets, Case

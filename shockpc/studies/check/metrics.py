@@ -13,7 +13,7 @@ from shockpc.landing import Landing, pulse_of
 from shockpc.printed import printable
 from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import sensors
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Point, Scene, point_at
 
 __all__ = ["METRICS", "Metric", "MetricName", "Place", "measure", "places", "with_points"]

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
 from shockpc.robot.geometry import HalfSpaces, Kind, facets, half_spaces, outline
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.search import box
 

@@ -16,7 +16,7 @@ from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.results.points import Spot, spot_of, spots
 from shockpc.robot.geometry import Kind
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Point, Scene, robot_of
 from shockpc.studies.place.cone import Optimum
 from shockpc.studies.place.field import Fields, fields_of

@@ -8,7 +8,7 @@ from shockpc.errors import StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints, joint_model
 from shockpc.robot.changes import Change, Property, changed
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
 

@@ -16,7 +16,7 @@ from shockpc.profile import impact_jumps, joined, needs_proof
 from shockpc.result import ShockProfile
 from shockpc.results.percussion import ROUNDED, robot_length
 from shockpc.results.points import Spot
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 
 __all__ = ["Solved", "Targets", "columns", "proven_columns", "solve"]
 

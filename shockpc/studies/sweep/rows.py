@@ -17,7 +17,7 @@ from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError
 from shockpc.landing import Landing, resolve
 from shockpc.profile import shock_profile
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.columns import Targets, columns, proven_columns, solve

@@ -12,7 +12,7 @@ from shockpc.core.extremes import Pieces
 from shockpc.errors import StudyError, UnknownName
 from shockpc.executor import in_order
 from shockpc.robot.geometry import body_outline
-from shockpc.robot.robot import Robot
+from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene, plane_of, robot_of
 from shockpc.studies.question import moving_spot
 from shockpc.studies.sweep.case import applied

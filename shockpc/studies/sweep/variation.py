@@ -8,7 +8,7 @@ from shockpc.errors import StudyError, UnknownName
 from shockpc.model.contact import landing_frames
 from shockpc.model.posture import settable_joints
 from shockpc.robot.changes import link_mass
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.record import Joint, Robot
 
 __all__ = ["ATTITUDE", "Variation", "each_of", "variation"]
 

@@ -1,23 +1,23 @@
-"""A robot: URDF, xacro or MJCF in, moving bodies and frames out. What cannot be computed is refused by name."""
+"""A robot: what was read of its file, its moving bodies, joints and frames, and what they compute from themselves."""
 
 import fnmatch
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
-from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError, UnknownName
+from shockpc.errors import UnknownName
 from shockpc.printed import few, listed
-from shockpc.robot.limits import LEVELS, POINT, inertia_fault, refuse_number
-from shockpc.robot.source import RobotSource, read_source
+from shockpc.robot.files import OpenFolders
+from shockpc.robot.limits import POINT, inertia_fault
 
-__all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "add_joint", "axis_joint", "load_robot", "rotation"]
+__all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "RobotSource"]
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
@@ -29,6 +29,35 @@ KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute
 FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
 FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
 """Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
+
+
+@dataclass(eq=False, repr=False)
+class RobotSource:
+    """What was read of a robot: its text, where it came from, and what may be read along with it.
+
+    Attributes:
+        name: its catalogue name, if it was asked for by name.
+        kind: "urdf" (xacro included) or "mjcf".
+        xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
+            the file.
+        robot_name: as the file says, else the file's stem.
+        srdf: the file of reference postures, given or found beside the robot.
+        folders: the robot file, and what may be read along with it.
+        warnings: what was met on the way, each with its consequence.
+    """
+
+    name: str | None
+    kind: Literal["urdf", "mjcf"]
+    xml: str
+    robot_name: str
+    srdf: Path | None
+    folders: OpenFolders
+    warnings: tuple[str, ...]
+
+    @property
+    def path(self) -> Path:
+        """The robot file, absolute."""
+        return self.folders.file
 
 
 class Body(NamedTuple):
@@ -339,100 +368,6 @@ class Robot:
         if name not in self.frames:
             raise UnknownName("frame", name, self.frames, f'robot "{self.name}"', f"shockpc robots {self.label}")
         return self.frames[name]
-
-
-def load_robot(
-    robot: str,
-    *,
-    xacro: Mapping[str, str] | None = None,
-    packages: Mapping[str, str] | None = None,
-    srdf: str | None = None,
-    frames: Sequence[str] = (),
-) -> Robot:
-    """Load a robot from a file (URDF, xacro or MJCF, recognised by its content) or by name.
-
-    Args:
-        robot: a path, or a name that `shockpc robots` lists.
-        xacro: arguments of a xacro file.
-        packages: folders of packages, for `package://` and `$(find …)`.
-        srdf: a file of reference postures; by default the one found beside the robot.
-        frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
-            loaded, or else the one with the most joints.
-
-    Raises:
-        UnknownName: no robot has that name.
-        RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
-    """
-    source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
-    try:
-        return _built(source, frames)
-    except RobotError as refusal:
-        file = source.path.name
-        raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}") from None
-
-
-def _built(source: RobotSource, frames: Sequence[str]) -> Robot:
-    """The robot of a file. What is refused is said without the file's name."""
-    if source.kind == "mjcf":
-        from shockpc.robot.mjcf import build_mjcf
-
-        found = build_mjcf(source, frames)
-    else:
-        from shockpc.robot.urdf import build_urdf
-
-        found = build_urdf(source)
-    model = found.model
-    if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
-        raise RobotError(f"it moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter")
-    refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
-    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
-    for place in model.jointPlacements:
-        R = place.rotation
-        # By einsum, whose rounding is the same on every processor.
-        place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
-    return replace(found, mimics=_leaders_first(found)) if found.mimics else found
-
-
-def axis_joint(kind: str, axis: Array) -> Any:
-    """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""
-    # By the parser, because a continuous joint about any axis has no constructor in Python.
-    of = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
-    links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
-    return pin.buildModelFromXML(f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{of}</joint></robot>').joints[1]
-
-
-def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
-    """Add a joint and its frame to a model; returns its index."""
-    index: int = model.addJoint(carrier, joint, place, name)
-    model.addJointFrame(index)
-    return index
-
-
-def rotation(quaternion: Array) -> Array:
-    """The rotation (3, 3) of a quaternion (4,) whose scalar part comes first, as MuJoCo has it."""
-    w, x, y, z = (float(value) for value in quaternion)
-    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
-
-
-def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
-    """The mimic joints, each after those that it follows, without leaders that are fixed."""
-    freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
-    for mimic in robot.mimics:
-        for name in (mimic.joint, *mimic.leaders):
-            if freedom.get(name, 1) != 1:
-                many = f"{freedom[name]} degrees of freedom, and only a joint with one can follow or lead; give it one axis"
-                said = f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {many}'
-                raise RobotError(f"{said}, or take the coupling out")
-    followers = {}
-    for mimic in robot.mimics:
-        leaders = {name: by for name, by in mimic.leaders.items() if name in freedom}
-        followers[mimic.joint] = mimic._replace(leaders=leaders)
-    try:
-        order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
-    except CycleError as circle:
-        names = listed(name for name in followers if name in circle.args[1])
-        raise RobotError(f"mimic joints {names} follow one another in a circle; one of them has to lead") from None
-    return tuple(followers[name] for name in order if name in followers)
 
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:

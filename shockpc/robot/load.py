@@ -1,0 +1,83 @@
+"""From a name or a file to a Robot: URDF, xacro or MJCF in. What cannot be computed is refused by name."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
+
+import numpy as np
+
+from shockpc.errors import RobotError
+from shockpc.printed import listed
+from shockpc.robot.limits import LEVELS, refuse_number
+from shockpc.robot.mjcf import build_mjcf
+from shockpc.robot.record import Mimic, Robot, RobotSource
+from shockpc.robot.source import read_source
+from shockpc.robot.urdf import build_urdf
+
+__all__ = ["load_robot"]
+
+
+def load_robot(
+    robot: str,
+    *,
+    xacro: Mapping[str, str] | None = None,
+    packages: Mapping[str, str] | None = None,
+    srdf: str | None = None,
+    frames: Sequence[str] = (),
+) -> Robot:
+    """Load a robot from a file (URDF, xacro or MJCF, recognised by its content) or by name.
+
+    Args:
+        robot: a path, or a name that `shockpc robots` lists.
+        xacro: arguments of a xacro file.
+        packages: folders of packages, for `package://` and `$(find …)`.
+        srdf: a file of reference postures; by default the one found beside the robot.
+        frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
+            loaded, or else the one with the most joints.
+
+    Raises:
+        UnknownName: no robot has that name.
+        RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
+    """
+    source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
+    try:
+        return _built(source, frames)
+    except RobotError as refusal:
+        file = source.path.name
+        raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}") from None
+
+
+def _built(source: RobotSource, frames: Sequence[str]) -> Robot:
+    """The robot of a file. What is refused is said without the file's name."""
+    robot = build_mjcf(source, frames) if source.kind == "mjcf" else build_urdf(source)
+    model = robot.model
+    if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
+        raise RobotError(f"it moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter")
+    refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
+    # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
+    for place in model.jointPlacements:
+        R = place.rotation
+        # By einsum, whose rounding is the same on every processor.
+        place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
+    return replace(robot, mimics=_leaders_first(robot)) if robot.mimics else robot
+
+
+def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
+    """The mimic joints, each after those that it follows, without leaders that are fixed."""
+    freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
+    for mimic in robot.mimics:
+        for name in (mimic.joint, *mimic.leaders):
+            if freedom.get(name, 1) != 1:
+                many = f"{freedom[name]} degrees of freedom, and only a joint with one can follow or lead; give it one axis"
+                said = f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {many}'
+                raise RobotError(f"{said}, or take the coupling out")
+    followers = {}
+    for mimic in robot.mimics:
+        leaders = {name: by for name, by in mimic.leaders.items() if name in freedom}
+        followers[mimic.joint] = mimic._replace(leaders=leaders)
+    try:
+        order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
+    except CycleError as circle:
+        names = listed(name for name in followers if name in circle.args[1])
+        raise RobotError(f"mimic joints {names} follow one another in a circle; one of them has to lead") from None
+    return tuple(followers[name] for name in order if name in followers)

@@ -1,0 +1,31 @@
+"""Parts of a Pinocchio model that the readers of URDF and MJCF build alike: joints, and rotations of quaternions."""
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array
+
+__all__ = ["add_joint", "axis_joint", "rotation"]
+
+
+def axis_joint(kind: str, axis: Array) -> Any:
+    """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""
+    # By the parser, because a continuous joint about any axis has no constructor in Python.
+    of = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
+    links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
+    return pin.buildModelFromXML(f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{of}</joint></robot>').joints[1]
+
+
+def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
+    """Add a joint and its frame to a model; returns its index."""
+    index: int = model.addJoint(carrier, joint, place, name)
+    model.addJointFrame(index)
+    return index
+
+
+def rotation(quaternion: Array) -> Array:
+    """The rotation (3, 3) of a quaternion (4,) whose scalar part comes first, as MuJoCo has it."""
+    w, x, y, z = (float(value) for value in quaternion)
+    return np.asarray(pin.Quaternion(w, x, y, z).normalized().matrix())
