@@ -25,7 +25,7 @@ from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.paths import usable_path
 from shockpc.printed import printable
-from shockpc.robot.load import load_robot
+from shockpc.robot.load import shared_robot
 from shockpc.robot.record import Robot
 from shockpc.toml import checked, inline, reading, toml_lines
 
@@ -242,7 +242,9 @@ def check_scene(scene: Scene) -> Scene:
 
 
 def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
-    """Load the robot of a scene, with its xacro arguments, packages and postures.
+    """The robot of a scene, with its xacro arguments, packages and postures: one object for all scenes of the same robot.
+
+    It is loaded again when one of its files has changed.
 
     Args:
         scene: the scene.
@@ -253,7 +255,7 @@ def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
     """
     scene = check_scene(scene)
     frames = frames or [contact.frame for contact in scene.contact]
-    return load_robot(scene.robot, xacro=scene.xacro, packages=scene.packages, srdf=scene.srdf, frames=frames)
+    return shared_robot(scene.robot, scene.xacro, scene.packages, scene.srdf, frames)
 
 
 def read_scene(path: Path | str) -> Scene:

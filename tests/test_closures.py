@@ -13,7 +13,8 @@ from shockpc import Closure, Contact, Joints, Place, Posture, Scene, SceneError,
 from shockpc.model.closure import closure_block, closure_gap, loop_of
 from shockpc.model.dynamics import dynamics
 from shockpc.model.rows import row_jacobian
-from shockpc.paper.landings import land, robot_of, scene
+from shockpc.paper.landings import land, scene
+from shockpc.scene import robot_of
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
 WIDE = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'

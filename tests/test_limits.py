@@ -13,9 +13,9 @@ from trees import known_robot
 from shockpc.errors import SolveError, StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
-from shockpc.paper.landings import robot_of, scene
+from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
-from shockpc.scene import Point, Scene, Strike
+from shockpc.scene import Point, Scene, Strike, robot_of
 from shockpc.studies.limits import limits
 
 IMU = Point(frame="trunk_imu")

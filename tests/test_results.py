@@ -14,8 +14,8 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, shock_profile
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.landing import contact_velocity
-from shockpc.paper.landings import land, robot_of, scene
-from shockpc.scene import GRAVITY
+from shockpc.paper.landings import land, scene
+from shockpc.scene import GRAVITY, robot_of
 
 FEET = {
     "anymal_b": ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),

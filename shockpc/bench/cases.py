@@ -14,6 +14,7 @@ from shockpc import Closure, Contact, Joints, Place, Posture, Robot, Scene, Stri
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import SETS
 from shockpc.robot.landmarks import each_foot
+from shockpc.scene import robot_of as scene_robot
 
 __all__ = ["FAMILIES", "OBLIQUE", "Case", "Family", "Link", "bent", "box", "chain", "known_robot", "landing", "robot_of"]
 
@@ -112,8 +113,9 @@ def box(mass: float, sides: tuple[float, float, float]) -> Array:
     return np.asarray(mass / 12.0 * np.diag(squares.sum() - squares))
 
 
-known_robot = functools.cache(load_robot)
-"""Loads a robot by its name, once."""
+def known_robot(name: str) -> Robot:
+    """A robot by its name, loaded once."""
+    return scene_robot(Scene(robot=name))
 
 
 def robot_of(links: list[Link], name: str = "tree") -> Robot:

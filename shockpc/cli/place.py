@@ -8,7 +8,6 @@ from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name, setting, variable
 
 if TYPE_CHECKING:
-    from shockpc.robot.record import Robot
     from shockpc.scene import Scene
 
 __all__ = ["place"]
@@ -65,16 +64,15 @@ def place(
     from shockpc.studies.sweep.case import scene_grid
 
     landings: dict[str, Scene] = {}
-    robots: list[Robot] = []
-    for name in dict.fromkeys(scenes):
-        robot, its = scenes_from(name, options, on_each_foot=True)
-        robots.append(robot)
-        prefix = f"{Path(name).stem} " if is_scene_file(name) and len(scenes) > 1 else ""
-        for scene, contact in zip(its, file_names(its), strict=True):
+    names = list(dict.fromkeys(scenes))
+    stems = [Path(name).stem for name in names]
+    for name, stem in zip(names, stems, strict=True):
+        robot, robot_scenes = scenes_from(name, options, on_each_foot=True)
+        prefix = f"{stem if stems.count(stem) == 1 else name} " if is_scene_file(name) and len(names) > 1 else ""
+        for scene, contact in zip(robot_scenes, file_names(robot_scenes), strict=True):
             landings |= scene_grid(prefix + contact, scene, robot, vary)
     found = study(
         landings,
-        robots[0],
         body=body,
         within=within,
         surface=surface,

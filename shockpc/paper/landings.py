@@ -1,17 +1,16 @@
-"""Landings of the paper's scenes, unchanged or with a few values replaced. Every robot is loaded once."""
+"""Landings of the paper's scenes, unchanged or with a few values replaced."""
 
-import functools
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from shockpc import Robot, Scene, ShockProfile, load_robot, read_scene, shock_profile
+from shockpc import Scene, ShockProfile, read_scene, shock_profile
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import own_robots_folder
 
-__all__ = ["along", "land", "largest", "middle_lines", "robot_of", "scene"]
+__all__ = ["along", "land", "largest", "middle_lines", "scene"]
 
 ORIGIN, X, Z = np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 SEGMENT = (-0.4 * Z, ORIGIN)
@@ -56,17 +55,7 @@ def land(
         contact=tuple(replace(one, **contact) for one in found.contact),
         **fields,
     )
-    return shock_profile(changed, robot_of(changed))
-
-
-def robot_of(found: Scene) -> Robot:
-    """The robot of a scene."""
-    return _robot(found.robot, tuple(sorted(found.xacro.items())))
-
-
-@functools.cache
-def _robot(path: str, xacro: tuple[tuple[str, str], ...]) -> Robot:
-    return load_robot(path, xacro=dict(xacro))
+    return shock_profile(changed)
 
 
 def middle_lines(profile: ShockProfile) -> dict[str, tuple[Array, Array]]:

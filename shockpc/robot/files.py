@@ -10,7 +10,7 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 from urllib.parse import unquote
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
@@ -26,6 +26,10 @@ _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
 
+_State: TypeAlias = bytes | tuple[int, int, int] | None
+"""What tells a file from a later version: its bytes, or its inode, size and time of change [ns]; None if it does not exist."""
+
+
 class OpenFolders(NamedTuple):
     """The folders that a robot file may read, and the packages that it can name.
 
@@ -33,11 +37,21 @@ class OpenFolders(NamedTuple):
         file: the robot file, absolute.
         packages: folders given by name.
         allowed: the only folders that may be read, absolute, symbolic links resolved.
+        seen: the state of every file that was asked for, just before that; it grows with each one.
     """
 
     file: Path
     packages: Mapping[str, Path]
     allowed: tuple[Path, ...]
+    seen: "dict[Path, _State]"
+
+    def note(self, path: Path, whole: bool = False) -> None:
+        """Remember the state of a file or folder that is about to be read, for `unchanged`."""
+        self.seen.setdefault(path, _state(path, whole))
+
+    def unchanged(self) -> bool:
+        """Whether all that was read is still as it was."""
+        return all(state == _state(path, isinstance(state, bytes)) for path, state in self.seen.items())
 
     def contain(self, path: Path) -> bool:
         """Whether a path, after following `..` and symbolic links, lies inside the folders."""
@@ -46,6 +60,7 @@ class OpenFolders(NamedTuple):
 
     def resolve(self, path: Path, named: str) -> Path:
         """Return a path with links resolved, which the robot file calls `named`; RobotError if it lies outside the folders."""
+        self.note(path)
         place = Path(os.path.realpath(path))
         if not self.contain(place):
             package = re.match("(?:package|model):/+([^/]+)(/.+)", named)
@@ -121,7 +136,18 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     own = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above
     own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), own)
     allowed = (own.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
-    return OpenFolders(file, given, tuple(dict.fromkeys(allowed)))
+    return OpenFolders(file, given, tuple(dict.fromkeys(allowed)), {})
+
+
+def _state(path: Path, whole: bool) -> _State:
+    """The state of a file or folder, by its bytes if they are to be compared as a whole."""
+    try:
+        if whole:
+            return read_file(path, "file", RobotError)
+        status = os.stat(path)
+    except (OSError, RobotError):
+        return None
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def _ros_package_path() -> list[Path]:

@@ -1,6 +1,8 @@
 """From a name or a file to a Robot: URDF, xacro or MJCF in. What cannot be computed is refused by name."""
 
-from collections.abc import Mapping, Sequence
+import functools
+import os
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 
@@ -9,12 +11,16 @@ import numpy as np
 from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.limits import LEVELS, refuse_number
-from shockpc.robot.mjcf import build_mjcf
+from shockpc.robot.mjcf import RobotBodies, build_mjcf, robot_bodies
 from shockpc.robot.record import Mimic, Robot, RobotSource
 from shockpc.robot.source import read_source
 from shockpc.robot.urdf import build_urdf
 
-__all__ = ["load_robot"]
+__all__ = ["load_robot", "shared_robot"]
+
+_KEPT = 16
+_SOURCES: dict[Hashable, RobotSource] = {}
+"""What was read last for `shared_robot`, the latest at the end."""
 
 
 def load_robot(
@@ -39,17 +45,43 @@ def load_robot(
         UnknownName: no robot has that name.
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
     """
-    source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
+    return _robot_of(read_source(robot, xacro=xacro, packages=packages, srdf=srdf), frames)
+
+
+def shared_robot(
+    robot: str, xacro: Mapping[str, str], packages: Mapping[str, str], srdf: str | None, frames: Sequence[str]
+) -> Robot:
+    """As `load_robot`, but the same object for all who ask for the same robot, until a file that it was read from changes.
+
+    Robots are the same if the file, the xacro arguments, the packages, the SRDF and, of several robots in one MJCF, the bodies
+    are. The last few are kept. Nobody may change the object.
+
+    Raises:
+        ShockError: as for `load_robot`.
+    """
+    key = robot, *(tuple(sorted(given.items())) for given in (xacro, packages)), srdf, os.environ.get("ROS_PACKAGE_PATH")
+    source = _SOURCES.pop(key, None)
+    if source is None or not source.folders.unchanged():
+        source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
+    _SOURCES[key] = source
+    for oldest in list(_SOURCES)[:-_KEPT]:
+        _SOURCES.pop(oldest, None)
+    return _robot_of(source, frames)
+
+
+def _robot_of(source: RobotSource, frames: Sequence[str]) -> Robot:
+    """The robot of a file."""
     try:
-        return _built(source, frames)
+        return _built(source, robot_bodies(source, frames) if source.kind == "mjcf" else None)
     except RobotError as refusal:
         file = source.path.name
         raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}") from None
 
 
-def _built(source: RobotSource, frames: Sequence[str]) -> Robot:
-    """The robot of a file. What is refused is said without the file's name."""
-    robot = build_mjcf(source, frames) if source.kind == "mjcf" else build_urdf(source)
+@functools.lru_cache(maxsize=_KEPT)
+def _built(source: RobotSource, bodies: RobotBodies | None) -> Robot:
+    """The robot of a file, or of some bodies of an MJCF. Messages do not name the file."""
+    robot = build_urdf(source) if bodies is None else build_mjcf(source, bodies)
     model = robot.model
     if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
         raise RobotError(f"it moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter")

@@ -8,7 +8,7 @@ belongs to the body that carries it. `model.geom_bodyid`, `geom_pos` and `geom_q
 import fnmatch
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -21,7 +21,7 @@ from shockpc.robot.mjcf_compiled import Compiled, compiled
 from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
 
-__all__ = ["build_mjcf"]
+__all__ = ["RobotBodies", "build_mjcf", "robot_bodies"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
@@ -35,15 +35,19 @@ Equality: TypeAlias = tuple[int, list[int], list[int]]
 """Its number, its objects (−1 for none), and their bodies (0 for the world)."""
 
 
-def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
-    """Build the Pinocchio model of an MJCF.
+class RobotBodies(NamedTuple):
+    """The bodies of an MJCF that belong to one robot: their numbers, with the world and what is fixed to it, and warnings."""
+
+    numbers: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+
+def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
+    """Build the Pinocchio model of a robot of an MJCF.
 
     A body with several joints has one composite joint. A free base stands where its configuration says; `body_pos` is only
     where it starts. Its armature, which MuJoCo adds to the inertia matrix like any other, is added to the base as mass and
     rotational inertia at the body's frame, which gives the same matrix; no joint model takes it away.
-
-    Of several robots in one file that is built which has the first of the `frames` asked for, names or globs of bodies, sites and
-    geoms, or else the most joints, with those that equalities tie to it.
 
     Raises:
         RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
@@ -55,7 +59,7 @@ def build_mjcf(source: RobotSource, frames: Sequence[str] = ()) -> Robot:
     for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
         for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
             refuse_number(f'body "{name}"', what, value, unit)
-    kept, notes = _kept(m, frames)
+    kept, notes = bodies
     model = _model(m, kept)
     model.name = source.robot_name
     # Both count bodies, and the joints of a body, in the same order.
@@ -177,8 +181,16 @@ def _equalities(m: Any) -> Iterator[Equality]:
         yield int(number), ends, bodies
 
 
-def _kept(m: Any, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
-    """The bodies that belong to the robot, with the world and what is fixed to it, and a warning of others that move."""
+def robot_bodies(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
+    """Choose the robot of an MJCF that holds several, with a warning of the others.
+
+    It is the one that has the first of the `frames` asked for, names or globs of bodies, sites and geoms, or else the most joints,
+    with those that equalities couple to it.
+
+    Raises:
+        RobotError: as `compiled`; nothing moves, or a floating base is coupled to another body.
+    """
+    m = compiled(source).model
     roots = np.unique(m.body_rootid[m.body_jntnum > 0])
     mass = {int(root): float(m.body_mass[m.body_rootid == root].sum()) for root in roots}
     if not mass:
@@ -197,12 +209,13 @@ def _kept(m: Any, frames: Sequence[str]) -> tuple[list[int], tuple[str, ...]]:
         alone = 'with a floating base only one top-level body that moves can be computed; set active="false" on them'
         raise RobotError(f"equalities tie {tied} together, and {alone}")
     left = [root for root in mass if root not in kept]
-    bodies = np.flatnonzero(~np.isin(m.body_rootid, left)).tolist()
+    bodies = tuple(np.flatnonzero(~np.isin(m.body_rootid, left)).tolist())
     if not left:
-        return bodies, ()
+        return RobotBodies(bodies, ())
     others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
-    said = f'"{m.body(chosen).name}", {"which has the contact" if chosen in asked else "with the most joints"}, is computed'
-    return bodies, (f"it holds {len(mass)} robots that move on their own: {said}, and {others} left out",)
+    own = " and ".join(f'"{m.body(root).name}"' for root in sorted(kept))
+    computed = f"{own}, {'which has the contact' if chosen in asked else 'with the most joints'}, is computed"
+    return RobotBodies(bodies, (f"it holds {len(mass)} robots that move on their own: {computed}, and {others} left out",))
 
 
 def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loop]:

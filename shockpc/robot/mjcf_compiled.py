@@ -129,7 +129,7 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
                 raise RobotError(f"{whose}, a file that is not read here; write out what it stands for")
     for model in root.findall("asset/model[@file]"):
         path = folders.asset(model.get("file", ""))
-        inner = OpenFolders(path, folders.packages, folders.allowed)
+        inner = folders._replace(file=path)
         part = read_xml(path)
         insert_includes(part, inner)
         for mesh in part.findall("asset/mesh[@file]"):

@@ -39,11 +39,12 @@ def read_source(
         UnknownName: no robot has that name.
         RobotError: the file is missing, not a robot, or names a file outside the folders that may be read.
     """
-    found, name = find_robot(robot)
-    path = Path(os.path.realpath(found))
+    written, name = find_robot(robot)
+    path = Path(os.path.realpath(written))
+    folders = open_folders(path, packages or {})
+    folders.note(written, whole=True)  # by its bytes: programs write a file, load it and write it again within a millisecond
     text = read_text(path)
     root = shared_xml(text, path.name)
-    folders = open_folders(path, packages or {})
     warnings: tuple[str, ...] = ()
     prefixed = dict.fromkeys(f"<{part.tag}>" for part in root if part.tag.startswith("xacro:"))
     if root.tag == "robot" and (path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root))):
@@ -65,9 +66,13 @@ def read_source(
         raise RobotError(
             f"{path.name} begins with <{root.tag}>: {what}. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
         )
-    postures = find_srdf(path, robot_name) if srdf is None else Path(os.path.realpath(os.path.expanduser(srdf)))
+    postures = find_srdf(path, robot_name) if srdf is None else Path(os.path.expanduser(srdf))
     if postures is not None and srdf is None and not folders.contain(postures):
         postures = None  # a link that leads out of the folders
+    for place in (path.parent, postures):  # an SRDF may be added later
+        if place is not None:
+            folders.note(place)
+    postures = postures and Path(os.path.realpath(postures))
     return RobotSource(name, "urdf", text, robot_name, postures, folders, warnings)
 
 

@@ -180,13 +180,12 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
             raise StudyError(
                 f"{given.path}: budget[{k}] has only a baseline_tolerance; name the baseline with --baseline, or give a max"
             )
-    robots: dict[str, Robot] = {}
     for case in given.cases:
         own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in _matching(names, budget.case)]
         for angle, scene in case.landings if own else ():
             asked = []
             try:
-                robot = _robot(scene, robots)
+                robot = robot_of(scene)
                 landing = resolve(scene, robot)
                 cases[case.name] = case_record(landing, angle is None)
                 if baseline is not None:
@@ -266,14 +265,6 @@ def _before(baseline: Baseline | None, budget: Budget, key: Key) -> float | None
             f'baseline "{baseline.path}" has no {key.metric} at "{printable(key.at)}"{angle}; write it anew with --update-baseline'
         )
     return baseline.values.get(key)
-
-
-def _robot(scene: Scene, loaded: dict[str, Robot]) -> Robot:
-    """The robot of a scene; cases with the same files share it."""
-    name = repr((scene.robot, sorted(scene.xacro.items()), sorted(scene.packages.items()), scene.srdf))
-    if name not in loaded:
-        loaded[name] = robot_of(scene)
-    return loaded[name]
 
 
 def _matching(names: list[str], pattern: str) -> list[str]:

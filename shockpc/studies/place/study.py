@@ -146,7 +146,7 @@ def place(
 
     Args:
         landings: scenes of one robot by name.
-        robot: the scenes' robot, if it is loaded already.
+        robot: is taken for every landing instead of the scenes' own; for a robot that was changed after it was loaded.
         body: a body, or a link or frame fixed to it; by default the base.
         within: only in this box of the body's frame, whatever the geometry [m].
         surface: only on the surface of the geometry (within the box, if one is given).
@@ -164,11 +164,15 @@ def place(
     if not landings:
         raise StudyError("no landing is given, so there is no shock to compare places by; give at least one scene")
     scenes = list(landings.values())
-    others = [scene.robot for scene in scenes if scene.robot != scenes[0].robot]
-    if others:
-        raise StudyError(f'the scenes are of different robots, "{scenes[0].robot}" and "{others[0]}"; give scenes of one robot')
-    one = scenes[0]
-    robot = robot or robot_of(one)
+    if robot is None:
+        robots = {name: robot_of(scene) for name, scene in landings.items()}
+        (first, robot), *_ = robots.items()
+        other = next((name for name, another in robots.items() if another is not robot), None)
+        if other is not None:
+            raise StudyError(
+                f'the landings "{first}" and "{other}" are of different robots; give scenes that have the file, xacro arguments, '
+                "packages and SRDF in common, and in an MJCF the robot that has the contact"
+            )
     i = 0 if body is None else robot.frame(body).body
     if i < 0:
         raise StudyError(f'"{body}" is fixed to the world, so it has no shock; name a body that moves')
