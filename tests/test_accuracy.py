@@ -23,6 +23,7 @@ from shockpc.core.impulse import RowChoice
 from shockpc.exact.proof import prove
 from shockpc.exact.solution import Inputs
 from shockpc.model.contact import contact_block
+from shockpc.model.dynamics import dynamics
 from shockpc.model.motion import Motion
 from shockpc.model.posture import configuration
 from shockpc.profile import ILL_CONDITIONED
@@ -143,6 +144,15 @@ def assert_maps_are_those_of_the_proof(profile):
     with mock.patch("shockpc.model.dynamics.MANY", 0):
         along_the_tree = shock_maps(profile.landing, profile.q[None])
     return max(error_of_maps(profile, found) for found in (shock_maps(profile.landing, profile.q[None]), along_the_tree))
+
+
+def test_inertia_along_the_tree_keeps_its_armature():
+    """It was a view of the cached model, which the next call changes."""
+    robot = known_robot("anymal_b")
+    with mock.patch("shockpc.model.dynamics.MANY", 0):
+        geared = dynamics(robot, robot.start[None], np.full(robot.model.nv, 0.1)).inertia
+        dynamics(robot, robot.start[None])
+    np.testing.assert_array_equal(geared.armature, 0.1)
 
 
 def error_of_maps(profile, found):

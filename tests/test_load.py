@@ -6,7 +6,8 @@ import pytest
 from robot_texts import BODY, arm, body, floating, link, mjcf, urdf, written, xacro
 
 import shockpc
-from shockpc import Scene, StudyError, load_robot, shock_profile
+from shockpc import Scene, StudyError, UnknownName, load_robot, shock_profile
+from shockpc.landing import resolve
 from shockpc.scene import robot_of
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
@@ -78,3 +79,16 @@ def test_check_computes_each_robot_of_an_mjcf(tmp_path: Path):
         assert value == profile.contacts[0].mass_sticking
     with pytest.raises(StudyError, match='"a" and "b" are of different robots'):
         shockpc.place({case.name: case.scene for case in cases})
+
+
+def test_an_unknown_joint_is_refused_with_the_nearest():
+    with pytest.raises(UnknownName, match='no joint "LF_HF".*nearest: "LF_HFE"'):
+        load_robot("anymal_b").joint("LF_HF")
+
+
+def test_a_second_landing_reads_no_file(monkeypatch: pytest.MonkeyPatch):
+    """Sixteen scenes were searched for one that closes the robot's loop, at every landing."""
+    scene = Scene(robot="skippy", contact="toe")
+    first = resolve(scene, robot_of(scene))
+    monkeypatch.setattr("pathlib.Path.open", lambda *_: pytest.fail("a file is read"))
+    assert resolve(scene, first.robot).warnings[0].text == first.warnings[0].text

@@ -87,7 +87,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
     if n * nv**2 >= MANY:
         about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
         F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
-        inertia = Momenta(J, F, model.armature, tuple(data.parents_fromRow))
+        inertia = Momenta(J, F, np.array(model.armature), tuple(data.parents_fromRow))
     rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:

@@ -4,7 +4,9 @@ A robot is called by its file's stem, in lower case, with "-" read as "_". Where
 better one. Nothing is opened here: names and paths only.
 """
 
+import functools
 import os
+import re
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -162,13 +164,19 @@ def own_robots_folder() -> Path:
 
 def closing_scene(robot: Path) -> Path | None:
     """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends."""
-    if robot.parent != own_robots_folder():
-        return None
-    for scene in sorted((robot.parent / "scenes").glob("*.toml")):
+    return _closing_scenes().get(robot)
+
+
+@functools.cache
+def _closing_scenes() -> dict[Path, Path]:
+    """By the project's own robots, the first scene that closes a loop."""
+    closing: dict[Path, Path] = {}
+    for scene in sorted((own_robots_folder() / "scenes").glob("*.toml")):
         text = scene.read_text(encoding="utf-8")
-        if "[[closure]]" in text and f'"../{robot.name}"' in text:
-            return scene
-    return None
+        robot = re.search(r'^robot = "\.\./(.+)"', text, re.MULTILINE)
+        if "[[closure]]" in text and robot is not None:
+            closing.setdefault(own_robots_folder() / robot[1], scene)
+    return closing
 
 
 def data_folder() -> Path | None:

@@ -293,8 +293,16 @@ class Robot:
         return tuple(joint.name for joint in self.single_joints[self.free_base :])
 
     def joint(self, name: str) -> Joint:
-        """The joint of the file of that exact name."""
-        return next(joint for joint in self.single_joints if joint.name == name)
+        """The joint of the file of that exact name.
+
+        Raises:
+            UnknownName: there is none; the text names the nearest.
+        """
+        joint = next((joint for joint in self.single_joints if joint.name == name), None)
+        if joint is None:
+            known = [joint.name for joint in self.single_joints]
+            raise UnknownName("joint", name, known, f'robot "{self.name}"', f"shockpc robots {self.label}")
+        return joint
 
     @cached_property
     def driven(self) -> np.ndarray:
