@@ -82,7 +82,7 @@ def test_check_computes_each_robot_of_an_mjcf(tmp_path: Path):
 
 
 def test_an_unknown_joint_is_refused_with_the_nearest():
-    with pytest.raises(UnknownName, match='no joint "LF_HF".*nearest: "LF_HFE"'):
+    with pytest.raises(UnknownName, match=r'no joint "LF_HF".*nearest: "LF_HFE"'):
         load_robot("anymal_b").joint("LF_HF")
 
 
