@@ -2,12 +2,18 @@
 
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
-from robot_texts import BODY, arm, body, floating, link, mjcf, urdf, written, xacro
+import yourdfpy
+from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, refused, urdf, written, xacro
 
 import shockpc
-from shockpc import Scene, StudyError, UnknownName, load_robot, shock_profile
+from shockpc import Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
 from shockpc.landing import resolve
+from shockpc.robot.catalogue import SETS, data_folder
+from shockpc.robot.changes import changed, read_changes
+from shockpc.robot.geometry import outline
 from shockpc.scene import robot_of
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
@@ -92,3 +98,97 @@ def test_a_second_landing_reads_no_file(monkeypatch: pytest.MonkeyPatch):
     first = resolve(scene, robot_of(scene))
     monkeypatch.setattr("pathlib.Path.open", lambda *_: pytest.fail("a file is read"))
     assert resolve(scene, first.robot).warnings[0].text == first.warnings[0].text
+
+
+# Robots that other libraries loaded
+
+ROBOTS = [name for name in (*SETS["quadrupeds"], *SETS["bipeds"], "panda", "pr2", "tiago_pro") if not name.startswith(("romeo", "icub", "alex"))]
+"""Without those that cannot be landed on their last body, and icub, whose condition of 1e19 shows the last bit of an angle."""
+
+
+@pytest.mark.parametrize("name", [*ROBOTS, "romeo_small", "icub_reduced"])
+def test_three_ways_to_load_a_robot_give_the_same_jumps(name: str):
+    """By name, as a yourdfpy.URDF, and as a pinocchio.Model that Pinocchio's own parser read."""
+    robot = load_robot(name)
+    path, srdf = str(robot.source.path), None if robot.source.srdf is None else str(robot.source.srdf)
+    scene = Scene(robot=name, contact=robot.bodies[-1].name)
+    expected = shock_profile(scene, robot)
+    others = [load_robot(yourdfpy.URDF.load(path, load_meshes=False, build_scene_graph=False), srdf=srdf)]
+    if not robot.mimics:  # which Pinocchio reads as independent joints
+        others.append(load_robot(pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer()), srdf=srdf))
+    for other in others:
+        profile = shock_profile(scene, other)
+        assert profile.bodies == expected.bodies
+        np.testing.assert_allclose(profile.maps, expected.maps, rtol=0.0, atol=1e-12)
+        np.testing.assert_array_equal(
+            [joint.limits for joint in other.joints], [joint.limits for joint in robot.joints], err_msg="limits"
+        )
+
+
+def test_a_geometry_model_gives_the_shapes_of_the_file():
+    """Boxes, cylinders and capsules of the collision model, and meshes by the names of their files."""
+    expected, path = outline(load_robot("anymal_b"), "collision"), str(load_robot("anymal_b").source.path)
+    model = pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer())
+    geometry = pin.buildGeomFromUrdf(model, path, pin.GeometryType.COLLISION, package_dirs=[str(data_folder().parent)])
+    shapes = outline(load_robot(model, geometry=geometry), "collision")
+    assert shapes.warnings == ()
+    for own, other in zip(expected.shapes, shapes.shapes, strict=True):
+        for ours, theirs in zip(own, other, strict=True):
+            np.testing.assert_allclose(theirs.points, ours.points, atol=1e-15)
+            assert theirs.radius == ours.radius
+    geometry = pin.buildGeomFromUrdf(model, path, pin.GeometryType.VISUAL, package_dirs=[str(data_folder().parent)])
+    shapes = outline(load_robot(model, geometry=geometry), "collision")
+    assert shapes.warnings == ()
+    assert all(any(shape.mesh is not None for shape in own) for own in shapes.shapes)
+
+
+def test_a_model_built_by_hand_needs_no_frames(tmp_path: Path):
+    """Its bodies are called like their joints; rotors become armature, and changes of a link's mass change the body's."""
+    text = urdf(link("base"), link("tip"), joint("elbow", "base", "tip", more='<origin xyz="0 0 1"/>' + LIMIT))
+    from_file = load_robot(written(tmp_path, text))
+    model = pin.Model()
+    base = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
+    tip = model.addJoint(base, pin.JointModelRY(), pin.SE3(np.eye(3), np.array([0.0, 0.0, 1.0])), "tip")
+    for index in (base, tip):
+        model.appendBodyToJoint(index, pin.Inertia(1.0, np.zeros(3), 0.1 * np.eye(3)), pin.SE3.Identity())
+    model.rotorInertia[6], model.rotorGearRatio[6] = 1e-4, 10.0
+    robot = load_robot(model)
+    assert (robot.free_base, robot.links, robot.model.armature[6]) == (True, ("base", "tip"), pytest.approx(1e-2, rel=1e-15))
+    assert model.armature[6] == 0.0
+    scene = Scene(robot="arm", contact="tip", joints=Joints(armature={"*": 1e-2}))
+    heavier = [changed(one, read_changes("mass:tip=2")) for one in (from_file, robot)]
+    for own, other in ((from_file, robot), heavier):
+        np.testing.assert_allclose(shock_profile(scene, other).maps, shock_profile(scene, own).maps, atol=1e-14)
+
+
+def helical():
+    model = pin.buildSampleModelHumanoid()
+    model.addJoint(1, pin.JointModelHX(0.1), pin.SE3.Identity(), "screw")
+    return model
+
+
+def mimicking():
+    path = str(load_robot("panda").source.path)
+    return pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer(), mimic=True)
+
+
+def displaced():
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Random(), "base")
+    return model
+
+
+@pytest.mark.parametrize(
+    ("build", "options", "parts"),
+    [
+        (helical, {}, ['"screw"', "JointModelHX"]),
+        (mimicking, {}, ['"panda_finger_joint2"', "JointModelMimic", "URDF"]),
+        (displaced, {}, ['"base"', "identity"]),
+        (pin.Model, {}, ["no joint"]),
+        (pin.buildSampleModelHumanoid, {"xacro": {"a": "1"}}, ["xacro", "no effect"]),
+        (lambda: "anymal_b", {"geometry": pin.GeometryModel()}, ["pinocchio.Model"]),
+        (lambda: 3, {}, ["builtins.int", "yourdfpy.URDF"]),
+    ],
+)
+def test_what_is_not_computed_of_other_libraries_is_refused(build, options, parts):
+    refused(RobotError, parts, lambda: load_robot(build(), **options))

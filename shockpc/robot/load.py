@@ -1,19 +1,24 @@
-"""From a name or a file to a Robot: URDF, xacro or MJCF in. What cannot be computed is refused by name."""
+"""From a name, a file, or what another library loaded to a Robot. What cannot be computed is refused by name."""
 
+import contextlib
 import functools
 import os
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 
 from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.limits import LEVELS, refuse_number
 from shockpc.robot.mjcf import RobotBodies, build_mjcf, robot_bodies
+from shockpc.robot.pinocchio_model import build_pinocchio
 from shockpc.robot.record import Mimic, Robot, RobotSource
-from shockpc.robot.source import read_source
+from shockpc.robot.source import YourdfpyRobot, read_source, source_of_yourdfpy
+from shockpc.robot.srdf import read_srdf
 from shockpc.robot.urdf import build_urdf
 
 __all__ = ["load_robot", "shared_robot"]
@@ -24,17 +29,20 @@ _SOURCES: dict[Hashable, RobotSource] = {}
 
 
 def load_robot(
-    robot: str,
+    robot: "str | os.PathLike[str] | pin.Model | pin.RobotWrapper | YourdfpyRobot",
     *,
+    geometry: pin.GeometryModel | None = None,
     xacro: Mapping[str, str] | None = None,
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
     frames: Sequence[str] = (),
 ) -> Robot:
-    """Load a robot from a file (URDF, xacro or MJCF, recognised by its content) or by name.
+    """Load a robot from a file (URDF, xacro or MJCF, recognised by its content), by name, or from what another library loaded.
 
     Args:
-        robot: a path, or a name that `shockpc robots` lists.
+        robot: a path, or a name that `shockpc robots` lists; or a `pinocchio.Model` (or `RobotWrapper`) or a `yourdfpy.URDF`, as
+            robot_descriptions gives them. A scene file cannot name those, so pass the robot on with the scene.
+        geometry: the shapes of a `pinocchio.Model`; of a `RobotWrapper` its collision model by default.
         xacro: arguments of a xacro file.
         packages: folders of packages, for `package://` and `$(find …)`.
         srdf: a file of reference postures; by default the one found beside the robot.
@@ -43,9 +51,26 @@ def load_robot(
 
     Raises:
         UnknownName: no robot has that name.
-        RobotError: the file is missing, not a robot, not physical, or reads outside its own folders.
+        RobotError: the file is missing, not a robot, not physical, or reads outside its own folders; an argument has no effect.
     """
-    return _robot_of(read_source(robot, xacro=xacro, packages=packages, srdf=srdf), frames)
+    if isinstance(robot, pin.RobotWrapper):
+        robot, geometry = robot.model, robot.collision_model if geometry is None else geometry
+    if isinstance(robot, pin.Model):
+        if xacro or packages or frames:
+            raise RobotError("xacro, packages and frames have no effect on a pinocchio.Model; leave them out")
+        label = f"{robot.name} (pinocchio.Model)"
+        with _naming(label):
+            return _finished(build_pinocchio(robot, label, geometry), None if srdf is None else Path(srdf).expanduser())
+    if geometry is not None:
+        raise RobotError("geometry belongs to a pinocchio.Model; files name their shapes themselves, so leave it out")
+    if isinstance(robot, str | os.PathLike):
+        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=packages, srdf=srdf), frames)
+    if type(robot).__module__.partition(".")[0] != "yourdfpy":
+        given = f"{type(robot).__module__}.{type(robot).__qualname__}"
+        raise RobotError(f"a {given} is not a robot; give a name, a path, a pinocchio.Model or a yourdfpy.URDF")
+    if xacro or frames:
+        raise RobotError("xacro and frames have no effect on a yourdfpy.URDF; leave them out")
+    return _robot_of(source_of_yourdfpy(robot, packages or {}, srdf), ())
 
 
 def shared_robot(
@@ -71,18 +96,29 @@ def shared_robot(
 
 def _robot_of(source: RobotSource, frames: Sequence[str]) -> Robot:
     """The robot of a file."""
-    try:
+    with _naming(source.path.name):
         return _built(source, robot_bodies(source, frames) if source.kind == "mjcf" else None)
+
+
+@contextlib.contextmanager
+def _naming(file: str) -> Iterator[None]:
+    """Begin the messages of refusals with the name of the file."""
+    try:
+        yield
     except RobotError as refusal:
-        file = source.path.name
         raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}") from None
 
 
 @functools.lru_cache(maxsize=_KEPT)
 def _built(source: RobotSource, bodies: RobotBodies | None) -> Robot:
     """The robot of a file, or of some bodies of an MJCF. Messages do not name the file."""
-    robot = build_urdf(source) if bodies is None else build_mjcf(source, bodies)
+    return _finished(build_urdf(source) if bodies is None else build_mjcf(source, bodies), source.srdf)
+
+
+def _finished(robot: Robot, srdf: Path | None) -> Robot:
+    """The robot with the postures and rotors of its SRDF, checked, with exact rotations and its mimic joints in order."""
     model = robot.model
+    postures = robot.postures if srdf is None else {**robot.postures, **read_srdf(srdf, model, robot.start)}
     if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
         raise RobotError(f"it moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter")
     refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
@@ -91,11 +127,13 @@ def _built(source: RobotSource, bodies: RobotBodies | None) -> Robot:
         R = place.rotation
         # By einsum, whose rounding is the same on every processor.
         place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
-    return replace(robot, mimics=_leaders_first(robot)) if robot.mimics else robot
+    return replace(robot, postures=postures, mimics=_leaders_first(robot))
 
 
 def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
     """The mimic joints, each after those that it follows, without leaders that are fixed."""
+    if not robot.mimics:
+        return ()
     freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
         for name in (mimic.joint, *mimic.leaders):

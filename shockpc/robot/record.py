@@ -36,10 +36,10 @@ class RobotSource:
     """What was read of a robot: its text, where it came from, and what may be read along with it.
 
     Attributes:
-        name: its catalogue name, if it was asked for by name.
-        kind: "urdf" (xacro included) or "mjcf".
+        name: its catalogue name, if it was asked for by name; what it was, if there is no file.
+        kind: "urdf" (xacro included), "mjcf" or "pinocchio".
         xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
-            the file.
+            the file. Pinocchio: the model as it is serialised there, and its shapes as links of a URDF.
         robot_name: as the file says, else the file's stem.
         srdf: the file of reference postures, given or found beside the robot.
         folders: the robot file, and what may be read along with it.
@@ -47,7 +47,7 @@ class RobotSource:
     """
 
     name: str | None
-    kind: Literal["urdf", "mjcf"]
+    kind: Literal["urdf", "mjcf", "pinocchio"]
     xml: str
     robot_name: str
     srdf: Path | None

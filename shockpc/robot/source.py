@@ -1,9 +1,11 @@
 """Read a robot file: URDF, xacro or MJCF, by its contents. No mesh is opened."""
 
+import copy
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from xml.etree.ElementTree import Element
+from typing import Any, Protocol
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 from shockpc.errors import RobotError
 from shockpc.robot.catalogue import find_robot, find_srdf
@@ -12,7 +14,7 @@ from shockpc.robot.mjcf_compiled import insert_includes
 from shockpc.robot.record import RobotSource
 from shockpc.robot.xacro import expand_xacro
 
-__all__ = ["read_source"]
+__all__ = ["YourdfpyRobot", "read_source", "source_of_yourdfpy"]
 
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {
@@ -66,14 +68,54 @@ def read_source(
         raise RobotError(
             f"{path.name} begins with <{root.tag}>: {what}. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
         )
+    folders.note(path.parent)  # an SRDF may be added later
     postures = find_srdf(path, robot_name) if srdf is None else Path(os.path.expanduser(srdf))
     if postures is not None and srdf is None and not folders.contain(postures):
         postures = None  # a link that leads out of the folders
-    for place in (path.parent, postures):  # an SRDF may be added later
-        if place is not None:
-            folders.note(place)
-    postures = postures and Path(os.path.realpath(postures))
+    if postures is not None:
+        folders.note(postures)
+        postures = Path(os.path.realpath(postures))
     return RobotSource(name, "urdf", text, robot_name, postures, folders, warnings)
+
+
+class YourdfpyRobot(Protocol):
+    """What is used of a `yourdfpy.URDF`, whose import takes a second."""
+
+    robot: Any
+
+    def write_xml_string(self) -> bytes:
+        """The URDF as it was read."""
+
+
+def source_of_yourdfpy(given: YourdfpyRobot, packages: Mapping[str, str], srdf: str | None) -> RobotSource:
+    """The text of a `yourdfpy.URDF`, as if it had been read from the folder of its meshes, by default that of its file.
+
+    The name of the file is not known, so no SRDF is searched for beside it.
+
+    Raises:
+        RobotError: it cannot be written, or a package folder does not exist.
+    """
+    handler = getattr(given, "_filename_handler", None)
+    record = copy.deepcopy(given.robot)
+    record.materials = []  # yourdfpy 0.0.60 cannot write a material whose texture has no file
+    for visual in (visual for link in record.links for visual in link.visuals):
+        visual.material = None
+    try:
+        copied = type(given)(robot=record, build_scene_graph=False, load_meshes=False, filename_handler=handler)  # type: ignore[call-arg]
+        root = parse_xml(copied.write_xml_string().decode(), "yourdfpy.URDF")
+    except (TypeError, ValueError, AttributeError) as refusal:
+        raise RobotError(f"this yourdfpy.URDF cannot be written as XML, so it is not read ({refusal}); load its file") from None
+    mimics = {joint.name: joint.mimic for joint in record.joints if joint.mimic is not None}
+    for joint in root.findall("joint"):
+        mimic = mimics.get(joint.get("name"))
+        if mimic is not None and joint.find("mimic") is None:  # yourdfpy 0.0.60 does not write them
+            rule = {"joint": mimic.joint, "multiplier": str(mimic.multiplier), "offset": str(mimic.offset)}
+            SubElement(joint, "mimic", rule)
+    name = root.get("name") or "robot"
+    folder = getattr(handler, "keywords", {}).get("dir", "")
+    folders = open_folders(Path(os.path.realpath(folder)) / f"{name}.urdf", packages)
+    postures = None if srdf is None else Path(os.path.realpath(os.path.expanduser(srdf)))
+    return RobotSource(f"{name} (yourdfpy.URDF)", "urdf", tostring(root, encoding="unicode"), name, postures, folders, ())
 
 
 def _needs_xacro(root: Element) -> bool:

@@ -1,11 +1,10 @@
-"""The robot of a URDF, with the postures and rotors of its SRDF. What cannot be computed is refused by the name of link or joint.
+"""The robot of a URDF. What cannot be computed is refused by the name of link or joint.
 
-Both are read here and not by Pinocchio: its parser drops a body whose joint is part of a circle, or whose <inertial> holds one bad
-number, and goes on; of an SRDF it drops a continuous joint that is given by its angle and keeps two states of one name apart.
+It is read here and not by Pinocchio, whose parser drops a body whose joint is part of a circle, or whose <inertial> holds one bad
+number, and goes on.
 """
 
 import math
-from pathlib import Path
 from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -15,7 +14,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import RobotError
 from shockpc.printed import listed
-from shockpc.robot.files import read_xml, shared_xml
+from shockpc.robot.files import shared_xml
 from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.record import WORLD, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint
@@ -43,7 +42,7 @@ def build_urdf(source: RobotSource) -> Robot:
     joint is the floating base. It stands where its configuration says; its origin in the file is only where it starts.
 
     Raises:
-        RobotError: it is not one connected tree of bodies with finite numbers and some mass, or the SRDF cannot be read.
+        RobotError: it is not one connected tree of bodies with finite numbers and some mass.
     """
     root = shared_xml(source.xml, source.path.name)
     links, joints = (_named(root.findall(kind), kind) for kind in ("link", "joint"))
@@ -69,8 +68,7 @@ def build_urdf(source: RobotSource) -> Robot:
     model.name, start = source.robot_name, pin.neutral(model)
     start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
     model.jointPlacements[1] = pin.SE3.Identity()
-    postures = _read_srdf(source.srdf, model, start) if source.srdf is not None else {}
-    return Robot(source, model, read_only(start), postures, mimics, (), tuple(notes))
+    return Robot(source, model, read_only(start), {}, mimics, (), tuple(notes))
 
 
 def _named(elements: list[Element], kind: str) -> dict[str, Element]:
@@ -237,39 +235,3 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
                 (offset,) = _numbers(whose, joint, "mimic", "offset", "0", "rad")
                 mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
     return tuple(mimics), warnings
-
-
-def _read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
-    """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped."""
-    root = read_xml(path, "SRDF file")
-    if root.tag != "robot" or root.find("link") is not None:
-        raise RobotError(f"{path.name} is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links")
-    # What a state does not set is as at the start. States of one name (an arm's and a leg's) make one posture.
-    postures: dict[str, Array] = {}
-    for state in root.iter("group_state"):
-        q = postures.setdefault(state.get("name", ""), np.array(start))
-        for entry in state.iter("joint"):
-            name, text = entry.get("name", ""), entry.get("value", "")
-            if name != "root_joint" and not model.existJointName(name):
-                continue
-            joint = model.joints[1 if name == "root_joint" else model.getJointId(name)]
-            values, angle = vector(text, joint.nq), vector(text, 1)
-            if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
-                values = np.array([math.cos(angle[0]), math.sin(angle[0])])
-            if values is None:
-                called = f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the value "{text}"'
-                raise RobotError(f"{called}, but it takes {joint.nq} numbers")
-            q[joint.idx_q : joint.idx_q + joint.nq] = values
-    for entry in root.iterfind("rotor_params/joint"):
-        name = entry.get("name", "")
-        if model.existJointName(name):
-            # The attribute that holds the inertia of the rotor is called mass.
-            inertia, ratio = (vector(entry.get(key), 1) for key in ("mass", "gear_ratio"))
-            if inertia is None or ratio is None or inertia[0] < 0.0:
-                raise RobotError(
-                    f'{path.name}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" and gear_ratio '
-                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero'
-                )
-            joint = model.joints[model.getJointId(name)]
-            model.armature[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * inertia
-    return {name: read_only(q) for name, q in postures.items()}

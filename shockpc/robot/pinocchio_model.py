@@ -1,0 +1,133 @@
+"""The robot of a Pinocchio model that a program built, with the shapes of its geometry model."""
+
+import re
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array, read_only
+from shockpc.errors import RobotError
+from shockpc.robot.files import OpenFolders
+from shockpc.robot.limits import refuse_number
+from shockpc.robot.record import Robot, RobotSource
+
+__all__ = ["build_pinocchio"]
+
+_JOINTS = re.compile(
+    r"JointModel(FreeFlyer|Spherical|Planar|Composite|[RP][XYZ]|RUB[XYZ]|(Revolute|RevoluteUnbounded|Prismatic)Unaligned)"
+)
+_UNLIMITED = 1e300  # Pinocchio writes the largest double for a joint without limits
+
+
+def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | None) -> Robot:
+    """Build the robot of a Pinocchio model, which stays as it is; commands and messages call it by the label.
+
+    The base is free if the first joint is a free flyer. Armature is the model's, or rotorInertia · rotorGearRatio² where that is
+    zero; reference configurations become postures. A joint without a frame of type BODY gets one that has the joint's name. Mimic
+    joints that the model does not hold (Pinocchio reads them with mimic=True only) are independent joints.
+
+    Raises:
+        RobotError: the model has no joint, one of a type that is not computed, or numbers that no robot has.
+    """
+    model = pin.Model(given)
+    _check_joints(model)
+    _complete_frames(model)
+    for k in range(1, model.njoints):
+        whose, inertia = f'joint "{model.names[k]}"', model.inertias[k]
+        if not inertia.mass >= 0.0:
+            raise RobotError(f"{whose}: mass {inertia.mass:g} kg is negative or not finite; give the mass that the body has, or 0")
+        place = model.jointPlacements[k]
+        parts = (("mass", inertia.mass, "kg"), ("centre of mass", inertia.lever, "m"), ("inertia", inertia.inertia, "kg m²"))
+        for what, values, unit in (*parts, ("placement", place.translation, "m"), ("rotation", place.rotation, "1")):
+            refuse_number(whose, what, float(np.abs(values).max()), unit)
+    if not any(inertia.mass for inertia in model.inertias):
+        raise RobotError("no joint carries mass, so the robot has no mass; give at least one body an inertia")
+    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
+    model.lowerPositionLimit = np.where(lower < -_UNLIMITED, -np.inf, lower)
+    model.upperPositionLimit = np.where(upper > _UNLIMITED, np.inf, upper)
+    model.armature = np.where(model.armature != 0.0, model.armature, model.rotorInertia * model.rotorGearRatio**2)
+    free = model.joints[1].shortname() == "JointModelFreeFlyer"
+    if not (np.isfinite(model.armature).all() and model.armature.min() >= 0.0 and not (free and model.armature[:6].any())):
+        raise RobotError("armature has to be finite and not negative, and zero for the free flyer; correct model.armature")
+    postures: dict[str, Array] = {}
+    notes: tuple[str, ...] = ()
+    for entry in given.referenceConfigurations:
+        q = np.array(entry.data(), dtype=float)
+        if q.shape == (model.nq,) and np.isfinite(q).all():
+            postures[entry.key()] = read_only(q)
+        else:
+            notes += (f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; it is left out',)
+    return Robot(_source(given, label, geometry), model, read_only(pin.neutral(model)), postures, (), (), notes)
+
+
+def _check_joints(model: pin.Model) -> None:
+    """Refuse what is not computed, and name the parts of composite joints."""
+    if model.njoints < 2:
+        raise RobotError("the model has no joint, so nothing moves; a floating base is a pinocchio.JointModelFreeFlyer")
+    if model.joints[1].shortname() == "JointModelFreeFlyer" and not model.jointPlacements[1].isIdentity(0.0):
+        raise RobotError(f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the base there by its q')
+    for k, name in enumerate(model.names.tolist()[1:], start=1):
+        joint = model.joints[k]
+        parts = list(joint.extract().joints) if joint.shortname() == "JointModelComposite" else []
+        for part in (joint, *parts):
+            if not _JOINTS.fullmatch(part.shortname()):
+                instead = "; load the URDF file itself, of which mimic joints are read" if "Mimic" in part.shortname() else ""
+                raise RobotError(f'joint "{name}" is a {part.shortname()}, which is not computed{instead}')
+        if parts:
+            model.names[k] = "+".join(f"{name}_{number}" for number in range(1, len(parts) + 1))
+
+
+def _complete_frames(model: pin.Model) -> None:
+    """Give each joint a frame of type BODY, and make the inertias of each joint's frames sum to that of the joint."""
+    for k in range(1, model.njoints):
+        bodies = [frame for frame in model.frames if frame.parentJoint == k and frame.type == pin.FrameType.BODY]
+        if not bodies:
+            name = model.names[k]
+            while model.existFrame(name, pin.FrameType.BODY):
+                name += "_"
+            model.addFrame(pin.Frame(name, k, 0, pin.SE3.Identity(), pin.FrameType.BODY), False)
+        frames = [frame for frame in model.frames if frame.parentJoint == k]
+        whole, joint = pin.Inertia.Zero(), model.inertias[k]
+        for frame in frames:
+            whole += frame.placement.act(frame.inertia)
+        if not whole.isApprox(joint, 1e-9):
+            for frame in frames:
+                frame.inertia = pin.Inertia.Zero()
+            body = next(frame for frame in frames if frame.type == pin.FrameType.BODY)
+            body.inertia = body.placement.actInv(joint)
+
+
+def _source(model: pin.Model, label: str, geometry: pin.GeometryModel | None) -> RobotSource:
+    """What stands for the file: the model as Pinocchio serialises it, and the geometry as the links of a URDF."""
+    root = Element("robot", name=model.name)
+    SubElement(root, "pinocchio").text = model.saveToString()
+    folders: dict[Path, None] = {}
+    for item in () if geometry is None else geometry.geometryObjects:
+        frame, shape = model.frames[item.parentFrame], item.geometry
+        place = frame.placement.actInv(item.placement)
+        link = SubElement(root, "link", name=frame.name)
+        SubElement(link, "inertial")  # without one the check-up would say that the link has no mass
+        collision = SubElement(link, "collision")
+        SubElement(collision, "origin", xyz=_text(place.translation), rpy=_text(pin.rpy.matrixToRpy(place.rotation)))
+        match kind := type(shape).__name__:
+            case "Box":
+                sizes = {"size": _text(2.0 * shape.halfSide)}
+            case "Sphere":
+                sizes = {"radius": _text([shape.radius])}
+            case "Cylinder" | "Capsule":
+                sizes = {"radius": _text([shape.radius]), "length": _text([2.0 * shape.halfLength])}
+            case _ if item.meshPath and Path(item.meshPath).is_absolute():
+                kind, sizes = "mesh", {"filename": item.meshPath, "scale": _text(item.meshScale)}
+                folders[Path(item.meshPath).resolve().parent] = None
+            case _:
+                sizes = {}  # reported as a shape that cannot be read, like any other
+        SubElement(SubElement(collision, "geometry"), kind.lower(), sizes)
+    opened = OpenFolders(Path(label), {}, tuple(folders), {})
+    return RobotSource(label, "pinocchio", tostring(root, encoding="unicode"), model.name, None, opened, ())
+
+
+def _text(values: Array | list[float]) -> str:
+    """Numbers with all digits, as attributes hold them."""
+    return " ".join(repr(float(value)) for value in values)
