@@ -102,7 +102,11 @@ def test_a_second_landing_reads_no_file(monkeypatch: pytest.MonkeyPatch):
 
 # Robots that other libraries loaded
 
-ROBOTS = [name for name in (*SETS["quadrupeds"], *SETS["bipeds"], "panda", "pr2", "tiago_pro") if not name.startswith(("romeo", "icub", "alex"))]
+ROBOTS = [
+    name
+    for name in (*SETS["quadrupeds"], *SETS["bipeds"], "panda", "pr2", "tiago_pro")
+    if not name.startswith(("romeo", "icub", "alex"))
+]
 """Without those that cannot be landed on their last body, and icub, whose condition of 1e19 shows the last bit of an angle."""
 
 
