@@ -1,7 +1,7 @@
 """xacro to URDF, without ROS: in a child process that reads no file itself and ends within 10 s and 1 GB.
 
-The child asks for every file and package that a document names, and gets what lies in the open folders. Python expressions in the
-document run in the child, with no environment, where an audit hook refuses everything but computing (`xacro_child.py`).
+The child asks for every file and package that a document names, and gets what lies in the open folders; it has no environment. No
+code of a document runs: `xacro_expression` evaluates its expressions. What the child answers is bounded and checked here.
 """
 
 import difflib
@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from shockpc.errors import RobotError
+from shockpc.paths import LARGEST_FILE
 from shockpc.printed import listed
 from shockpc.robot.files import OpenFolders, parse_xml, read_text
 from shockpc.robot.limits import LINKS
@@ -30,7 +31,8 @@ MEMORY = 2**30
 _CHILD = Path(__file__).with_name("xacro_child.py")
 # xacro's lines about where something happened mean nothing without the file at hand.
 _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
-_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|\$\(\s*arg\s+([^\s)]+)""")
+_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|(?:\$\(\s*arg\s+|\bxacro\.arg\(\s*["'])([^\s"')]+)""")
+_NO_TEXT = re.compile("[\0\ud800-\udfff]")
 
 
 def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
@@ -39,17 +41,26 @@ def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) 
     Returns: the URDF text, with mesh paths as found, and what xacro warned of.
 
     Raises:
-        RobotError: an argument is unknown or lacks a value, a file is missing, not well-formed or outside the open folders, or
-            xacro cannot expand it within the limits.
+        RobotError: arguments are unknown or lack a value, a file is missing, not well-formed or outside the open folders, or xacro
+            cannot expand it within the limits.
     """
-    name, texts = folders.file.name, [text]
+    name, texts, missing = folders.file.name, [text], dict[str, str]()
     found = [spec.origin for spec in map(importlib.util.find_spec, ("xacro", "yaml")) if spec and spec.origin]
     request = {"text": text, "file": str(folders.file), "arguments": dict(arguments), "limits": [SECONDS, MEMORY, LINKS]}
     request["libraries"] = sorted({str(Path(origin).parent.parent) for origin in found})
-    answer = _result(request, folders, texts)
+    try:
+        answer = _result(request, folders, texts, missing)
+    except RobotError:
+        if not missing:  # else a value that stands in for a missing one may be the cause
+            raise
+    if missing:
+        have = "argument {} has" if len(missing) == 1 else "arguments {} have"
+        give = " ".join(f"--xacro {argument}:=VALUE" for argument in missing)
+        raise RobotError(f"{name}: xacro {have.format(listed(missing))} no value; give: {give}")
     if answer is None:
         cause = "look for a macro, an expression or a number that grows without end"
-        raise RobotError(f"{name}: xacro gave no result within {SECONDS:g} s and {MEMORY / 2**30:g} GB; {cause}")
+        limits = f"{SECONDS:g} s, {MEMORY / 2**30:g} GB and {LARGEST_FILE // 2**20} MB of text"
+        raise RobotError(f"{name}: xacro gave no result within {limits}; {cause}")
     if "error" in answer:
         raise RobotError(answer["error"])
     known = {match[1] or match[2] for text in texts for match in _ARGUMENT.finditer(text)}
@@ -63,8 +74,8 @@ def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) 
     return answer["urdf"], tuple(f"{name}: xacro: {line.removeprefix('warning: ')}" for line in warnings)
 
 
-def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str]) -> dict[str, Any] | None:
-    """Start the child and answer its questions until it has a result; None if it ends without one."""
+def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], missing: dict[str, str]) -> dict[str, str] | None:
+    """Start the child and answer its questions until it has a result; None if it ends without one, or answers anything else."""
     command = [sys.executable, "-I", "-S", "-B", "-X", "utf8", str(_CHILD)]
     pipe = subprocess.PIPE
     with (
@@ -80,9 +91,18 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str]) -> 
             while True:
                 child.stdin.write(json.dumps(answer) + "\n")
                 child.stdin.flush()
-                match json.loads(child.stdout.readline()):
+                message = json.loads(child.stdout.readline(LARGEST_FILE))
+                if not (isinstance(message, dict) and all(isinstance(value, str) for value in message.values())):
+                    return None
+                if _NO_TEXT.search("".join(message.values())):
+                    what = "a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
+                    whose = "an expression, an argument or a YAML file"
+                    raise RobotError(f"{folders.file.name}: {whose} contains {what}, which no XML text can; remove it")
+                match message:
                     case {"read": file}:
                         answer = _read(file, folders, texts)
+                    case {"missing": argument}:
+                        answer = missing[argument] = "1"
                     case {"glob": pattern}:
                         folder, named = os.path.split(pattern)  # wildcards among folders could search the whole disk
                         answer = sorted(
@@ -90,8 +110,10 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str]) -> 
                         )
                     case {"find": package}:
                         answer = str(folders.package(package, f"$(find {package})"))
-                    case result:
-                        return dict(result)
+                    case {"error": _} | {"urdf": _, "printed": _}:
+                        return message
+                    case _:
+                        return None
         finally:
             clock.cancel()
             child.kill()
