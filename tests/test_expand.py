@@ -266,9 +266,9 @@ robot.leg.mass ¦ robot['leg']['mass'] ¦ robot.feet[1].name ¦ [2 * foot.size f
 [k * l for k in range(n) if k for l in [k, n] if l > k] ¦ [a + b for a, b in python.zip('ab', words)] ¦ robot.leg.get('none', 1)
 python.sum(x**2 for x in [1, 2]) ¦ python.sum([x**2 for x in [1, 2]]) ¦ sorted(words, key=len) ¦ sorted(words, reverse=True)
 list(map(str, range(3))) ¦ max([1, 2]) ¦ math.hypot(3, 4) + sin(pi / 6) ¦ 'a b'.split() ¦ (1, n).index(3)
-', '.join(words).upper().replace('O', '0') ¦ list(robot.leg.items()) ¦ xacro.tokenize('a, b;c') ¦ xacro.dotify(dict(a=1)).a ¦ '%s_%03d' % ('leg', n)
-round(2.567, 1) ¦ int('12') + float('.5') ¦ python.abs(-2) ¦ python.isinstance('a', str) ¦ python.any([0, 1]) ¦ xacro.message('')
-python.list(python.enumerate('ab')) ¦ [words.append('c'), words.pop()] ¦ {'a': n}['a']
+', '.join(words).upper().replace('O', '0') ¦ list(robot.leg.items()) ¦ xacro.tokenize('a, b;c') ¦ xacro.dotify(dict(a=1)).a
+'%s_%03d' % ('leg', n) ¦ round(2.567, 1) ¦ int('12') + float('.5') ¦ python.abs(-2) ¦ python.isinstance('a', str)
+python.any([0, 1]) ¦ xacro.message('') ¦ python.list(python.enumerate('ab')) ¦ [words.append('c'), words.pop()] ¦ {'a': n}['a']
 """
 
 
