@@ -17,7 +17,7 @@ from shockpc.errors import SolveError
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.profile import shock_profile
-from shockpc.results.accuracy import double_error
+from shockpc.accuracy import double_error
 from shockpc.scene import Scene, Strike
 from shockpc.show.files import MANIFEST
 from shockpc.show.tables import Sheet
