@@ -18,6 +18,7 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Strike, resolve, shock_maps, shock_profile
+from shockpc.accuracy import double_error
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
 from shockpc.exact.proof import Proof
@@ -28,7 +29,6 @@ from shockpc.model.joint_model import JointModel
 from shockpc.model.motion import Motion
 from shockpc.model.posture import configuration
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.accuracy import double_error
 from shockpc.scene import plane_of
 
 ROUNDING = 2.3e-16

@@ -12,7 +12,7 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Posture, Scene, Strike, UnknownName, shock_profile
-from shockpc.model.contact import contact_block, match_frames, locate_lowest_point
+from shockpc.model.contact import contact_block, locate_lowest_point, match_frames
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration
 from shockpc.model.rows import block_point, row_jacobian

@@ -5,8 +5,6 @@ import dataclasses
 import json
 import math
 
-
-
 import numpy as np
 import pinocchio as pin
 import pytest

@@ -188,7 +188,7 @@ def _one_restitution(system: System) -> float:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
     if system.G is not None or not system.landing.robot.free_base or system.landing.scene.stance:
         raise UnsuitedError("Pinocchio's impulse has no held joints, mimic joints or standing feet")
-    return e.pop()
+    return float(e.pop())
 
 
 def _pin_jacobian(system: System) -> Prepared:

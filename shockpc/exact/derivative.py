@@ -1,7 +1,8 @@
 """Derivatives of an impact in ball arithmetic: central differences whose step is so small that only the derivative is left.
 
-With a step h the error of a central difference is h²/6 of the third derivative. With h = 2^-100 that is 1e-61, and the digits that
-the difference loses are covered by the working precision, which is raised until the quotient is known to the last digit of a double.
+With a step h the error of a central difference is h²/6 of the third derivative. With h = 2^-100 that is 1e-61, and the digits
+that the difference loses are covered by the working precision, which is raised until the quotient is known to the last digit of a
+double.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Step 3 for the bodies: centre and radius of percussion in the plane (shock paper, Eqs. 11 and 12), and shock over their geometry."""
+"""Step 3 for the bodies: centres and radii of percussion (shock paper, Eqs. 11 and 12), and shock over their geometry."""
 
 import functools
 from typing import Any
