@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from shockpc.model.closure import Closure, Place
     from shockpc.model.contact import Contact
     from shockpc.model.joint_model import Joints, Rotor
-    from shockpc.model.posture import Posture
+    from shockpc.model.posture import Posture, configuration, configuration_from_mujoco
     from shockpc.profile import shock_maps, shock_profile
     from shockpc.result import ShockMaps, ShockProfile
     from shockpc.robot.load import load_robot
@@ -30,7 +30,7 @@ _HOMES = {
     "model.closure": ("Closure", "Place"),
     "model.contact": ("Contact",),
     "model.joint_model": ("Joints", "Rotor"),
-    "model.posture": ("Posture",),
+    "model.posture": ("Posture", "configuration", "configuration_from_mujoco"),
     "profile": ("shock_maps", "shock_profile"),
     "result": ("ShockMaps", "ShockProfile"),
     "accuracy": ("Health",),
@@ -77,6 +77,8 @@ __all__ = [
     "assert_shock",
     "batch",
     "compare",
+    "configuration",
+    "configuration_from_mujoco",
     "load_robot",
     "place",
     "read_scene",

@@ -9,9 +9,22 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
+from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
-from shockpc import Contact, Joints, Posture, Robot, RobotError, Scene, Strike, UnknownName, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    Posture,
+    Robot,
+    RobotError,
+    Scene,
+    SceneError,
+    Strike,
+    UnknownName,
+    configuration_from_mujoco,
+    load_robot,
+    shock_profile,
+)
 from shockpc.robot.mjcf_compiled import compiled
 from shockpc.scene import robot_of
 
@@ -108,11 +121,9 @@ def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None
     inertia = np.zeros((theirs.nv, theirs.nv))
     mujoco.mj_fullM(theirs, state, inertia)
 
-    q, to_world = np.array(state.qpos), np.eye(theirs.nv)
-    for kind, adr in zip(theirs.jnt_type, theirs.jnt_qposadr, strict=True):
-        if kind < 2:
-            w = adr + (3 if kind == 0 else 0)
-            q[w : w + 4] = q[[w + 1, w + 2, w + 3, w]] / np.linalg.norm(q[w : w + 4])
+    file = np.zeros(compiled(robot.source).model.nq)
+    file[: theirs.nq] = state.qpos  # what is left out of the robot comes last
+    q, to_world = configuration_from_mujoco(robot, file), np.eye(theirs.nv)
     if robot.free_base:
         # MuJoCo counts the base's linear velocity in the world's axes, Pinocchio in the base's own.
         to_world[:3, :3] = state.xmat[theirs.jnt_bodyid[0]].reshape(3, 3).T
@@ -129,6 +140,13 @@ def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None
             place = data.oMf[robot.model.getFrameId(name, kind)]
             np.testing.assert_allclose(place.translation, position, atol=1e-13)
             np.testing.assert_allclose(place.rotation.ravel(), rotation, atol=1e-13)
+
+
+def test_a_qpos_that_the_file_has_not_is_refused(tmp_path: Path):
+    robot = from_text(tmp_path, mjcf(floating(body("b"))))
+    for qpos, part in ((np.zeros(7), "8 finite numbers"), (np.full(8, np.nan), "8 finite numbers"), (np.zeros(8), "length 0")):
+        refused(SceneError, [part], configuration_from_mujoco, robot, qpos)
+    refused(RobotError, ['quaternion="wxyz"'], configuration_from_mujoco, load_robot("anymal_b"), np.zeros(19))
 
 
 def drawn_at_random(theirs: mujoco.MjModel, seed: int) -> np.ndarray:

@@ -21,7 +21,7 @@ from shockpc.robot.mjcf_compiled import Compiled, compiled
 from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
 
-__all__ = ["RobotBodies", "build_mjcf", "robot_bodies"]
+__all__ = ["RobotBodies", "build_mjcf", "qpos_order", "robot_bodies"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
@@ -64,7 +64,7 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     model.name = source.robot_name
     # Both count bodies, and the joints of a body, in the same order.
     joints = np.flatnonzero(np.isin(m.jnt_bodyid, kept)).tolist()
-    order = np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
+    order = _order(m, joints)
     limited = np.flatnonzero(m.jnt_limited & (m.jnt_type >= _SLIDE))
     limits = np.tile([-np.inf, np.inf], (m.nq, 1))
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
@@ -90,6 +90,26 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
     return replace(robot, start=read_only(start), loops=loops, mimics=_mimics(m, equalities))
+
+
+def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
+    """Where the coordinates q (nq,) of a robot of an MJCF stand in MuJoCo's qpos, and the length of qpos.
+
+    Raises:
+        RobotError: the robot is not of an MJCF.
+    """
+    if robot.source.kind != "mjcf":
+        raise RobotError(
+            f'robot "{robot.name}" is not of an MJCF, so the order of a qpos is not known; give the joints by name: '
+            'configuration(robot, joints={"knee": 0.3}, base=qpos[:7], quaternion="wxyz")'
+        )
+    m = compiled(robot.source).model
+    return _order(m, [m.joint(joint.name).id for joint in robot.single_joints]), int(m.nq)
+
+
+def _order(m: Any, joints: Sequence[int]) -> np.ndarray:
+    """Where the coordinates of some joints stand in qpos."""
+    return np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
 
 
 def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
