@@ -213,7 +213,7 @@ def _xyzw(values: Array, order: Quaternion | None, whose: str) -> Array:
     return np.roll(values, -1 if order == "wxyz" else 0) / length
 
 
-def _set_several(joint: Joint, given: Sequence[float], order: Quaternion | None, q: Array) -> None:
+def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -> None:
     """Set a joint of several degrees of freedom."""
     whose = f'joint "{joint.name}" ({joint.kind})'
     values = _numbers(given, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), whose)
