@@ -255,7 +255,7 @@ class ShockProfile:
     def _other_joints(self) -> dict[str, Proof | None]:
         """The proofs with free and locked joints."""
         proofs: dict[str, Proof | None] = {}
-        for name, locked in (("free", np.zeros_like(self.robot.driven)), ("locked", self.robot.driven)):
+        for name, locked in (("free", np.zeros_like(self.robot.actuated_dofs)), ("locked", self.robot.actuated_dofs)):
             if self.landing.joint_model.name == name:
                 proofs[name] = self.proof
                 continue

@@ -481,4 +481,4 @@ def test_a_point_weld_is_a_connect(tmp_path: Path):
     """torquescale="0" leaves the orientation free."""
     for scale, turns in (("0", False), ("2", True)):
         robot = from_text(tmp_path, among(f'<equality><weld torquescale="{scale}" body1="b" body2="c"/></equality>'))
-        assert [loop.turns for loop in robot.loops] == [turns]
+        assert [loop.holds_orientation for loop in robot.loops] == [turns]

@@ -64,7 +64,7 @@ def _read(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
 def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """Moving bodies without mass, and masses far from all the others."""
     masses = robot.masses
-    beyond = masses @ robot.moves[:, [joint.v.start for joint in robot.joints]]  # with all that hangs on each body
+    beyond = masses @ robot.supports[:, [joint.v.start for joint in robot.joints]]  # with all that hangs on each body
     for k, (body, mass) in enumerate(zip(robot.bodies, masses, strict=True)):
         following = float(np.delete(masses, k).max(initial=0.0)) or mass
         if beyond[k] == 0:

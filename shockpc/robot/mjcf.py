@@ -260,7 +260,7 @@ def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loo
             points=(read_only(first.translation), read_only(second.translation)),
             rotations=(read_only(first.rotation), read_only(second.rotation)),
             axes=np.eye(3),
-            turns=bool(weld and data[10] != 0.0),
+            holds_orientation=bool(weld and data[10] != 0.0),
         )
 
 
