@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from shockpc.accuracy import Health, data_sensitivity, data_warnings, double_error, nearly_singular
+from shockpc.accuracy import AT_REST, Health, data_sensitivity, double_error, nearly_singular
 from shockpc.core.directions import ExtremeDirections
 from shockpc.core.impulse import RowChoice, solve_impact
 from shockpc.core.percussion import shock_at
@@ -181,14 +181,12 @@ class ShockProfile:
 
     Attributes:
         landing: the scene resolved on the robot.
-        condition: of the solution in double precision, as in `ShockMaps`.
         double_jumps: (nb, 6, 4) jump (Δω, Δv) of every body in double precision, body coordinates, as in `Proof`.
         proof: enclosures of the exact solution.
         trace: collects what each part cost.
     """
 
     landing: PosedLanding
-    condition: float = field(repr=False)
     double_jumps: Array = field(repr=False)
     proof: Proof = field(repr=False)
     trace: Trace = field(repr=False)
@@ -477,13 +475,13 @@ class ShockProfile:
         """How far to trust the numbers, with the warnings."""
         landing, proof, robot = self.landing, self.proof, self.robot.name
         with self.trace.stage("accuracy and warnings"):
-            sensitivity = data_sensitivity(self.condition)
+            sensitivity, data = data_sensitivity(proof, self._small_differences)
             warnings = (
                 *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
                 *landing.warnings,
                 *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),
-                *data_warnings(sensitivity),
+                *data,
                 *pulled(landing, self.value("pull", "contact")),
                 *gained(robot, self.energy_lost),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),
@@ -499,6 +497,18 @@ class ShockProfile:
                 bits=proof.bits,
                 warnings=warnings,
             )
+
+    @property
+    def _small_differences(self) -> list[tuple[Quantity, list[Place], Array]]:
+        """Results that may be small differences of large numbers: speed, radii of percussion, impulses; with places and values."""
+        impulse = np.nan_to_num(np.linalg.norm(self.value("impulse", "contact"), axis=1))
+        chosen = [
+            (quantity("robot", "v_in"), np.ones(1)),
+            (quantity("body", "ropc"), ~self.translates),
+            (quantity("contact", "impulse"), impulse > AT_REST * impulse.max(initial=0.0)),
+        ]
+        kept = [(entry, [p for p, keep in zip(self.places(entry.of), flags, strict=True) if keep]) for entry, flags in chosen]
+        return [(entry, places, self.values(entry, places)) for entry, places in kept if places]
 
     def shock_at(self, body: str, r: Array) -> Array:
         """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m].
