@@ -336,7 +336,7 @@ def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
     assert '"door" (1 kg) left out' in robot.warnings[0]
     whole = mujoco.MjModel.from_xml_string(mjcf(arms))
     assert_equal(robot, whole, drawn_at_random(whole, 3))
-    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and with a floating base'):
+    with pytest.raises(RobotError, match='equalities couple "base", "door", and with a floating base'):
         from_text(tmp_path, TWO.replace("<keyframe>", tie.format("door", "b") + "<keyframe>"))
 
 
@@ -445,7 +445,7 @@ REFUSED = {
         after=SPATIAL + '<equality><tendon name="belt" tendon1="t"/></equality>',
     ): 'the equality "belt" couples tendons that are not fixed.*active="false"',
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'the equality ties "k", but each of these follows already'
+        'the equality couples "k", but each of these follows already'
     ),
     among(FIXED.format(' armature="0.5"')): 'tendon "t" has an armature that is not computed',
     among(FIXED.format("") + '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'): (

@@ -113,8 +113,8 @@ class OpenFolders(NamedTuple):
         """The name that a folder's package.xml gives to the package; None without one, or outside the open folders."""
         path = folder / "package.xml"
         readable = os.path.isfile(path) and self.contain(path)
-        found = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
-        return found[1].decode(errors="replace") if found else None
+        match = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
+        return match[1].decode(errors="replace") if match else None
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
@@ -221,8 +221,8 @@ def parse_xml(text: str, name: str) -> Element:
         ended = builder.end(tag)
 
     def doctype(*_: object) -> None:
-        said = "a DOCTYPE can define entities, and those are never expanded here; delete it and write out what they stand for"
-        raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {said}")
+        remedy = "a DOCTYPE can define entities, and those are never expanded here; delete it and write out what they stand for"
+        raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {remedy}")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = builder.data, doctype
