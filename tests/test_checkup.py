@@ -109,7 +109,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
         joint("j", "base", "cross"), joint("k", "cross", "tip"),
         joint("l", "base", "finger"), joint("m", "finger", "nail", "fixed"),
     ): [
-        ("error", 'body "finger"', "no mass here nor on what this body carries, so the inertia matrix cannot be inverted; give mass"),
+        ("error", 'body "finger"', "no mass here nor on what it carries, so the inertia matrix cannot be inverted; give mass"),
         ("note", 'body "cross"', "no mass here; the shock follows from what the joints beyond carry"),
     ],
     # Grams read as kilograms, and a stand-in next to nothing.

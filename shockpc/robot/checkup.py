@@ -68,7 +68,7 @@ def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     for k, (body, mass) in enumerate(zip(robot.bodies, masses, strict=True)):
         next_heaviest = float(np.delete(masses, k).max(initial=0.0)) or mass
         if carried[k] == 0:
-            text = "no mass here nor on what this body carries, so the inertia matrix cannot be inverted"
+            text = "no mass here nor on what it carries, so the inertia matrix cannot be inverted"
             yield "error", "body", body.name, f"{text}; give mass, or make the joint fixed"
         elif mass == 0:
             yield "note", "body", body.name, "no mass here; the shock follows from what the joints beyond carry"

@@ -139,8 +139,8 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
         for name in (mimic.joint, *mimic.leaders):
             if freedom.get(name, 1) != 1:
                 raise RobotError(
-                    f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees of freedom, and only '
-                    "a joint with one can follow or lead; give it one axis, or take the coupling out"
+                    f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees of freedom, and '
+                    "only a joint with one can follow or lead; give it one axis, or take the coupling out"
                 )
     followers = {}
     for mimic in robot.mimics:
