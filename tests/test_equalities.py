@@ -265,7 +265,7 @@ def test_equalities_that_are_not_active_are_left_out(default, words, active):
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
-        (chains(FOLLOW.format("") + LED + TWICE.format("")), ('ties "q", "p", but',)),
+        (chains(FOLLOW.format("") + LED + TWICE.format("")), ('couples "q", "p", but',)),
         (amid_scenery(f'<connect body1="foot" body2="pole" {HELD}/>', FIXED), ("MuJoCo", "'pole'")),
         (amid_scenery('<weld site1="on_foot" site2="post"/>', FIXED), ("MuJoCo", "'post'")),
         (amid_scenery('<joint joint1="p" joint2="t"/>', '<joint name="t" type="ball"/>'), ("MuJoCo", "HINGE and SLIDE")),
