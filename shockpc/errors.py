@@ -9,7 +9,7 @@ ShockError                 the root; its text is the whole message for a user
 └── OutputError            a result cannot be written to the given place
 
 Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved. Codes
-0 (done) and 1 (a budget is exceeded) belong to no error.
+0 (done) and 1 (a budget is exceeded) belong to no error, and 70 to any other exception: an error in shockpc itself.
 """
 
 from collections.abc import Iterable

@@ -153,7 +153,7 @@ def compiled(source: RobotSource) -> Compiled:
     try:
         import mujoco
     except ImportError:
-        raise RobotError('an MJCF file is read by MuJoCo. Install it: pip install "shockpc[mjcf]"') from None
+        raise RobotError("an MJCF file is read by MuJoCo. Install it: pip install mujoco") from None
     text = _without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
     notes: list[str] = []
     try:
