@@ -11,9 +11,9 @@ from shockpc.accuracy import AT_REST, Health, data_sensitivity, double_error, ne
 from shockpc.core.directions import ExtremeDirections
 from shockpc.core.impulse import RowChoice, solve_impact
 from shockpc.core.percussion import shock_at
-from shockpc.core.spatial import Array, Plane, jump_at, read_only
+from shockpc.core.spatial import Array, Plane, freeze, jump_at, read_only
 from shockpc.diagnostic import Diagnostic
-from shockpc.errors import SceneError, SolveError, UnknownName
+from shockpc.errors import SceneError, SolveError
 from shockpc.exact.proof import Proof
 from shockpc.landing import PosedLanding
 from shockpc.model.closure import Assembly
@@ -346,7 +346,9 @@ class ShockProfile:
     def moved(self) -> np.ndarray:
         """(nb,) whether the strike moves the body by more than 1e-12 of the fastest one."""
         motion = np.linalg.norm(self.delta_omega, axis=1) + np.linalg.norm(self.delta_v, axis=1)
-        return np.asarray(motion > 1e-12 * motion.max())
+        moved = motion > 1e-12 * motion.max()
+        freeze(moved)
+        return np.asarray(moved)
 
     @property
     def position(self) -> Array:
@@ -376,7 +378,9 @@ class ShockProfile:
     @cached_property
     def translates(self) -> np.ndarray:
         """(nb,) whether the body does not rotate in the plane, by more than the rounding of files."""
-        return self.value("translates", "body") > 0.0
+        translates = self.value("translates", "body") > 0.0
+        freeze(translates)
+        return translates
 
     @property
     def pitch(self) -> Array:
@@ -510,16 +514,21 @@ class ShockProfile:
         kept = [(entry, [p for p, keep in zip(self.places(entry.of), flags, strict=True) if keep]) for entry, flags in chosen]
         return [(entry, places, self.values(entry, places)) for entry, places in kept if places]
 
-    def shock_at(self, body: str, r: Array) -> Array:
-        """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m].
+    def shock_at(self, frame: str, r: Array) -> Array:
+        """Shock at points of a body, |Δv + Δω × r| / v_in [1].
+
+        Args:
+            frame: name of the body, or of a link, joint or site on it.
+            r: (..., 3) from the origin of that frame, in its axes [m].
 
         Raises:
-            UnknownName: the robot has no such body.
+            UnknownName: the robot has no such frame.
         """
-        if body not in self.bodies:
-            raise UnknownName("body", body, self.bodies, f'robot "{self.robot.name}"', f"shockpc robots {self.robot.label}")
-        i = self.bodies.index(body)
-        return np.asarray(shock_at(self.delta_omega[i], self.delta_v[i], np.asarray(r, dtype=float), self.v_in))
+        place = self.robot.frame(frame)
+        points = place.offset + np.asarray(r, dtype=float) @ place.rotation.T
+        if place.body < 0:
+            return np.zeros(points.shape[:-1])
+        return np.asarray(shock_at(self.delta_omega[place.body], self.delta_v[place.body], points, self.v_in))
 
     def _directions(self, kind: Kind) -> ExtremeDirections:
         """The extreme directions of bodies or points."""

@@ -12,7 +12,7 @@ import numpy as np
 from flint import ctx
 
 from shockpc.core.impulse import RowChoice
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.exact.balls import Balls, PrecisionError, SingularError, radii, to_double
 from shockpc.exact.sensitivity import last_digits_changed
 from shockpc.exact.solution import BallImpact
@@ -55,6 +55,7 @@ class Proof:
 
     def __init__(self, landing: PosedLanding, choice: RowChoice) -> None:
         self.landing, self.choice = landing, choice
+        freeze(choice)
         self._bits, self._impact = LEAST_BITS, None
         length = landing.robot.rotation_lengths
         self.jumps, self.bounds = map(read_only, self.read(lambda impact: _jumps(impact.jumps[0], length)))

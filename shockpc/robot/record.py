@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.errors import UnknownName
 from shockpc.printed import few, listed
 from shockpc.robot.files import OpenFolders
@@ -307,7 +307,9 @@ class Robot:
     @cached_property
     def actuated_dofs(self) -> np.ndarray:
         """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
-        return np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
+        driven = np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
+        freeze(driven)
+        return driven
 
     @cached_property
     def mass(self) -> float:
@@ -358,6 +360,7 @@ class Robot:
         for i, joint in enumerate(self.joints):
             supports[i] = supports[joint.parent]
             supports[i, joint.v] = True
+        freeze(supports)
         return supports[:-1]
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
