@@ -173,7 +173,7 @@ def gained(robot: str, lost: float) -> Iterator[Diagnostic]:
 def saturated(landing: PosedLanding, peaks: Mapping[str, float | None]) -> Iterator[Diagnostic]:
     """A warning for every sensor whose peak [g] exceeds its range, and for a pulse without a sensor or point."""
     if landing.pulse is not None and not peaks:
-        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --point"
+        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --at"
         yield Diagnostic("sensor", "", None, text)
     limit = landing.scene.range_g or math.inf
     for name, peak in peaks.items():

@@ -482,6 +482,7 @@ class ShockProfile:
             sensitivity, data = data_sensitivity(proof, self._small_differences)
             warnings = (
                 *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
+                *self.robot.change_warnings,
                 *landing.warnings,
                 *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),

@@ -296,7 +296,7 @@ def test_two_sensors_see_no_more_than_one():
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"body": "bse"}, ['no frame "bse"', '"base"']),
+        ({"body": "bse"}, ['no body "bse"', '"base"']),
         ({"within": ((1.0, 1.0, 1.0), (2.0, 2.0, 2.0))}, ["outside base", "x -0.2"]),
         ({"within": ((0.1, 0.0, 0.0), (0.0, 1.0, 1.0))}, ["no x between 0.1 and 0"]),
         ({"within": ((0.0, 0.0, 0.05), (0.01, 0.01, 0.06)), "surface": True}, ["no place on the surface"]),
@@ -354,7 +354,7 @@ def test_scene_files_postures_and_weights_on_the_command_line(capfd, tmp_path):
     scene.write_text('robot = "anymal_b"\n[[contact]]\nframe = "LF_FOOT"\n')
     other = tmp_path / "fall.toml"
     other.write_text('robot = "anymal_b"\n[strike]\ndrop_height = 0.3\n[[contact]]\nframe = "RH_FOOT"\n')
-    words = ("place", scene, other, "--vary", "*_KFE=-80:-60:2", "--weight", "jump=2", "--format", "json", "--body", "imu_link")
+    words = ("place", scene, other, "--vary", "*_KFE=-80:-60:2", "--weight", "jump*=2", "--format", "json", "--body", "imu_link")
     document = json.loads(good(capfd, *words))
     names = ["jump LF_FOOT *_KFE=-80", "jump LF_FOOT *_KFE=-60", "fall RH_FOOT *_KFE=-80", "fall RH_FOOT *_KFE=-60"]
     assert [one["landing"] for one in document["landings"]] == names

@@ -26,7 +26,7 @@ def sweep(
     vary: tuple[Variable, ...] = _in_varied(
         "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b. Quantities are a joint or a glob [deg; m if "
         "prismatic], base-roll, base-pitch, base-yaw and strike-angle [deg], speed [m/s], contact (names), offset-x, -y, -z "
-        "[m], mass:LINK [kg; or factors, 0.8x:1.2x:9], com-x:LINK, -y, -z (a shift) [m], inertia:LINK (factors), "
+        "[m], mass:LINKS [kg; or factors, 0.8x:1.2x:9], com-x:LINKS, -y, -z (a shift) [m], inertia:LINKS (factors), "
         "armature:JOINTS [kg m²].",
         "NAME=VALUES",
         variable,
@@ -39,9 +39,8 @@ def sweep(
     ),
     lhs: bool = _in_varied("Draw the sample as a Latin hypercube."),
     seed: int = _in_varied("Seed of the random numbers; 0 by default.", "N", default=0),
-    at: tuple[str, ...] = _in_computed("Point at which the shock is computed, offset in the frame [m].", "FRAME[:X,Y,Z]"),
     body: tuple[str, ...] = _in_computed(
-        "Body of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "NAME"
+        "Bodies of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "BODY"
     ),
     greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
@@ -55,7 +54,6 @@ def sweep(
     from shockpc.cli.scenes import scenes_from
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
-    from shockpc.scene import point_at
     from shockpc.show.files import write_folder
     from shockpc.show.parts import Parts
     from shockpc.show.reports.sweep import sweep_files, sweep_text
@@ -75,7 +73,7 @@ def sweep(
         loaded,
         vary,
         vary_each=vary_each,
-        at=[point_at(loaded, text) for text in at] or scenes[0].point,
+        at=scenes[0].point,
         bodies=body,
         greatest=greatest,
         sample=sample,

@@ -42,12 +42,13 @@ def _sheet(summary: SweepSummary) -> Sheet:
 
 
 def _lines(summary: SweepSummary) -> Iterator[str]:
-    """The most severe landings, what was not computed, and the accuracy."""
+    """The most severe landings, warnings of what is varied, what was not computed, and the accuracy."""
     for one in summary.extents:
         if one.greatest_row >= 0:
             options, others = _options(summary.sweep, one.greatest_row)
             rest = f"   (and {others})" if others else ""
             yield f"most severe for {one.heading}: {options}{rest}"
+    yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
         yield from (f"  {count} x {text}" for text, count in summary.messages[:MESSAGES])

@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
-from shockpc.errors import StudyError, UnknownName
+from shockpc.errors import StudyError
 from shockpc.executor import in_order
 from shockpc.places import Place, body_places
 from shockpc.quantities.table import select
@@ -45,7 +45,7 @@ def sweep_of(
         vary: values by subject, as in `variation`.
         vary_each: the same, with a quantity of its own for each joint that a pattern matches.
         at: points, as `Point` or names of frames.
-        bodies: names of bodies; the base by default, if there are no points either.
+        bodies: names or globs of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
         sample: number of random rows instead of the full grid. If no joint is varied, all are, within their limits.
         lhs: whether the sample is a Latin hypercube.
@@ -134,12 +134,7 @@ def _unpickled(pickled: bytes) -> Sweep:
 def _columns(scene: Scene, robot: Robot, points: tuple[Point, ...], names: Sequence[str], greatest: bool) -> tuple[Column, ...]:
     """The columns of the points and bodies that are named, or of the base, and the friction that the contacts need."""
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
-    bodies = []
-    for name in names:
-        body = next((i for i, body in enumerate(robot.bodies) if name == body.name or name in body.links), None)
-        if body is None:
-            raise UnknownName("body", name, robot.links, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-        bodies.append(body)
+    bodies = [i for name in names for i in robot.match_bodies(name)]
     if not places and not bodies:
         bodies = [0]
     severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
