@@ -46,15 +46,17 @@ def implausible(landing: PosedLanding, mitigation: Mapping[str, float | None]) -
 def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     """Warnings about geometry below the contacts, and about contacts and standing feet that level ground cannot touch together.
 
-    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without their rounding.
+    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the least semi-axis of
+    their ellipsoids.
     """
     robot, state, up = landing.robot, landing.state, landing.up
     outline = body_outline(robot)
     pieces, shapes = outline.pieces, [shape for own in outline.shapes for shape in own]
     body = pieces.body[pieces.piece]
     points = (state.rotation[0, body] @ pieces.points[..., None])[..., 0] + state.position[0, body]
-    core = np.minimum.reduceat(points @ up, pieces.start) if shapes else np.zeros(0)
-    surface = core - pieces.radius
+    reach = np.linalg.norm(((up @ state.rotation[0])[pieces.body, None] @ pieces.rounding)[:, 0], axis=1)
+    surface = np.minimum.reduceat(points @ up, pieces.start) - reach if shapes else reach
+    core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
     slack = LEVEL + SHARE * (float(np.linalg.norm(np.ptp(points, axis=0))) if shapes else 0.0)
     names = [*(contact.frame for contact in landing.contacts), *landing.scene.stance]
     levels, below, others = [], {}, np.ones(len(shapes), dtype=bool)

@@ -179,7 +179,7 @@ def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
         shapes: of the link.
         up: (3,) the ground's normal in the axes of the body.
     """
-    points = np.concatenate([shape.lowest(up) for shape in shapes])
+    points = np.concatenate([shape.farthest(-up) for shape in shapes])
     height = points @ up
     # A foot's sole is level to rounding only; its extent sets what counts as level.
     slack = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-6)
