@@ -83,7 +83,7 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
     if pieces.round.size:
         corners = pieces.start[pieces.round] + np.arange(4)[:, None]
         images = turning[pieces.body[pieces.round]] @ pieces.rounding[pieces.round]
-        ellipses = _to_ellipses(*p[:, corners[:2]], images, (1.0, -1.0))
+        ellipses = _to_ellipses(p[:, corners[:2]], images, (1.0, -1.0))
         farthest[pieces.round], nearest[pieces.round] = ellipses[0].max(axis=0), ellipses[1].min(axis=0)
         # The support point of the ellipse M b, |b| ≤ 1, in the direction n is M Mᵀ n / |Mᵀ n|.
         x, y = p[:, corners[0]] - p[:, corners[1]]
@@ -121,7 +121,7 @@ def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
         farthest = np.sqrt(_dot(p, p).max(axis=-1))
         if pieces.round.size:
             images = (turning @ axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
-            farthest = np.maximum(farthest, _to_ellipses(*p[..., ends], images, (1.0,))[0].max(axis=(1, 2)))
+            farthest = np.maximum(farthest, _to_ellipses(p[..., ends], images, (1.0,))[0].max(axis=(1, 2)))
         greatest[part] = np.hypot(farthest, along)
     return greatest.reshape(delta_omega.shape[:-1])
 
@@ -143,16 +143,16 @@ def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
     return _inner(axis, delta_v), _inner(e, delta_v[..., None, :]), e @ cross_matrix(delta_omega)
 
 
-def _to_ellipses(x: Array, y: Array, images: Array, sides: tuple[float, ...]) -> list[Array]:
+def _to_ellipses(centres: Array, images: Array, sides: tuple[float, ...]) -> list[Array]:
     """Distances of the origin from ellipses.
 
     One rotation in the plane makes the rows of M orthogonal (Hestenes 1958), which keeps the digits of a flat ellipse. Along its
-    axes the farthest point is at (major c, minor s) from the centre (|x|, |y|), the nearest at −(major c, minor s), where the unit
-    vector (c, s) is that of Lagrange's condition.
+    axes, from the centre (x, y) ≥ 0, the farthest point is at (major c, minor s) and the nearest at −(major c, minor s), with unit
+    vectors (c, s) ≥ 0 that follow from Lagrange's condition.
 
     Args:
-        x, y: (...) the centres.
-        images: (..., 2, 3) M; an ellipse is the points (x, y) + M b with |b| ≤ 1.
+        centres: (2, ...).
+        images: (..., 2, 3) M; an ellipse is the points centre + M b with |b| ≤ 1.
         sides: 1 for the farthest point, −1 for the nearest.
 
     Returns: (...) for each of the sides; for the nearest point 0 if the origin is inside.
@@ -160,14 +160,12 @@ def _to_ellipses(x: Array, y: Array, images: Array, sides: tuple[float, ...]) ->
     u, w = images[..., 0, :], images[..., 1, :]
     angle = 0.5 * np.arctan2(2.0 * _inner(u, w), _inner(u, u) - _inner(w, w))
     c, s = np.cos(angle), np.sin(angle)
-    x, y = np.abs(c * x + s * y), np.abs(c * y - s * x)
+    x, y = np.abs(c * centres[0] + s * centres[1]), np.abs(c * centres[1] - s * centres[0])
     u, w = c[..., None] * u + s[..., None] * w, c[..., None] * w - s[..., None] * u
     major, minor = np.sqrt(_inner(u, u)), np.sqrt(_inner(w, w))
-    distances = []
+    a, b, delta, distances = major * x, minor * y, np.maximum((major - minor) * (major + minor), 0.0), []
     for side in sides:
-        a, b = major * x, minor * y
-        first, second = _unit_vector(*((a, b) if side > 0.0 else (b, a)), np.maximum((major - minor) * (major + minor), 0.0))
-        c, s = (first, second) if side > 0.0 else (second, first)
+        c, s = _unit_vector(a, b, delta) if side > 0.0 else _unit_vector(b, a, delta)[::-1]
         distances.append(np.hypot(np.maximum(x + side * major * c, 0.0), np.maximum(y + side * minor * s, 0.0)))
     return distances
 

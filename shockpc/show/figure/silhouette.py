@@ -1,7 +1,8 @@
 """The outline of a body in the plane of the figure: the union of the projections of its shapes.
 
-Polyhedra are projected exactly, ellipses as polygons of 64 corners inside them, short by 0.12 %. A mesh may have a hundred thousand triangles, holes and gaps, so its projection is counted on a
-fine grid, triangle by triangle, and contoured; that works for any set of triangles and costs a few milliseconds.
+Polyhedra are projected exactly; round shapes as polygons inside their projection, with 64 corners to an ellipse, short by 0.12 %. A
+mesh may have a hundred thousand triangles, holes and gaps, so its projection is counted on a fine grid, triangle by triangle, and
+contoured; that works for any set of triangles and costs a few milliseconds.
 """
 
 from collections.abc import Sequence
