@@ -15,6 +15,9 @@ from shockpc.core.spatial import Array, cross_matrix
 
 __all__ = ["Pieces", "greatest_shock", "shock_extremes"]
 
+TINY = 1e-300
+"""Divisors are at least this."""
+
 
 class Pieces(NamedTuple):
     """Convex pieces of bodies, one after the other.
@@ -83,13 +86,13 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
     if pieces.round.size:
         corners = pieces.start[pieces.round] + np.arange(4)[:, None]
         images = turning[pieces.body[pieces.round]] @ pieces.rounding[pieces.round]
-        ellipses = _to_ellipses(p[:, corners[:2]], images, (1.0, -1.0))
-        farthest[pieces.round], nearest[pieces.round] = ellipses[0].max(axis=0), ellipses[1].min(axis=0)
+        far, near = _to_ellipses(p[:, corners[:2]], images)
+        farthest[pieces.round], nearest[pieces.round] = far.max(axis=0), near.min(axis=0)
         # The support point of the ellipse M b, |b| ≤ 1, in the direction n is M Mᵀ n / |Mᵀ n|.
         x, y = p[:, corners[0]] - p[:, corners[1]]
         normal = x[:, None] * images[:, 1] - y[:, None] * images[:, 0]
         length = np.sqrt(_inner(normal, normal))
-        tangent = _inner(images, (normal / np.where(length > 0.0, length, 1.0)[:, None])[:, None]).T
+        tangent = _inner(images, (normal / np.maximum(length, TINY)[:, None])[:, None]).T
         p[:, corners] += np.array([[1.0], [1.0], [-1.0], [-1.0]]) * tangent[:, None]
     nearest = np.minimum(nearest, _distances(p, pieces))
     least, greatest = np.full(len(along), np.nan), np.full(len(along), np.nan)
@@ -121,7 +124,7 @@ def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
         farthest = np.sqrt(_dot(p, p).max(axis=-1))
         if pieces.round.size:
             images = (turning @ axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
-            farthest = np.maximum(farthest, _to_ellipses(p[..., ends], images, (1.0,))[0].max(axis=(1, 2)))
+            farthest = np.maximum(farthest, _to_ellipses(p[..., ends], images, nearest=False)[0].max(axis=(1, 2)))
         greatest[part] = np.hypot(farthest, along)
     return greatest.reshape(delta_omega.shape[:-1])
 
@@ -143,8 +146,8 @@ def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
     return _inner(axis, delta_v), _inner(e, delta_v[..., None, :]), e @ cross_matrix(delta_omega)
 
 
-def _to_ellipses(centres: Array, images: Array, sides: tuple[float, ...]) -> list[Array]:
-    """Distances of the origin from ellipses.
+def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Array]:
+    """Distances of the origin from the farthest and the nearest points of ellipses.
 
     One rotation in the plane makes the rows of M orthogonal (Hestenes 1958), which keeps the digits of a flat ellipse. Along its
     axes, from the centre (x, y) ≥ 0, the farthest point is at (major c, minor s) and the nearest at −(major c, minor s), with unit
@@ -153,9 +156,9 @@ def _to_ellipses(centres: Array, images: Array, sides: tuple[float, ...]) -> lis
     Args:
         centres: (2, ...).
         images: (..., 2, 3) M; an ellipse is the points centre + M b with |b| ≤ 1.
-        sides: 1 for the farthest point, −1 for the nearest.
+        nearest: whether the nearest points are wanted too.
 
-    Returns: (...) for each of the sides; for the nearest point 0 if the origin is inside.
+    Returns: (...) to the farthest points, and to the nearest ones, 0 if the origin is inside.
     """
     u, w = images[..., 0, :], images[..., 1, :]
     angle = 0.5 * np.arctan2(2.0 * _inner(u, w), _inner(u, u) - _inner(w, w))
@@ -163,10 +166,11 @@ def _to_ellipses(centres: Array, images: Array, sides: tuple[float, ...]) -> lis
     x, y = np.abs(c * centres[0] + s * centres[1]), np.abs(c * centres[1] - s * centres[0])
     u, w = c[..., None] * u + s[..., None] * w, c[..., None] * w - s[..., None] * u
     major, minor = np.sqrt(_inner(u, u)), np.sqrt(_inner(w, w))
-    a, b, delta, distances = major * x, minor * y, np.maximum((major - minor) * (major + minor), 0.0), []
-    for side in sides:
-        c, s = _unit_vector(a, b, delta) if side > 0.0 else _unit_vector(b, a, delta)[::-1]
-        distances.append(np.hypot(np.maximum(x + side * major * c, 0.0), np.maximum(y + side * minor * s, 0.0)))
+    a, b = np.array([major * x, minor * y]), np.array([minor * y, major * x])
+    first, second = _unit_vector(a[: 1 + nearest], b[: 1 + nearest], np.maximum((major - minor) * (major + minor), 0.0))
+    distances = [np.hypot(x + major * first[0], y + minor * second[0])]
+    if nearest:
+        distances.append(np.hypot(np.maximum(x - major * second[1], 0.0), np.maximum(y - minor * first[1], 0.0)))
     return distances
 
 
@@ -178,14 +182,14 @@ def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:
     """
     mu, step = np.maximum(a, np.hypot(a, b) - delta), np.array(np.inf)
     while True:
-        lower, upper = np.where(mu > 0.0, mu, 1.0), np.where(mu + delta > 0.0, mu + delta, 1.0)
+        lower, upper = np.maximum(mu, TINY), np.maximum(mu + delta, TINY)
         first, second = a / lower, b / upper
         if not np.any(step > 1e-8 * mu):
             break
         squared, slope = first * first + second * second, first * first / lower + second * second / upper
-        step = np.maximum(squared * (np.sqrt(squared) - 1.0) / np.where(slope > 0.0, slope, 1.0), 0.0)
+        step = np.maximum(squared * (np.sqrt(squared) - 1.0) / np.maximum(slope, TINY), 0.0)
         mu = mu + step
-    first = np.where(mu > 0.0, first, np.sqrt(np.maximum(1.0 - second * second, 0.0)))
+    first = np.where(mu > TINY, first, np.sqrt(np.maximum(1.0 - second * second, 0.0)))
     length = np.hypot(first, second)
     return first / length, second / length
 

@@ -65,17 +65,24 @@ def _off_plane(impact: Impact, places: Places) -> Any:
     return off_plane_share(omega, v_com, _normal(impact, places), impact.exact(robot.gyration[bodies]))
 
 
-def _least(impact: Impact, places: Places) -> Array:
-    """Least shock (N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+def _extremes(impact: Impact, places: Places) -> Array:
+    """Least and greatest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
     jumps, v_in, pieces = impact.own_jumps.astype(float), impact.v_in.astype(float), body_outline(impact.landing.robot).pieces
-    least = np.empty(jumps.shape[:3])
+    extremes = np.empty((2, *jumps.shape[:3]))
     for k in np.ndindex(v_in.shape):
-        least[k] = shock_extremes(jumps[k][:, :3], jumps[k][:, 3:], pieces, float(v_in[k]))[0]
-    return least[:, :, [place.body for place in places]]
+        extremes[:, *k] = shock_extremes(jumps[k][:, :3], jumps[k][:, 3:], pieces, float(v_in[k]))
+    return extremes[..., [place.body for place in places]]
+
+
+def _least(impact: Impact, places: Places) -> Array:
+    """Least shock (N, S, n) over the bodies' geometry, as `_extremes`."""
+    return np.asarray(_extremes(impact, places)[0])
 
 
 def _greatest(impact: Impact, places: Places) -> Array:
-    """Greatest shock (N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+    """Greatest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by body, which is faster."""
+    if impact.v_in.size == 1:
+        return np.asarray(_extremes(impact, places)[1])
     omega, v = (part.astype(float) for part in _split(impact, places))
     pieces = [_pieces(impact.landing.robot, place.body) for place in places]
     speeds = [greatest_shock(omega[:, :, k], v[:, :, k], own) for k, own in enumerate(pieces)]
@@ -85,7 +92,7 @@ def _greatest(impact: Impact, places: Places) -> Array:
 @functools.lru_cache(maxsize=256)
 def _pieces(robot: Robot, body: int) -> Pieces:
     """The geometry of one body."""
-    return Pieces.of([[(shape.points, shape.radius) for shape in body_outline(robot).shapes[body]]])
+    return Pieces.of([[(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]]])
 
 
 def _length(impact: Impact, values: Array) -> Any:
