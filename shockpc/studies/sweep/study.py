@@ -1,6 +1,5 @@
 """A sweep asked for and checked: what varies, over a full grid or in a sample, and its computation in parts."""
 
-import fnmatch
 import functools
 import math
 import pickle
@@ -162,14 +161,16 @@ def _asked(landing: PosedLanding, text: str) -> Iterator[Column]:
     key, at, place = text.partition("@")
     selection, robot = select(key), landing.robot
     kind = selection.quantity.of
+    every = landing.places(kind)
     if at and kind == "point":
         found: Sequence[Place] = [moving_point(robot, point_at(robot, place))]
+    elif at and kind == "body":
+        found = [every[i] for i in robot.match_bodies(place)]
+    elif at:
+        names = robot.match(kind, place, [one.name for one in every])
+        found = [one for one in every if one.name in names]
     else:
-        every = landing.places(kind)
-        named = [one for one in every if one.name == place] or [one for one in every if fnmatch.fnmatchcase(one.name, place)]
-        if at and not named:
-            raise UnknownName(kind, place, [one.name for one in every], f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-        found = named if at else [one for one in every if kind != "point" or one.body >= 0]
+        found = [one for one in every if kind != "point" or one.body >= 0]
     if not found:
         raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame, such as {key}@{robot.links[0]}')
     return (Column(selection, one, asked=True) for one in found)
