@@ -18,6 +18,7 @@ _in_run = group("How it is computed, and where it is written")
 @command(
     "Compute landings over many postures, strikes and models.",
     'shockpc sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:50" --at imu_link --out sweep/',
+    'shockpc sweep anymal_b --contact LF_FOOT --sample 100 --quantity "joint_impulse@*_KFE" --out random/',
 )
 def sweep(
     *,
@@ -44,6 +45,11 @@ def sweep(
         "Body of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "NAME"
     ),
     greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
+    quantity: tuple[str, ...] = _in_computed(
+        "Also this quantity (shockpc quantities lists them), of all places of its kind, or of those that PLACE names: a name, a "
+        "glob or FRAME:X,Y,Z.",
+        "KEY[@PLACE]",
+    ),
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
     out: Path = _in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
     format_: Literal["parquet", "csv"] = _in_run("Format of the rows; parquet by default.", default="parquet"),
@@ -78,6 +84,7 @@ def sweep(
         at=[point_at(loaded, text) for text in at] or scenes[0].point,
         bodies=body,
         greatest=greatest,
+        quantities=quantity,
         sample=sample,
         lhs=lhs,
         seed=seed,

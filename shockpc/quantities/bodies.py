@@ -9,7 +9,7 @@ from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
 from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact import Impact
-from shockpc.quantities.points import POINTS, shock, world_position
+from shockpc.quantities.points import POINTS, point_velocity, shock, world_position
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
@@ -115,7 +115,9 @@ BODIES = (
     Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock),
     Quantity("shock_min", "body", "least shock", "1", "greater", _least, missing=NO_GEOMETRY),
     Quantity("shock_max", "body", "greatest shock", "1", "greater", _greatest, missing=NO_GEOMETRY),
-    *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key),
+    *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key or q.key == "peak_g"),
+    Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
+        vector=True),
     Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
         p: world_position(i, [place._replace(r=0.0 * place.r) for place in p]), reach, vector=True),
     Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater", posed=True),

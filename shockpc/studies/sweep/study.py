@@ -1,5 +1,6 @@
 """A sweep asked for and checked: what varies, over a full grid or in a sample, and its computation in parts."""
 
+import fnmatch
 import functools
 import math
 import pickle
@@ -10,10 +11,11 @@ from typing import Any
 
 from shockpc.errors import StudyError, UnknownName
 from shockpc.executor import in_order
+from shockpc.landing import PosedLanding
 from shockpc.places import Place, body_places
 from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene, plane_of, robot_of
+from shockpc.scene import Point, Scene, plane_of, point_at, robot_of
 from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.columns import Column
@@ -32,6 +34,7 @@ def sweep_of(
     at: Sequence[Point | str] = (),
     bodies: Sequence[str] = (),
     greatest: bool = False,
+    quantities: Sequence[str] = (),
     sample: int | None = None,
     lhs: bool = False,
     seed: int = 0,
@@ -47,6 +50,7 @@ def sweep_of(
         at: points, as `Point` or names of frames.
         bodies: names of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
+        quantities: more of the table, as KEY for all places of its kind, or KEY@PLACE for a name, a glob, or a point.
         sample: number of random rows instead of the full grid. If no joint is varied, all are, within their limits.
         lhs: whether the sample is a Latin hypercube.
         seed: of the random numbers.
@@ -75,13 +79,15 @@ def sweep_of(
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     scene = replace(scene, point=points)
-    made = Sweep(scene, robot, tuple(found), _columns(scene, robot, points, bodies, greatest), sample, lhs, seed, prove)
+    made = Sweep(scene, robot, tuple(found), (), sample, lhs, seed, prove)
     plane = plane_of(scene)
     for one in made.axes:
         for value in (one.values or one.span or ()) if one.stage == 2 else ():
             applied(scene, robot, one, value)[0].strike.vector(plane)
     _ = made.first  # which has to be possible
-    return made
+    computed = (*_columns(scene, robot, points, bodies, greatest), *(c for text in quantities for c in _asked(made.first, text)))
+    # A column that is asked for besides stands in the place of its own.
+    return replace(made, computed=tuple({column.name: column for column in computed}.values()))
 
 
 def sweep(
@@ -150,6 +156,28 @@ def _columns(scene: Scene, robot: Robot, points: tuple[Point, ...], names: Seque
         columns += [Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))]
     contacts = [Place(contact.frame, number=k) for k, contact in enumerate(scene.contact)]
     return (*columns, *(Column(select("friction_needed"), place) for place in contacts))
+
+
+def _asked(landing: PosedLanding, text: str) -> Iterator[Column]:
+    """The columns of KEY[@PLACE].
+
+    Raises:
+        ShockError: there is no such quantity, or no such place of its kind.
+    """
+    key, at, place = text.partition("@")
+    selection, robot = select(key), landing.robot
+    kind = selection.quantity.of
+    if at and kind == "point":
+        found: Sequence[Place] = [moving_point(robot, point_at(robot, place))]
+    else:
+        every = landing.places(kind)
+        named = [one for one in every if one.name == place] or [one for one in every if fnmatch.fnmatchcase(one.name, place)]
+        if at and not named:
+            raise UnknownName(kind, place, [one.name for one in every], f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+        found = named if at else [one for one in every if kind != "point" or one.body >= 0]
+    if not found:
+        raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame, such as {key}@{robot.links[0]}')
+    return (Column(selection, one, asked=True) for one in found)
 
 
 def _all_joints(robot: Robot) -> list[Variation]:
