@@ -37,12 +37,16 @@ def draw_sweep(summary: SweepSummary) -> Figure:
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
     varied = any(one.kind == "contact" for one in sweep.variations)
     title = printable(sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
-    shown = [one for one in summary.extents if one.greatest_row >= 0][:MOST]
+    shown = [one for one in summary.extents if one.counts.any()][:MOST]
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
-    if any(one.values is None for one in shown):
+    values = [
+        Curve(printable(one.column.name, 60), _label(one), np.where(np.isfinite(one.values), one.values, np.nan))
+        for one in shown
+        if one.values is not None
+    ]
+    if not values:
         return _distributions(f"{title}: {sweep.rows} landings", shown)
-    values = [Curve(printable(one.column.name, 60), _label(one), np.asarray(one.values)) for one in shown]
     if len(axes) == 1:
         labels = dict.fromkeys(curve.label for curve in values)
         return _curves(title, axes[0], {label: [curve for curve in values if curve.label == label] for label in labels})
@@ -121,8 +125,9 @@ def _distributions(title: str, extents: Sequence[Extent]) -> Figure:
     common = len({_label(extent) for extent in extents}) == 1
     panels = figure.subplots(len(extents), 1, sharex=common, squeeze=False).ravel()
     for panel, extent in zip(panels, extents, strict=True):
-        margin = 0.0 if extent.greatest > extent.least else 0.005 * (abs(extent.greatest) or 1.0)
-        edges = np.linspace(extent.least - margin, extent.greatest + margin, len(extent.counts) + 1)
+        low, high = extent.span
+        margin = 0.0 if high > low else 0.005 * (abs(high) or 1.0)
+        edges = np.linspace(low - margin, high + margin, len(extent.counts) + 1)
         middle = 0.5 * (edges[1:] + edges[:-1])
         colours = [BANDS[band(max(x, 0.0))] if extent.column.shock else CURVES[0] for x in middle]
         panel.bar(edges[:-1], extent.counts / extent.counts.sum(), np.diff(edges), align="edge", color=colours)

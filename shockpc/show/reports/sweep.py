@@ -55,7 +55,7 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
         if len(summary.messages) > MESSAGES:
             yield f"  and {len(summary.messages) - MESSAGES} other messages, in the column message"
     if summary.proven:
-        yield f"proven because they are ill-conditioned or redundant: {summary.proven} landings"
+        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {summary.proven} landings"
     if summary.compared:
         yield (
             f"double precision, compared with a proof in {summary.compared} other landings: off by at most "

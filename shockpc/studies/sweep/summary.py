@@ -26,7 +26,8 @@ class Extent(NamedTuple):
         greatest: value.
         least_row: row of the least one.
         greatest_row: row of the greatest one; −1 if no row could be computed.
-        counts: number of rows in each of equal intervals from the least to the greatest.
+        span: the least and the greatest finite value.
+        counts: number of rows in each of equal intervals between these.
         values: (rows,) all of them where they are drawn as a curve or a map; None otherwise.
     """
 
@@ -36,6 +37,7 @@ class Extent(NamedTuple):
     greatest: float
     least_row: int
     greatest_row: int
+    span: tuple[float, float]
     counts: np.ndarray
     values: Array | None
 
@@ -96,12 +98,14 @@ def _whole(rows: int, parts: Iterator[Array]) -> Array:
 
 def _extent(column: Column, values: Array, keep: bool) -> Extent:
     """The range of a column. Of ten million rows no copy is made: the values are sorted in place unless they are kept."""
-    missing = np.isnan(values)
+    missing, kept = np.isnan(values), values if keep else None
     if missing.all():
-        return Extent(column, np.nan, np.nan, np.nan, -1, -1, np.zeros(BINS, dtype=int), values if keep else None)
+        return Extent(column, np.nan, np.nan, np.nan, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
     least, greatest = float(values[low]), float(values[high])
     known = values[~missing] if keep or missing.any() else values
-    counts, _ = np.histogram(known, BINS, (least, greatest))
+    finite = known if np.isfinite([least, greatest]).all() else known[np.isfinite(known)]
+    span = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    counts, _ = np.histogram(finite, BINS, span)
     median = float(np.median(known, overwrite_input=True))
-    return Extent(column, least, median, greatest, low, high, counts, values if keep else None)
+    return Extent(column, least, median, greatest, low, high, span, counts, kept)
