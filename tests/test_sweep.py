@@ -17,7 +17,7 @@ from shockpc.core.extremes import greatest_shock, shock_extremes
 from shockpc.core.spatial import plane_from
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.robot.changes import changed, link_mass, read_changes
-from shockpc.studies.sweep.columns import proven_columns
+from shockpc.studies.columns import proven_columns
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep, sweep_of
 
