@@ -16,7 +16,7 @@ from shockpc.core.directions import extreme_directions, most_severe_directions
 from shockpc.core.spatial import plane_from
 from shockpc.errors import StudyError, UnknownName
 from shockpc.robot.changes import changed, links_with_mass, read_changes
-from shockpc.studies.sweep.columns import proven_columns
+from shockpc.studies.columns import proven_columns
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep, sweep_of
 

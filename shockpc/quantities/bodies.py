@@ -58,6 +58,12 @@ def _copc_world(impact: Impact, places: Places) -> Any:
     return np.where(translates[..., None], np.nan, world)
 
 
+def _shock_com(impact: Impact, places: Places) -> Any:
+    """|Δv| / v_in (N, S, n) at the centres of mass."""
+    coms = impact.coms
+    return shock(impact, [place._replace(r=coms[place.body]) for place in places])
+
+
 def _off_plane(impact: Impact, places: Places) -> Any:
     omega, v = _split(impact, places)
     robot, bodies = impact.landing.robot, [place.body for place in places]
@@ -119,7 +125,7 @@ BODIES = (
     Quantity("pitch", "body", "pitch of the screw", "m/rad", "neither", lambda i, p: _percussion(i, p).pitch, _pitch_size,
         "the body does not rotate"),
     Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
-    Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock),
+    Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", _shock_com, largest_shock),
     Quantity("shock_min", "body", "least shock", "1", "greater", _least, missing=NO_GEOMETRY),
     Quantity("shock_max", "body", "greatest shock", "1", "greater", _greatest, missing=NO_GEOMETRY),
     *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key or q.key == "peak_g"),

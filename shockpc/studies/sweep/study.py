@@ -15,9 +15,9 @@ from shockpc.places import Place, body_places
 from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene, plane_of, point_at, robot_of
+from shockpc.studies.columns import Column
 from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.columns import Column
 from shockpc.studies.sweep.rows import Chunk, Sweep
 from shockpc.studies.sweep.variation import Variation, each_of, variation
 

@@ -1,22 +1,25 @@
-"""The columns of a sweep: quantities at places, computed of many landings in double precision, or of one with a proof."""
+"""Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.bodies import in_body_axes
 from shockpc.core.spatial import Array
+from shockpc.errors import StudyError, UnknownName
 from shockpc.impact import DoubleImpact
 from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import dynamics
-from shockpc.places import Place
+from shockpc.places import Place, body_places
 from shockpc.profile import impact_jumps, needs_proof
-from shockpc.quantities.quantity import evaluate
-from shockpc.quantities.table import Selection, quantity
+from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.table import Selection, quantity, select
 from shockpc.result import ShockProfile
+from shockpc.scene import point_at
+from shockpc.studies.question import moving_point
 
-__all__ = ["Column", "columns", "double_difference", "proven_columns"]
+__all__ = ["Column", "column", "columns", "double_difference", "proven_columns"]
 
 SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
 """Quantities by which the error of double precision is measured, and the shock that it is relative to."""
@@ -44,14 +47,57 @@ class Column(NamedTuple):
         return f"{self.selection.name}@{self.place.name}"
 
     @property
-    def title(self) -> str:
+    def heading(self) -> str:
         """The name with its unit."""
         return f"{self.name} [{self.selection.quantity.unit.replace('1', '-')}]"
+
+    @property
+    def title(self) -> str:
+        """As texts name it."""
+        component = "" if self.selection.axis is None else f" along {'xyz'[self.selection.axis]}"
+        where = "" if self.selection.quantity.of == "robot" else f" at {self.place.name}"
+        return f"{self.selection.quantity.title}{component}{where}"
+
+    @property
+    def unit(self) -> str:
+        """Of its numbers, as headings give it."""
+        return self.selection.quantity.unit.replace("1", "-")
 
     @property
     def shock(self) -> bool:
         """Whether it is a shock of the row's own strike."""
         return self.selection.quantity.key in SHOCKS
+
+
+def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]) -> Column:
+    """The number that a text names, QUANTITY@PLACE; of the robot as a whole QUANTITY alone.
+
+    Args:
+        profile: a landing in which it exists.
+        text: the text.
+        allowed: which quantities make sense.
+
+    Raises:
+        UnknownName: there is no such quantity, or no such place of its kind.
+        StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
+    """
+    key, _, name = text.partition("@")
+    selection, robot = select(key, allowed), profile.robot
+    kind = selection.quantity.of
+    if selection.quantity.shared and not profile.choice.unique.all():
+        raise StudyError(f"{key} is not determined, because contacts or loops are redundant; choose another quantity")
+    places = {place.name: place for place in profile.places(kind)}
+    if kind == "robot":
+        return Column(selection, next(iter(places.values())))
+    if not name:
+        raise StudyError(f"{key} of what? Write {key}@{kind.upper()}, such as {key}@{next(iter(places), kind.upper())}")
+    if kind == "point":
+        return Column(selection, moving_point(robot, point_at(robot, name)))
+    if kind == "body":
+        return Column(selection, body_places(robot)[moving_point(robot, point_at(robot, name)).body])
+    if name not in places:
+        raise UnknownName(kind, name, places, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+    return Column(selection, places[name])
 
 
 def columns(
