@@ -45,6 +45,11 @@ class Selection(NamedTuple):
             return values
         return np.asarray(norm(values) if self.axis is None else values[..., self.axis])
 
+    @property
+    def signed(self) -> bool:
+        """Whether the number may be negative."""
+        return self.quantity.signed or self.axis is not None
+
 
 def quantities_of(kind: Kind) -> tuple[Quantity, ...]:
     """The quantities of one kind of place, in the order of the table."""

@@ -7,19 +7,21 @@ import numpy as np
 
 from shockpc.core.bodies import in_body_axes
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError, UnknownName
+from shockpc.errors import StudyError
 from shockpc.impact import DoubleImpact
 from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import dynamics
-from shockpc.places import Place, body_places
+from shockpc.places import Place
+from shockpc.printed import listed
 from shockpc.profile import impact_jumps, needs_proof
+from shockpc.quantities.contacts import STANDS
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.table import Selection, quantity, select
 from shockpc.result import ShockProfile
-from shockpc.scene import point_at
+from shockpc.scene import points_at
 from shockpc.studies.question import moving_point
 
-__all__ = ["Column", "column", "columns", "double_difference", "proven_columns"]
+__all__ = ["Column", "column", "columns", "double_difference", "places_at", "proven_columns", "selected"]
 
 SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
 """Quantities by which the error of double precision is measured, and the shock that it is relative to."""
@@ -68,6 +70,49 @@ class Column(NamedTuple):
         """Whether it is a shock of the row's own strike."""
         return self.selection.quantity.key in SHOCKS
 
+    def exists(self, landing: PosedLanding) -> bool:
+        """Whether a landing has the place; it may have fewer contacts than others."""
+        if self.selection.quantity.of != "contact" or self.place.number < len(landing.contacts):
+            return True
+        return self.place.name in [place.name for place in landing.contact_places[self.place.number :][:1]]
+
+
+def selected(
+    landing: PosedLanding, text: str, allowed: Callable[[Quantity], bool] = lambda quantity: True
+) -> tuple[Selection, tuple[Place, ...]]:
+    """What QUANTITY[@PLACES] means: a selection, and the places, by default all of its kind.
+
+    Raises:
+        ShockError: as for `select` and `places_at`.
+    """
+    key, _, pattern = text.partition("@")
+    selection = select(key, allowed)
+    return selection, places_at(landing, selection.quantity, pattern or None)
+
+
+def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = None) -> tuple[Place, ...]:
+    """The places of a quantity's kind that a name or a glob means; without one, all of them.
+
+    A point is FRAME or FRAME:x,y,z; where a body is needed, a link means the body that it belongs to.
+
+    Raises:
+        UnknownName: nothing fits; the text names the nearest.
+        StudyError: a point is fixed to the world, or the scene lacks what the quantity needs.
+    """
+    robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
+    if quantity.key == "peak_g" and landing.pulse is None:
+        raise StudyError('peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"')
+    if quantity.missing == STANDS:
+        places = places[: len(landing.contacts)]
+    if pattern is None:
+        return tuple(place for place in places if place.body >= 0 or kind != "point")
+    if kind == "point":
+        return tuple(moving_point(robot, point) for point in points_at(robot, pattern))
+    if kind == "body":
+        return tuple(places[i] for i in robot.match_bodies(pattern))
+    named = {place.name: place for place in places}
+    return tuple(named[name] for name in robot.match(kind, pattern, named))
+
 
 def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]) -> Column:
     """The number that a text names, QUANTITY@PLACE; of the robot as a whole QUANTITY alone.
@@ -81,23 +126,15 @@ def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]
         UnknownName: there is no such quantity, or no such place of its kind.
         StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
     """
-    key, _, name = text.partition("@")
-    selection, robot = select(key, allowed), profile.robot
-    kind = selection.quantity.of
-    if selection.quantity.shared and not profile.choice.unique.all():
+    selection, places = selected(profile.landing, text, allowed)
+    key, kind = selection.name, selection.quantity.of.upper()
+    if selection.quantity.shared and profile.redundant:
         raise StudyError(f"{key} is not determined, because contacts or loops are redundant; choose another quantity")
-    places = {place.name: place for place in profile.places(kind)}
-    if kind == "robot":
-        return Column(selection, next(iter(places.values())))
-    if not name:
-        raise StudyError(f"{key} of what? Write {key}@{kind.upper()}, such as {key}@{next(iter(places), kind.upper())}")
-    if kind == "point":
-        return Column(selection, moving_point(robot, point_at(robot, name)))
-    if kind == "body":
-        return Column(selection, body_places(robot)[moving_point(robot, point_at(robot, name)).body])
-    if name not in places:
-        raise UnknownName(kind, name, places, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    return Column(selection, places[name])
+    if "@" not in text and kind != "ROBOT":
+        raise StudyError(f"{key} of what? Write {key}@{kind}, such as {key}@{places[0].name if places else kind}")
+    if len(places) > 1:
+        raise StudyError(f'"{text}" means {listed((place.name for place in places), 6)}; name one of them')
+    return Column(selection, places[0])
 
 
 def columns(
@@ -126,8 +163,8 @@ def _block(
     """The same for a few postures."""
     own = bool(landing.before.omega.any() or landing.before.joint_rates.any())
     state = dynamics(landing.robot, Q, landing.joint_model.armature)
-    kinds = {column.selection.quantity.of for column in wanted}
-    carriers = None if kinds & {"joint", "robot"} else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0))
+    everywhere = any(c.selection.quantity.of in ("joint", "robot") or c.selection.quantity.key == "shock_min" for c in wanted)
+    carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0))
     equation, solution, jumps = impact_jumps(landing, state, own, carriers)
     condition, prove = needs_proof(landing, equation, solution)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
@@ -142,9 +179,10 @@ def _selected(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
     with np.errstate(invalid="ignore", divide="ignore"):
         for entry in dict.fromkeys(column.selection.quantity for column in wanted):
             own = [column for column in wanted if column.selection.quantity is entry]
+            computed |= {column.name: np.full(shape, np.nan) for column in own}
+            own = [column for column in own if column.exists(impact.landing)]
             places = list({column.place.name: column.place for column in own}.values())
-            if entry.posed or entry.compute is None:
-                computed |= {column.name: np.full(shape, np.nan) for column in own}
+            if not places or entry.posed or entry.compute is None:
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
             for column in own:
@@ -154,14 +192,12 @@ def _selected(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
 
 def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
     """The same columns of one landing, proven; NaN where redundant rows leave a number undetermined."""
-    unique = len(profile.choice.rows) == len(profile.proof.impulse)
-
-    def value(column: Column) -> float:
-        entry = column.selection.quantity
-        known = unique or not entry.shared
-        return float(column.selection.scalar(profile.values(entry, [column.place])[0])) if known else np.nan
-
-    return {column.name: value(column) for column in wanted}
+    computed = {column.name: np.nan for column in wanted}
+    for selection in dict.fromkeys(column.selection for column in wanted):
+        own = [column for column in wanted if column.selection == selection and column.exists(profile.landing)]
+        numbers = profile.numbers(selection, [column.place for column in own]).tolist()
+        computed |= dict(zip((column.name for column in own), numbers, strict=True))
+    return computed
 
 
 def double_difference(profile: ShockProfile, double: dict[str, float], exact: dict[str, float], wanted: Sequence[Column]) -> float:
