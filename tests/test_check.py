@@ -472,6 +472,23 @@ def test_several_formats_at_once(capfd, here):
     assert "is a folder" in refusal(capfd, "--format", "json=.")
 
 
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--format", "json=stick.urdf"), '"stick.urdf" is read by the same command'),
+        (("--format", "json=landing.toml"), '"landing.toml" is read by the same command'),
+        (("--baseline", "budgets.toml", "--update-baseline"), '"budgets.toml" is read by the same command'),
+        (("--format", "json=a", "--format", "junit=./a"), '"a" would be written twice'),
+    ],
+)
+def test_outputs_replace_neither_inputs_nor_one_another(capfd, here, words, text):
+    """And none of them is written."""
+    write(here, CASE, PASSES)
+    before = {path: path.read_text() for path in here.iterdir()}
+    assert text in refusal(capfd, *words, "--format", "markdown=new.md")
+    assert {path: path.read_text() for path in here.iterdir()} == before
+
+
 def test_folder_of_results(capfd, here):
     """JSON, CSV, JUnit and Markdown of one check; the CSV has a number in each column of numbers."""
     write(here, ANGLES.replace("[0,", "[-10, 0,"), PASSES, FAILS)

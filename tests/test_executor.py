@@ -1,6 +1,10 @@
 """Executors: the same results wherever they are computed, and one message when a process dies."""
 
 import os
+import socket
+import subprocess
+import sys
+import threading
 import time
 
 import pytest
@@ -48,3 +52,45 @@ def test_interrupt_ends_what_still_runs():
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert time.monotonic() - start < 30.0
+
+
+@pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9], ids=["silent", "other"])
+def test_a_server_that_is_no_scheduler_is_one_message(monkeypatch, answer):
+    """Also one that accepts the connection and says nothing, or what is read as the size of a huge message."""
+    monkeypatch.setattr("shockpc.executor.PATIENCE", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        held = []
+
+        def serve():
+            held.append(server.accept()[0])
+            held[0].sendall(answer)
+
+        threading.Thread(target=serve, daemon=True).start()
+        address = "tcp://127.0.0.1:{}".format(server.getsockname()[1])
+        start = time.monotonic()
+        with pytest.raises(StudyError, match="no Dask scheduler answers at"), executor(1, address):
+            pass
+    assert time.monotonic() - start < 30.0
+    held[0].close()
+
+
+KILLED = """
+import time
+from shockpc.executor import executor
+with executor(2) as pool:
+    list(pool.map(abs, range(9)))
+    for _ in range(4):
+        pool.submit(time.sleep, 60.0)
+    print("ready", flush=True)
+    time.sleep(60.0)
+"""
+
+
+def test_workers_end_with_a_killed_parent():
+    """They hold its standard output, which ends when the last of them has ended."""
+    with subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"ready\n"
+        process.kill()
+        start = time.monotonic()
+        assert process.stdout.read() == b""
+        assert time.monotonic() - start < 20.0
