@@ -1,5 +1,6 @@
 """Budgets: which numbers of which landings have limits. Read from a TOML file of their own or from a pyproject.toml."""
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -84,6 +85,10 @@ class Budget:
             raise StudyError(f'there is no metric "{printable(self.metric)}"; valid are {listed(METRICS)}')
         if self.max is None and self.min is None and self.baseline_tolerance is None:
             raise StudyError(f"{self.metric} at {printable(self.at)} has no limit; give max, min or baseline_tolerance")
+        if not all(math.isfinite(limit) for limit in (self.max, self.min) if limit is not None):
+            raise StudyError(
+                f"{self.metric} at {printable(self.at)}: max and min have to be finite, so that a number can exceed them"
+            )
         if self.max is not None and self.min is not None and self.min > self.max:
             raise StudyError(f"{self.metric} at {printable(self.at)}: min {self.min:g} is above max {self.max:g}")
         _ = self.tolerance
@@ -101,8 +106,8 @@ class Budget:
         if self.baseline_tolerance is None:
             return None
         text = self.baseline_tolerance.strip()
-        found = re.fullmatch(r"(\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(%?)", text)
-        if not found:
+        found = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(%?)", text)
+        if not found or not math.isfinite(float(found[1])):
             raise StudyError(
                 f'baseline_tolerance "{printable(text)}" is not valid; give a share such as "5%", or a number such as "0.01"'
             )
