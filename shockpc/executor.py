@@ -26,6 +26,9 @@ T = TypeVar("T")
 PATIENCE = 10.0
 """How long to wait for the scheduler of a cluster [s]."""
 
+MOST_JOBS = 512
+"""Processes of one machine, each of which takes some 100 MB."""
+
 
 @contextmanager
 def executor(jobs: int, cluster: str | None = None) -> Iterator[Executor | None]:
@@ -36,7 +39,7 @@ def executor(jobs: int, cluster: str | None = None) -> Iterator[Executor | None]
         cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
 
     Raises:
-        StudyError: a process died; the cluster cannot be reached, or `distributed` is not installed.
+        StudyError: there are too many processes, or one died; the cluster cannot be reached, or `distributed` is not installed.
     """
     with _dask(cluster) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
         yield workers
@@ -45,6 +48,8 @@ def executor(jobs: int, cluster: str | None = None) -> Iterator[Executor | None]
 @contextmanager
 def processes(jobs: int) -> Iterator[Executor]:
     """So many processes of this machine, also one."""
+    if jobs > MOST_JOBS:
+        raise StudyError(f"{jobs} processes are more than {MOST_JOBS}; give as many as the computer has processors")
     # Forked processes have the libraries loaded already, which saves each of them half a second.
     context = multiprocessing.get_context("fork") if sys.platform == "linux" else None
     with ProcessPoolExecutor(jobs, context, _prepare_worker) as pool:

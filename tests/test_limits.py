@@ -196,7 +196,8 @@ def test_loop_that_cannot_be_closed_ends_the_range():
         ),
         ({"strikes": (0.0, 1.6)}, "strike angles from 0° to 91.67° are no range of landings"),
         ({"step": 0.0}, "a step of 0° from −150° to 0° is not possible"),
-        ({"step": 1e-9}, "at most 200000 postures"),
+        ({"step": 1e-9}, "a step of 5.7.*e.08° from .* at most 200000 postures"),
+        ({"max_shock": 1e308}, "at most 1e.12"),
     ],
 )
 def test_questions_without_an_answer(changes, text):
