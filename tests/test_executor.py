@@ -71,7 +71,7 @@ def test_a_server_that_is_no_scheduler_is_one_message(monkeypatch, answer):
             held[0].sendall(answer)
 
         threading.Thread(target=serve, daemon=True).start()
-        address = "tcp://127.0.0.1:{}".format(server.getsockname()[1])
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
         start = time.monotonic()
         with pytest.raises(StudyError, match="no Dask scheduler answers at"), executor(1, address):
             pass

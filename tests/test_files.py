@@ -15,7 +15,7 @@ from commands import ROBOTS
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.paths import read_file
 from shockpc.show.document import to_json
-from shockpc.show.files import MANIFEST, check_folder, write_folder, write_file
+from shockpc.show.files import MANIFEST, check_folder, write_file, write_folder
 from shockpc.show.reports.landing import landing_files, landing_report
 
 
@@ -148,7 +148,7 @@ def test_old_and_new_results_never_mix(tmp_path):
 
 @pytest.mark.parametrize("name", ["../shock.svg", "/shock.svg", "link/shock.svg", ""])
 def test_a_list_of_files_cannot_remove_what_is_no_result(tmp_path, name):
-    """Whatever it says, nothing outside the folder is removed, and nothing in it that has not both name and contents of a result."""
+    """Whatever it says, nothing is removed outside the folder, or that has not both name and contents of a result."""
     digest = hashlib.sha256(b"mine").hexdigest()
     kept = [tmp_path / "shock.svg", tmp_path / "out/thesis.csv", tmp_path / "out/batch.csv"]
     (tmp_path / "out").mkdir()

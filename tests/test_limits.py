@@ -188,7 +188,7 @@ def test_loop_that_cannot_be_closed_ends_the_range():
             r"no angle in −150°…0° meets 0.0001 at any of 8 strike angles in −30°…75°; the least is 0.000\d+ at −",
         ),
         ({"max_shock": 1e-4, "strikes": (0.0, 0.0)}, r"no angle in −150°…0° meets 0.0001; the least is 0.000728 at −137.09°"),
-        ({"max_shock": 0.0}, "a bound of 0 on the shock is kept by nothing"),
+        ({"max_shock": 0.0}, "a bound of 0 on the shock is not valid"),
         ({"max_shock": math.nan}, "a bound of nan on the shock"),
         (
             {"joint_range": (0.0, -1.0)},

@@ -32,7 +32,7 @@ def analyze(
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
-        from shockpc.show.files import write_folder, write_file
+        from shockpc.show.files import write_file, write_folder
     loaded, scenes = scenes_from(robot, options, trace)
     pattern = None if bodies is None else body_pattern(loaded, bodies)
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)

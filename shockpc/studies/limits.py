@@ -171,7 +171,7 @@ def limits(
     trace = trace or Trace()
     if not 0.0 < max_shock <= LARGEST:
         raise StudyError(
-            f"a bound of {max_shock:g} on the shock is kept by nothing; it has to be above zero, such as 0.1, and at most {LARGEST:g}"
+            f"a bound of {max_shock:g} on the shock is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}"
         )
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot

@@ -110,9 +110,7 @@ def _checked_box(within: Box) -> tuple[Array, Array]:
     low, high = (np.array(corner, dtype=float) for corner in within)
     for axis, a, b in zip("xyz", low, high, strict=True):
         if not -LARGEST <= a <= b <= LARGEST:
-            raise StudyError(
-                f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, such as -0.1:0.1, both up to {LARGEST:g}"
-            )
+            raise StudyError(f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, up to {LARGEST:g}")
     return low, high
 
 

@@ -178,7 +178,7 @@ def place(
         raise StudyError(f'"{body}" is fixed to the world, so it has no shock; name a body that moves')
     if count < 1 or not 0 <= alternatives <= MOST:
         raise StudyError(
-            f"{count} sensors and {alternatives} alternatives cannot be placed; give at least one sensor and at most {MOST} alternatives"
+            f"{count} sensors and {alternatives} alternatives are not possible; give a sensor and at most {MOST} alternatives"
         )
     region = region_of(robot, i, within, surface, geometry)
     apart = max(region.size / 10.0, NEAREST) if apart is None else apart
