@@ -59,4 +59,22 @@ def _one(robot: "Robot") -> str:
     findings = [printable(f"{finding.level}: {finding.where}: {finding.text}") for finding in check_robot(robot)]
     blocks = ["\n".join(lines) + "\n", as_text(links_sheet(robot)), as_text(joints_sheet(robot))]
     checkup = "\n".join(findings) if findings else "nothing found"
-    return "\n".join([*blocks, f"check-up\n{checkup}\n"])
+    blocks.append(f"check-up\n{checkup}\n")
+    if robot.source.kind == "urdf":
+        blocks.append(f"second reader\n{_second_reading(robot)}\n")
+    return "\n".join(blocks)
+
+
+def _second_reading(robot: "Robot") -> str:
+    """Whether a second reader of URDFs reads the same robot."""
+    from shockpc.errors import RobotError
+    from shockpc.printed import printable
+    from shockpc.robot.second_reader import second_reading
+
+    try:
+        reading = second_reading(robot)
+    except RobotError as refusal:
+        return printable(f"warning: {refusal}")
+    what = f"{reading.links} links, {reading.joints} joints, limits, mimics, inertias and placements at random configurations"
+    lines = [f"warning: yourdfpy: {difference}" for difference in reading.differences] or [f"yourdfpy reads the same {what}"]
+    return "\n".join(map(printable, (*lines, *(f"note: yourdfpy's check: {fault}" for fault in reading.faults))))

@@ -1,0 +1,181 @@
+"""A second, independent reader of a URDF: yourdfpy, with the kinematics composed here from what it read.
+
+Nothing else imports this module, because importing yourdfpy takes a second.
+"""
+
+import copy
+import io
+import logging
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import tostring
+
+import numpy as np
+import pinocchio as pin
+import yourdfpy
+
+from shockpc.core.spatial import Array
+from shockpc.errors import RobotError
+from shockpc.printed import listed
+from shockpc.robot.files import shared_xml
+from shockpc.robot.record import Robot
+
+__all__ = ["SecondReading", "second_reading"]
+
+TOLERANCE = 1e-12
+"""Difference up to which numbers agree, relative to their size where that is above 1."""
+
+CONFIGURATIONS = 3
+_KINDS = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "planar": "planar", "floating": "free"}
+
+
+class SecondReading(NamedTuple):
+    """What yourdfpy reads of a URDF, compared with the robot that is computed.
+
+    Attributes:
+        links: number of links that it reads.
+        joints: number of joints, fixed ones included.
+        largest: the largest difference of a placement, in rotation matrices and metres, relative to distances above 1 m.
+        differences: what does not agree, by the name of the link or joint.
+        faults: what yourdfpy's `validate` finds.
+    """
+
+    links: int
+    joints: int
+    largest: float
+    differences: tuple[str, ...]
+    faults: tuple[str, ...]
+
+
+def second_reading(robot: Robot) -> SecondReading:
+    """Read the URDF of a robot a second time, and compare links, joints, limits, mimics, inertias and placements of links.
+
+    Placements are compared at random configurations, with the base where it starts.
+
+    Raises:
+        RobotError: the robot is not of a URDF, or yourdfpy cannot read it.
+    """
+    if robot.source.kind != "urdf":
+        raise RobotError("only a URDF is read a second time")
+    root = copy.deepcopy(shared_xml(robot.source.xml, robot.source.path.name))
+    root.set("name", robot.name)
+    for element in root.iter():  # undeclared prefixes, such as those of xacro, are not read by lxml
+        element[:] = [child for child in element if ":" not in child.tag]
+        for key in [key for key in element.attrib if ":" in key]:
+            del element.attrib[key]
+    logger = logging.getLogger("yourdfpy.urdf")
+    logger.disabled = True  # it writes to standard error
+    try:
+        urdf = yourdfpy.URDF.load(io.BytesIO(tostring(root)), load_meshes=False, build_scene_graph=False)
+        urdf.validate()
+    except (ValueError, KeyError, AttributeError, TypeError, IndexError) as refusal:
+        raise RobotError(f"yourdfpy cannot read it ({type(refusal).__name__}: {refusal})") from None
+    finally:
+        logger.disabled = False
+    record = urdf.robot
+    joints = {joint.name: joint for joint in record.joints}
+    differences = [*_names(robot, record), *_joints(robot, joints), *_inertias(robot, record)]
+    largest, apart = 0.0, ""
+    generator = np.random.default_rng(0)
+    for _ in range(0 if differences else CONFIGURATIONS):
+        for link, error in _placement_errors(robot, record, generator):
+            if error > largest or np.isnan(error):
+                largest, apart = error, link
+    if not largest <= TOLERANCE:
+        differences.append(f'link "{apart}" stands {largest:.2g} elsewhere at a random configuration')
+    faults = tuple(f"{count} × {text}" for text, count in Counter(map(str, urdf.errors)).items())
+    return SecondReading(len(record.links), len(joints), largest, tuple(differences), faults)
+
+
+def _names(robot: Robot, record: Any) -> Iterator[str]:
+    """Links and joints that only one of the readers has."""
+    moving = {joint.name for joint in robot.single_joints} - {"root_joint"}
+    fixed = {frame.name for frame in robot.model.frames if frame.type == pin.FrameType.FIXED_JOINT} - {"universe"}
+    links = {frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY}
+    for kind, ours, theirs in (
+        ("links", links, [link.name for link in record.links]),
+        ("moving joints", moving, [joint.name for joint in record.joints if joint.type != "fixed"]),
+        ("fixed joints", fixed, [joint.name for joint in record.joints if joint.type == "fixed"]),
+    ):
+        for only, missing in (("this", ours - set(theirs)), ("the second", set(theirs) - ours)):
+            if missing:
+                yield f"{kind} that only {only} reader has: {listed(sorted(missing), 4)}"
+
+
+def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
+    """Types, limits and mimics of joints."""
+    rules = {mimic.joint: mimic for mimic in robot.mimics}
+    for own in robot.single_joints:
+        other = joints.get(own.name)
+        if other is None:
+            continue
+        base = robot.free_base and own is robot.joints[0]  # a planar joint of the base is computed as a floating one
+        if _KINDS.get(other.type) != own.kind and not base:
+            yield f'joint "{own.name}" is {own.kind} here and {other.type} there'
+        if own.kind in ("revolute", "prismatic"):
+            limits = tuple(0.0 if limit is None else limit for limit in (other.limit.lower, other.limit.upper))
+            if limits != own.limits:
+                yield f'joint "{own.name}" has limits {own.limits} here and {limits} there'
+        rule, mimic = rules.get(own.name), other.mimic
+        if mimic is not None and (mimic.joint == own.name or mimic.joint not in joints):
+            mimic = None  # of which the reader of the file warns
+        leaders = {} if mimic is None or joints[mimic.joint].type == "fixed" else {mimic.joint: mimic.multiplier}
+        if (rule is None) != (mimic is None) or (rule and (rule.leaders, rule.offset) != (leaders, mimic.offset)):
+            yield f'joint "{own.name}" mimics another joint in another way, or one of the readers has no mimic'
+
+
+def _inertias(robot: Robot, record: Any) -> Iterator[str]:
+    """Masses, centres of mass and inertias of links."""
+    frames = {frame.name: frame.inertia for frame in robot.model.frames if frame.type == pin.FrameType.BODY}
+    for link in record.links:
+        own, other = frames.get(link.name), link.inertial
+        if own is None:
+            continue
+        place = np.eye(4) if other is None or other.origin is None else other.origin
+        tensor = np.zeros((3, 3)) if other is None else place[:3, :3] @ other.inertia @ place[:3, :3].T
+        mass = 0.0 if other is None else other.mass
+        for what, ours, theirs in (
+            ("mass", own.mass, mass), ("centre of mass", own.lever, place[:3, 3]), ("inertia", own.inertia, tensor),
+        ):  # fmt: skip
+            if not np.allclose(ours, theirs, rtol=0.0, atol=TOLERANCE * max(1.0, np.abs(theirs).max())):
+                yield f'link "{link.name}" has another {what} there'
+
+
+def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator) -> Iterator[tuple[str, float]]:
+    """Difference of the placement of every link at one random configuration, relative to distances above 1 m."""
+    values = {joint.name: float(generator.uniform(-2.0, 2.0)) for joint in robot.single_joints if joint.axis is not None}
+    for mimic in robot.mimics:
+        values[mimic.joint] = sum((by * values[name] for name, by in mimic.leaders.items()), mimic.offset)
+    q = np.array(robot.start)
+    for joint in robot.single_joints:
+        if joint.axis is not None:
+            value = values[joint.name]
+            q[joint.q] = (np.cos(value), np.sin(value)) if joint.kind == "continuous" else value
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    placed: dict[str, Array] = {}
+    waiting = [link.name for link in record.links if link.name not in {joint.child for joint in record.joints}]
+    placed[waiting[0]] = np.array(data.oMf[robot.model.getFrameId(waiting[0], pin.FrameType.BODY)])
+    below: dict[str, list[Any]] = {}
+    for joint in record.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    while waiting:
+        for joint in below.get(link := waiting.pop(), ()):
+            motion = np.eye(4)
+            if joint.type in ("revolute", "continuous"):
+                motion[:3, :3] = _rotation(joint.axis, values[joint.name])
+            elif joint.type == "prismatic":
+                motion[:3, 3] = values[joint.name] * joint.axis / np.linalg.norm(joint.axis)
+            placed[joint.child] = placed[link] @ (np.eye(4) if joint.origin is None else joint.origin) @ motion
+            waiting.append(joint.child)
+    for name, theirs in placed.items():
+        ours = np.array(data.oMf[robot.model.getFrameId(name, pin.FrameType.BODY)])
+        yield name, float(np.abs(ours - theirs).max() / max(1.0, np.abs(theirs).max()))
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    """Rotation (3, 3) about an axis (3,) of any length, by Rodrigues' formula."""
+    x, y, z = axis / np.linalg.norm(axis)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
