@@ -12,11 +12,6 @@ if TYPE_CHECKING:
     from shockpc.model.posture import Posture
     from shockpc.profile import shock_maps, shock_profile
     from shockpc.result import ShockMaps, ShockProfile
-    from shockpc.results.accuracy import Health
-    from shockpc.results.bracket import Bracket
-    from shockpc.results.contacts import ContactImpulse
-    from shockpc.results.loads import JointLoad
-    from shockpc.results.points import PointShock
     from shockpc.robot.load import load_robot
     from shockpc.robot.record import Robot
     from shockpc.scene import Point, Scene, Strike, read_scene
@@ -38,11 +33,7 @@ _HOMES = {
     "model.posture": ("Posture",),
     "profile": ("shock_maps", "shock_profile"),
     "result": ("ShockMaps", "ShockProfile"),
-    "results.accuracy": ("Health",),
-    "results.bracket": ("Bracket",),
-    "results.contacts": ("ContactImpulse",),
-    "results.loads": ("JointLoad",),
-    "results.points": ("PointShock",),
+    "accuracy": ("Health",),
     "robot.load": ("load_robot",),
     "robot.record": ("Robot",),
     "scene": ("Point", "Scene", "Strike", "read_scene"),

@@ -1,35 +1,37 @@
 """A landing: a scene resolved on a robot. What strikes, what is held, what is free and how the robot moves before the impact."""
 
+import functools
 import itertools
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
-from shockpc.core.spatial import Array, Plane
+from shockpc.core.spatial import Array, Plane, read_only
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError
 from shockpc.model.closure import Assembly, all_loops, assemble, closure_block
 from shockpc.model.columns import Base, free_columns
-from shockpc.model.contact import Contact, contact_block, placed
+from shockpc.model.contact import Contact, contact_block, locate_lowest_point
 from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.model.rows import Block, Equation, block_point, row_jacobian, slices_of
+from shockpc.places import Place, point_places
 from shockpc.printed import listed
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.record import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 
-__all__ = ["Landing", "contact_velocity", "pulse_of", "resolve"]
+__all__ = ["Landing", "PosedLanding", "contact_velocity", "pulse_of", "resolve"]
 
 
 @dataclass(frozen=True, eq=False)
 class Landing:
-    """A scene resolved on a robot. Its methods take the robot's state in N postures, of which the scene's own, q, is one.
+    """A scene resolved on a robot, in whatever posture: its methods take the robot's state in N postures.
 
     Attributes:
         scene: complete, with every default filled in.
@@ -41,10 +43,7 @@ class Landing:
         loops: what is closed.
         joint_model: armature and locked joints.
         before: how the robot moves before the impact.
-        q: (nq,) configuration of the scene, loops closed.
-        state: the robot in that posture (N = 1).
-        assembly: what closing the loops changed; None without loops.
-        warnings: joints outside their limits, and parts of the scene that have no effect.
+        pulse: of the impact, if the scene gives one.
     """
 
     scene: Scene
@@ -56,10 +55,7 @@ class Landing:
     loops: tuple[Loop, ...] = field(repr=False)
     joint_model: JointModel = field(repr=False)
     before: Motion = field(repr=False)
-    q: Array = field(repr=False)
-    state: Dynamics = field(repr=False)
-    assembly: Assembly | None = field(repr=False)
-    warnings: tuple[Diagnostic, ...] = field(repr=False)
+    pulse: Pulse | None = field(repr=False)
 
     @property
     def base(self) -> Base:
@@ -73,7 +69,7 @@ class Landing:
 
     def rows(self, state: Dynamics) -> tuple[Block, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
-        contacts = (placed(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
+        contacts = (locate_lowest_point(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
     def equation(self, state: Dynamics, own: bool = True) -> Equation:
@@ -83,15 +79,21 @@ class Landing:
             state: the robot in N postures, with the armature of its joints.
             own: whether b has a column for the scene's own strike, besides those of the unit strikes.
         """
-        blocks, G = self.rows(state), self.columns(state)
+        blocks = self.rows(state)
+        G = self.free_columns(state)
         J_c, b = row_jacobian(state, blocks), approach_speeds(state, blocks, self.before if own else None)
         if G is None:
             return Equation(state.inertia, J_c, b, None, state, blocks)
         return Equation(np.swapaxes(G, -1, -2) @ state.H @ G, J_c @ G, b, G, state, blocks)
 
-    def columns(self, state: Dynamics) -> Array | None:
+    def free_columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
         return free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.joint_model.locked)
+
+    def at(self, q: Array) -> "PosedLanding":
+        """This landing in one posture. Args: q (nq,) configuration in which every loop is closed."""
+        values = {part.name: getattr(self, part.name) for part in fields(Landing)}
+        return PosedLanding(**values, q=read_only(q), state=dynamics(self.robot, q[None], self.joint_model.armature))
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
@@ -105,6 +107,51 @@ class Landing:
         ):
             if needless:
                 trace.skip(what, why)
+
+
+@dataclass(frozen=True, eq=False)
+class PosedLanding(Landing):
+    """A landing in one posture.
+
+    Attributes:
+        q: (nq,) configuration, loops closed.
+        state: the robot in that posture (N = 1).
+        assembly: what closing the loops changed; None without loops.
+        warnings: joints outside their limits, and parts of the scene that have no effect.
+    """
+
+    q: Array = field(repr=False)
+    state: Dynamics = field(repr=False)
+    assembly: Assembly | None = field(default=None, repr=False)
+    warnings: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+    @functools.cached_property
+    def blocks(self) -> tuple[Block, ...]:
+        """What is held in this posture, as `rows`, each with one point (3,)."""
+        return tuple(block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state))
+
+    @functools.cached_property
+    def points(self) -> tuple[Place, ...]:
+        """The robot's sensors and the points of the scene."""
+        return point_places(self.robot, self.scene.point)
+
+    @functools.cached_property
+    def contact_places(self) -> tuple[Place, ...]:
+        """The contacts, then the standing feet."""
+        return tuple(Place(block.frame, number=k) for k, block in enumerate((*self.contacts, *self.stance)))
+
+    @functools.cached_property
+    def fastest_approach(self) -> float:
+        """Speed of the fastest contact before the impact [m/s]."""
+        velocities = (contact_velocity(self, self.state, block) for block in self.blocks[: len(self.contacts)])
+        return max(float(np.linalg.norm(velocity)) for velocity in velocities)
+
+    @functools.cached_property
+    def length(self) -> float:
+        """Length of the robot [m]: over which a rotation too small to matter is measured."""
+        com = self.state.position[0] + (self.state.rotation[0] @ self.robot.coms[..., None])[..., 0]
+        extent = np.ptp(np.concatenate([self.state.position[0], com]), axis=0)
+        return float(np.linalg.norm(extent)) + float(self.robot.gyration.max()) or 1.0
 
 
 def _complete(scene: Scene, robot: Robot) -> Scene:
@@ -139,44 +186,42 @@ def pulse_of(scene: Scene) -> Pulse | None:
         raise SceneError(f"pulse: {refusal}") from None
 
 
-def resolve(scene: Scene, robot: Robot) -> Landing:
+def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     """Resolve a scene on its robot.
 
     Raises:
-        ShockError: a name is not known, a loop cannot be closed, a contact leaves the ground, nothing can move.
+        ShockError: a name is not known, a loop cannot be closed, a contact leaves the ground.
     """
     scene = _complete(scene, robot)
-    pulse_of(scene)
-    plane = plane_of(scene)
+    pulse, plane = pulse_of(scene), plane_of(scene)
     velocity = scene.strike.vector(plane)
     # Where the plane is seen from above and struck within it, the ground is vertical.
     up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
     joints = joint_model(robot, scene.joints)
     contacts = tuple(contact_block(robot, contact, up) for contact in scene.contact)
     stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
-    q = configuration(robot, scene.posture)
+    q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
     loops = all_loops(robot, scene.closure)
-    assembly = None
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q = assembly.q
+    warnings += outside_limits(robot, q)
+    if scene.assemble and not loops:
+        named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
+        warnings.append(Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"))
+    if not loops and (closing := closing_scene(robot.source.path)) is not None:
+        text = f"the loop of this robot is open here, so its ends are not held together; {closing} closes it"
+        warnings.append(Diagnostic("scene", robot.name, None, text))
     state = dynamics(robot, q[None], joints.armature)
     rates, given = _rates(robot, scene, joints)
     if loops and rates.any():
         rates = _with_loops(robot, state, [closure_block(loop) for loop in loops], rates, given, plane)
-    before = Motion(velocity, _rotation(scene, plane), rates)
-    warnings = outside_limits(robot, q)
-    closing = None if loops else closing_scene(robot.source.path)
-    if scene.assemble and not loops:
-        named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
-        warnings += (Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"),)
-    if closing is not None:
-        text = f"the loop of this robot is open here, so its ends are not held together; {closing} closes it"
-        warnings += (Diagnostic("scene", robot.name, None, text),)
-    landing = Landing(scene, robot, plane, up, contacts, stance, loops, joints, before, q, state, assembly, warnings)
-    _refuse_twice(landing.rows(state))
+    before = Motion(*map(read_only, (velocity, _rotation(scene, plane), rates)))
+    landing = PosedLanding(
+        scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, read_only(q), state, assembly, tuple(warnings)
+    )
+    _refuse_twice(landing.blocks)
     _refuse_separation(landing)
-    landing.columns(state)
     return landing
 
 
@@ -247,9 +292,9 @@ def _refuse_twice(blocks: tuple[Block, ...]) -> None:
             )
 
 
-def _refuse_separation(landing: Landing) -> None:
+def _refuse_separation(landing: PosedLanding) -> None:
     """Refuse a contact that does not approach the ground, for it does not strike it."""
-    for contact, block in zip(landing.contacts, landing.rows(landing.state), strict=False):
+    for contact, block in zip(landing.contacts, landing.blocks, strict=False):
         velocity = contact_velocity(landing, landing.state, block)[0]
         leaving = float(velocity @ landing.up)
         if leaving >= -1e-9 * float(np.linalg.norm(velocity)):

@@ -13,19 +13,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from shockpc.core.bodies import body_jumps
-from shockpc.core.impulse import Impact, solve_impact
+from shockpc.core.bodies import body_jumps, in_body_axes
+from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import SceneError
-from shockpc.landing import Landing, resolve
-from shockpc.model.dynamics import dynamics
+from shockpc.landing import Landing, PosedLanding, resolve
+from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.posture import check_rotations
 from shockpc.model.rows import Equation
 from shockpc.result import ShockMaps, ShockProfile
-from shockpc.results.proof import proven
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
+from shockpc.solve import solve_exactly
 from shockpc.trace import Trace
 
 __all__ = ["impact_jumps", "joined", "needs_proof", "profile_of", "shock_maps", "shock_profile"]
@@ -33,7 +33,7 @@ __all__ = ["impact_jumps", "joined", "needs_proof", "profile_of", "shock_maps", 
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
-SWIFT = 1e4
+FASTEST_PLAUSIBLE_RATE = 1e4
 """Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
 
 ILL_CONDITIONED = 3e5
@@ -60,7 +60,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     return profile_of(landing, trace)
 
 
-def profile_of(landing: Landing, trace: Trace | None = None) -> ShockProfile:
+def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfile:
     """The shock of a resolved landing.
 
     Raises:
@@ -69,13 +69,15 @@ def profile_of(landing: Landing, trace: Trace | None = None) -> ShockProfile:
     trace = trace or Trace()
     with one_thread(landing.robot.model.nv):
         with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
-            equation, impact, jumps = impact_jumps(landing, landing.q[None])
+            equation, solution, jumps = impact_jumps(landing, landing.state)
+            condition, _ = needs_proof(landing, equation, solution)
         with trace.stage("proof: the same in ball arithmetic"):
-            proof = proven(landing, equation, impact)
-    to_body = np.swapaxes(equation.state.rotation[0], -1, -2)[:, None]
-    profile = ShockProfile(landing, equation, (to_body @ jumps[0].reshape(-1, 2, 3, 4)).reshape(-1, 6, 4), proof, trace)
-    if landing.scene.v_in == "com":
-        _ = profile.v_in  # which refuses a centre of mass at rest
+            proof = solve_exactly(landing, equation, solution)
+    profile = ShockProfile(landing, float(condition[0]), in_body_axes(jumps, landing.state.rotation)[0], proof, trace)
+    if landing.scene.v_in == "com" and not profile.v_in > 0.0:
+        raise SceneError(
+            'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
+        )
     return profile
 
 
@@ -99,10 +101,11 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
     parts = []
     with one_thread(landing.robot.model.nv):
         for k in range(0, len(Q), CHUNK):
-            equation, impact, maps = impact_jumps(landing, Q[k : k + CHUNK], own=False)
-            state, (condition, prove) = equation.state, needs_proof(landing, equation, impact)
-            parts.append(ShockMaps(maps, state.rotation, state.position, impact.rank, condition, prove))
-    return parts[0] if len(parts) == 1 else ShockMaps(*map(joined, zip(*parts, strict=True)))
+            state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
+            equation, solution, maps = impact_jumps(landing, state, own=False)
+            condition, prove = needs_proof(landing, equation, solution)
+            parts.append((maps, state.rotation, state.position, solution.rank, condition, prove))
+    return ShockMaps(landing.robot, *(parts[0] if len(parts) == 1 else map(joined, zip(*parts, strict=True))))
 
 
 def joined(parts: tuple[Array, ...]) -> Array:
@@ -111,30 +114,29 @@ def joined(parts: tuple[Array, ...]) -> Array:
     return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)
 
 
-def needs_proof(landing: Landing, equation: Equation, impact: Impact) -> tuple[Array, np.ndarray]:
+def needs_proof(landing: Landing, equation: Equation, solution: Solution) -> tuple[Array, np.ndarray]:
     """The condition (N,) of a solution of step 1, and whether (N,) it needs a proof, as in `ShockMaps`."""
-    condition = np.where(np.isnan(impact.condition), np.inf, impact.condition)
+    condition = np.where(np.isnan(solution.condition), np.inf, solution.condition)
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
-    prove = (condition > ILL_CONDITIONED) | ~(np.abs(impact.delta_qd).max(axis=(1, 2)) < SWIFT)
-    prove[list(impact.choices)] = True
+    prove = (condition > ILL_CONDITIONED) | ~(np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE)
+    prove[list(solution.choices)] = True
     return condition, prove
 
 
 def impact_jumps(
-    landing: Landing, Q: Array, own: bool = True, bodies: Sequence[int] | None = None
-) -> tuple[Equation, Impact, Array]:
+    landing: Landing, state: Dynamics, own: bool = True, bodies: Sequence[int] | None = None
+) -> tuple[Equation, Solution, Array]:
     """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies in world axes.
 
     Args:
         landing: the landing.
-        Q: (N, nq) configurations.
+        state: the robot in these postures, with the armature of its joints.
         own: whether the scene's own strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
         bodies: indices of those whose jumps are wanted, in that order; all by default.
     """
-    robot, state = landing.robot, dynamics(landing.robot, Q, landing.joint_model.armature)
-    equation = landing.equation(state, own)
-    impact = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)  # Eq. 4
-    delta_qd = equation.full(impact.delta_qd)  # Eq. 7
+    equation, robot = landing.equation(state, own), landing.robot
+    solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)  # Eq. 4
+    delta_qd = equation.full(solution.delta_qd)  # Eq. 7
     columns = [joint.v for joint in robot.joints]
-    return equation, impact, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9
+    return equation, solution, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9

@@ -1,35 +1,143 @@
-"""What an analysis gives back: a landing, its solution and its proof; everything else is computed when it is read."""
+"""What an analysis gives back: a landing and its proof; every other number is a quantity, computed when it is read."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from shockpc.accuracy import Health, data_sensitivity, data_warnings, double_error, nearly_singular
+from shockpc.core.directions import ExtremeDirections
+from shockpc.core.impulse import RowChoice, solve_impact
 from shockpc.core.percussion import shock_at
-from shockpc.core.spatial import Array, jump_at
+from shockpc.core.spatial import Array, Plane, jump_at, read_only
 from shockpc.diagnostic import Diagnostic
-from shockpc.results.accuracy import Health, data_warnings, double_error
-from shockpc.results.balance import energy, gained, total_impulse
-from shockpc.results.bracket import joint_bracket
-from shockpc.results.contacts import contact_impulses, pulled, stance_impulses
-from shockpc.results.loads import joint_loads
-from shockpc.results.percussion import body_percussion, shock_ranges
-from shockpc.results.plausibility import implausible
-from shockpc.results.points import com_directions, point_shocks, saturated
-from shockpc.results.proof import nearly_singular
-from shockpc.results.solved import Solved, body_frames, derived
+from shockpc.errors import SceneError, SolveError, UnknownName
+from shockpc.exact.proof import Proof
+from shockpc.landing import PosedLanding
+from shockpc.model.closure import Assembly
+from shockpc.model.dynamics import dynamics
+from shockpc.model.joint_model import JointModel
+from shockpc.places import Kind, Place, body_places, joint_places, point_place
+from shockpc.plausibility import gained, implausible, pulled, saturated
+from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.table import quantity
 from shockpc.robot.geometry import body_outline
+from shockpc.robot.record import Robot
+from shockpc.scene import Scene, point_at
+from shockpc.solve import solve_exactly
+from shockpc.trace import Trace
 
-__all__ = ["ShockMaps", "ShockProfile"]
+__all__ = ["Bracket", "ContactImpulse", "JointLoad", "PointShock", "ShockMaps", "ShockProfile", "StanceImpulse"]
 
-T = TypeVar("T")
+R = TypeVar("R")
+
+
+class PointShock(NamedTuple):
+    """Shock at a sensor, or at a point that was asked for.
+
+    Attributes:
+        frame: its name.
+        body: the body it is fixed to.
+        position: (3,) world [m].
+        delta_v: (3,) jump of its velocity, in the frame's own axes [m/s].
+        shock: |Δv| / v_in [1].
+        directions: the most and the least severe impact direction.
+        peak_g: peak acceleration for the scene's pulse, in multiples of gravity; None without a pulse.
+    """
+
+    frame: str
+    body: str
+    position: Array
+    delta_v: Array
+    shock: float
+    directions: ExtremeDirections
+    peak_g: float | None
+
+
+class ContactImpulse(NamedTuple):
+    """What the ground does at a contact.
+
+    Attributes:
+        frame: its name.
+        point: (3,) where it strikes, world [m].
+        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several contacts is determined.
+        moment: (3,) about that point, of a flat contact, world axes [N m s]; None for a point, or without an impulse.
+        friction_needed: tangential over normal impulse, the least coefficient of friction that makes it stick [1]; None without an
+            impulse, or where the ground would have to pull.
+        approach: (3,) velocity of the contact point before the impact, world axes [m/s].
+        mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
+        mass_frictionless: the same if it slides [kg].
+        effective_mass: that of the two which the contact has.
+        mitigation: impact mitigation factor, 1 if the joints decouple the robot from the ground [1]; None unless the base is free
+            and the joints can move the contact in every direction (0 without joints that can move it).
+        pull: by how much the ground would have to pull [N s]; None without an impulse.
+    """
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    moment: Array | None
+    friction_needed: float | None
+    approach: Array
+    mass_sticking: float
+    mass_frictionless: float
+    effective_mass: float
+    mitigation: float | None
+    pull: float | None
+
+
+class StanceImpulse(NamedTuple):
+    """What the ground does at a foot that stands already; the attributes are as in `ContactImpulse`."""
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    friction_needed: float | None
+    pull: float | None
+
+
+class JointLoad(NamedTuple):
+    """What a joint goes through.
+
+    Attributes:
+        joint: its name.
+        force: (3,) impulse on the body from its parent, world axes [N s].
+        moment: (3,) about the joint's origin, world axes [N m s].
+        along: part of the moment (of the force, if prismatic) along the joint's axis: what the drive carries [N m s, N s]; None
+            for a joint of more than one axis.
+        delta_qd: jump of its rate [rad/s, m/s]; of a ball joint its length.
+    """
+
+    joint: str
+    force: Array
+    moment: Array
+    along: float | None
+    delta_qd: float | None
+
+
+class Bracket(NamedTuple):
+    """The same landing with three models of the joints; shock at one place [1].
+
+    Attributes:
+        place: a body (its centre of mass), or a sensor.
+        free: no reflected inertia; None if massless bodies then make it unsolvable.
+        as_modelled: as the scene says.
+        locked: every joint holds; None if there is no verdict then, because the contact cannot move as the impact asks.
+    """
+
+    place: str
+    free: float | None
+    as_modelled: float
+    locked: float | None
 
 
 class ShockMaps(NamedTuple):
     """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and speed is a product.
 
     Attributes:
+        robot: the robot.
         maps: (N, nb, 6, 3) jump (Δω, Δv at the body frame's origin) of every body for a strike of 1 m/s along world x, y and z;
             world axes, double precision [rad/s, m/s].
         rotation: (N, nb, 3, 3) of the body frames, body to world.
@@ -40,6 +148,7 @@ class ShockMaps(NamedTuple):
             joints move so fast that it may be singular, which `shock_profile` refuses.
     """
 
+    robot: Robot
     maps: Array
     rotation: Array
     position: Array
@@ -47,137 +156,375 @@ class ShockMaps(NamedTuple):
     condition: Array
     prove: np.ndarray
 
-    def at(self, body: int, point: Array) -> Array:
-        """Maps (N, 3, 3) from strike to jump of a point of a body, world axes. Args: point (3,) in the body's frame [m]."""
-        return np.asarray(jump_at(self.maps[:, body], self.rotation[:, body] @ point))
+    def at(self, place: str | int, point: Array | None = None) -> Array:
+        """Maps (N, 3, 3) from strike to jump of a point, world axes.
+
+        Args:
+            place: a frame, FRAME:x,y,z, or the index of a body.
+            point: (3,) in the frame of the body, if that is an index [m]; by default its origin.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+        """
+        if isinstance(place, str):
+            where = point_place(self.robot, point_at(self.robot, place))
+            place, point = where.body, where.r
+        return np.asarray(jump_at(self.maps[:, place], self.rotation[:, place] @ (np.zeros(3) if point is None else point)))
 
 
-def _part(read: "Callable[[ShockProfile], T]") -> cached_property[T]:
-    """A part of something else that the profile holds; arrays cannot be written to."""
+@dataclass(frozen=True, eq=False)
+class ShockProfile:
+    """The shock of one landing; index i of an array over the bodies is body i of the robot. Its arrays cannot be written to.
 
-    def protected(profile: "ShockProfile") -> T:
-        found = read(profile)
-        if isinstance(found, np.ndarray):
-            found = found.view()
-            found.flags.writeable = False
-        return found
-
-    return cached_property(protected)
-
-
-class ShockProfile(Solved):
-    """The shock of one landing, body by body; index i of every array is body i of the robot.
-
-    The reported numbers are those of the proof: midpoints of enclosures, rounded to doubles. All but the parts of `Solved` are
-    computed when they are first read.
+    The reported numbers are those of the proof: midpoints of enclosures, rounded to doubles. All are computed when they are first
+    read.
 
     Attributes:
-        scene: what was computed, with every default filled in.
-        bodies: names of the bodies.
-        plane: in which CoPc and RoPc are given.
-        q: (nq,) configuration in Pinocchio's layout.
-        joint_model: "free" (no reflected inertia), "geared" (every joint has some), "locked" (every joint holds) or "mixed".
-        assembly: what closing the loops changed; None without loops.
-        position: (nb, 3) origins of the body frames, world [m].
-        rotation: (nb, 3, 3) of the body frames, body to world.
-        delta_qd: (nv,) jump of the joint velocities, Pinocchio's layout [rad/s, m/s].
-        maps: (nb, 6, 3) jump (Δω, Δv) of every body for a strike of 1 m/s along world x, y and z, body axes.
-        delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s] (Eqs. 8 and 9).
-        delta_v: (nb, 3) jump of velocity of the body frame's origin, body axes [m/s] (Eqs. 8 and 9).
-        moved: (nb,) whether the strike moves the body by more than 1e-12 of the fastest one.
-        strike: (3,) velocity of the fastest contact before the impact, world axes [m/s].
-        copc, copc_world, ropc, translates, pitch, off_plane, shock_com: centres and radii of percussion, as in `BodyPercussion`.
-        shock_min: (nb,) least shock over the body's geometry [1]; NaN without geometry.
-        shock_max: (nb,) greatest shock over the body's geometry [1]; NaN without geometry.
-        points: shock at sensors and points.
-        directions: most and least severe impact directions of the bodies' centres of mass.
-        contacts: impulses, friction and effective masses of the contacts.
-        stance: impulses of the standing feet.
-        total_impulse: (3,) impulse of the ground on the robot, all contacts and standing feet together, world axes [N s].
-        total_moment: (3,) moment of the same about the robot's centre of mass, world axes [N m s].
-        loads: impulses through the joints.
-        energy_lost: kinetic energy that the impact takes [J].
-        energy_share: the same of the kinetic energy before it [1]; None where that is not determined (fixed base, standing feet).
-        bracket: shock with free, modelled and locked joints.
-        health: how far to trust the numbers (sensitivity to the data, warnings).
+        landing: the scene resolved on the robot.
+        condition: of the solution in double precision, as in `ShockMaps`.
+        double_jumps: (nb, 6, 4) jump (Δω, Δv) of every body in double precision, body coordinates, as in `Proof`.
+        proof: enclosures of the exact solution.
+        trace: collects what each part cost.
     """
 
-    scene = _part(lambda profile: profile.landing.scene)
-    bodies = _part(lambda profile: tuple(body.name for body in profile.robot.bodies))
-    plane = _part(lambda profile: profile.landing.plane)
-    q = _part(lambda profile: profile.landing.q)
-    joint_model = _part(lambda profile: profile.landing.joint_model.name)
-    assembly = _part(lambda profile: profile.landing.assembly)
+    landing: PosedLanding
+    condition: float = field(repr=False)
+    double_jumps: Array = field(repr=False)
+    proof: Proof = field(repr=False)
+    trace: Trace = field(repr=False)
 
-    _frames = derived(body_frames)
-    position = _part(lambda profile: profile._frames[0])
-    rotation = _part(lambda profile: profile._frames[1])
-    delta_qd = _part(lambda profile: profile.proof.delta_qd[:, 3])
-    maps = _part(lambda profile: profile.proof.jumps[..., :3])
-    delta_omega = _part(lambda profile: profile.proof.jumps[:, :3, 3])
-    delta_v = _part(lambda profile: profile.proof.jumps[:, 3:, 3])
-    moved = _part(lambda profile: _moved(profile.proof.jumps[..., 3]))
-    strike = _part(lambda profile: profile.approach[np.argmax(np.linalg.norm(profile.approach, axis=1))])
+    def places(self, kind: Kind) -> tuple[Place, ...]:
+        """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the contacts and standing feet."""
+        robot = self.robot
+        match kind:
+            case "robot":
+                return (Place(robot.name),)
+            case "body":
+                return body_places(robot)
+            case "point":
+                return self.landing.points
+            case "joint":
+                return joint_places(robot)
+            case "contact":
+                return self.landing.contact_places
 
-    percussion = derived(body_percussion)
-    copc = _part(lambda profile: profile.percussion.copc)
-    copc_world = _part(lambda profile: profile.percussion.copc_world)
-    ropc = _part(lambda profile: profile.percussion.ropc)
-    translates = _part(lambda profile: profile.percussion.translates)
-    pitch = _part(lambda profile: profile.percussion.pitch)
-    off_plane = _part(lambda profile: profile.percussion.off_plane)
-    shock_com = _part(lambda profile: profile.percussion.shock_com)
+    def values(self, wanted: Quantity, places: Sequence[Place] | None = None) -> Array:
+        """The values (n,) or (n, 3) of a quantity at some places, by default all of its kind; NaN where there is none.
 
-    _range = derived(shock_ranges)
-    shock_min = _part(lambda profile: profile._range[0])
-    shock_max = _part(lambda profile: profile._range[1])
-    points = derived(point_shocks)
-    directions = derived(com_directions)
+        A point that is fixed to the world does not move.
+        """
+        where = self.places(wanted.of) if places is None else places
+        key = (wanted.of, wanted.key, None if places is None else tuple((p.name, p.body, *p.r.tolist()) for p in places))
+        cache = self._cache
+        if key not in cache:
+            with self.trace.stage(wanted.title):
+                cache[key] = read_only(self._values(wanted, where))
+        return cache[key]
 
-    contacts = derived(contact_impulses)
-    stance = derived(stance_impulses)
-    _total = derived(total_impulse)
-    total_impulse = _part(lambda profile: profile._total[0])
-    total_moment = _part(lambda profile: profile._total[1])
-    loads = derived(joint_loads)
-    _energy = derived(energy)
-    energy_lost = _part(lambda profile: profile._energy[0])
-    energy_share = _part(lambda profile: profile._energy[1])
-    bracket = derived(joint_bracket)
+    def value(self, key: str, kind: Kind) -> Array:
+        """The values of a quantity at all places of its kind, as `values`."""
+        return self.values(quantity(kind, key))
 
-    @derived
+    @cached_property
+    def _cache(self) -> dict[Any, Array]:
+        """What was computed already."""
+        return {}
+
+    def _values(self, wanted: Quantity, places: Sequence[Place]) -> Array:
+        """The values of a quantity."""
+        out = np.zeros((len(places), 3) if wanted.vector else len(places))
+        moving = [k for k, place in enumerate(places) if wanted.of != "point" or place.body >= 0]
+        if not moving:
+            return out
+        where = [places[k] for k in moving]
+        if wanted.key in ("shock_free", "shock_locked"):
+            other = self._with_joints(wanted.key.removeprefix("shock_"))
+            shock = quantity("point", "shock")
+            out[moving] = np.nan if other is None else other.read(lambda impact: evaluate(shock, impact, where))[0, 0]
+        elif wanted.compute is None:
+            out[moving] = self.health.body_error_bounds if wanted.of == "body" else getattr(self.health, wanted.key)
+        else:
+            out[moving] = self.proof.read(lambda impact: evaluate(wanted, impact, where))[0, 0]
+        return out
+
+    def _with_joints(self, name: str) -> Proof | None:
+        """The proof of the same landing with free or locked joints; None where that has no verdict."""
+        return self._other_joints[name]
+
+    @cached_property
+    def _other_joints(self) -> dict[str, Proof | None]:
+        """The proofs with free and locked joints."""
+        proofs: dict[str, Proof | None] = {}
+        for name, locked in (("free", np.zeros_like(self.robot.driven)), ("locked", self.robot.driven)):
+            if self.landing.joint_model.name == name:
+                proofs[name] = self.proof
+                continue
+            state = dynamics(self.robot, self.landing.q[None])
+            changed = replace(self.landing, joint_model=JointModel(np.zeros(len(locked)), locked, name), state=state)
+            try:
+                equation = changed.equation(state)
+                solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)
+                proofs[name] = solve_exactly(changed, equation, solution)
+            except (SceneError, SolveError):
+                proofs[name] = None
+        return proofs
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.landing.robot
+
+    @property
+    def scene(self) -> Scene:
+        """What was computed, with every default filled in."""
+        return self.landing.scene
+
+    @property
+    def plane(self) -> Plane:
+        """The plane in which CoPc and RoPc are given."""
+        return self.landing.plane
+
+    @property
+    def q(self) -> Array:
+        """(nq,) configuration in Pinocchio's layout."""
+        return self.landing.q
+
+    @property
+    def joint_model(self) -> str:
+        """The model: "free" (no reflected inertia), "geared" (every joint has some), "locked" (every joint holds) or "mixed"."""
+        return self.landing.joint_model.name
+
+    @property
+    def assembly(self) -> Assembly | None:
+        """What closing the loops changed; None without loops."""
+        return self.landing.assembly
+
+    @property
+    def choice(self) -> RowChoice:
+        """Which rows are independent."""
+        return self.proof.choice
+
+    @cached_property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies."""
+        return tuple(body.name for body in self.robot.bodies)
+
+    @property
+    def v_in(self) -> float:
+        """Speed by which shock is normalised, of the fastest contact or of the centre of mass [m/s]."""
+        return float(self.value("v_in", "robot")[0])
+
+    @property
+    def approach(self) -> Array:
+        """(n, 3) velocity of every contact point before the impact, world axes [m/s]."""
+        return self.value("approach", "contact")[: len(self.landing.contacts)]
+
+    @property
+    def strike(self) -> Array:
+        """(3,) velocity of the fastest contact before the impact, world axes [m/s]."""
+        return np.asarray(self.approach[np.argmax(np.linalg.norm(self.approach, axis=1))])
+
+    @property
+    def delta_qd(self) -> Array:
+        """(nv,) jump of the joint velocities, Pinocchio's layout [rad/s, m/s]."""
+        return self.proof.delta_qd[:, 3]
+
+    @property
+    def maps(self) -> Array:
+        """(nb, 6, 3) jump (Δω, Δv) of every body for a strike of 1 m/s along world x, y and z, body axes."""
+        return self.proof.jumps[..., :3]
+
+    @property
+    def delta_omega(self) -> Array:
+        """(nb, 3) jump of angular velocity, body axes [rad/s] (Eqs. 8 and 9)."""
+        return self.proof.jumps[:, :3, 3]
+
+    @property
+    def delta_v(self) -> Array:
+        """(nb, 3) jump of velocity of the body frame's origin, body axes [m/s] (Eqs. 8 and 9)."""
+        return self.proof.jumps[:, 3:, 3]
+
+    @cached_property
+    def moved(self) -> np.ndarray:
+        """(nb,) whether the strike moves the body by more than 1e-12 of the fastest one."""
+        motion = np.linalg.norm(self.delta_omega, axis=1) + np.linalg.norm(self.delta_v, axis=1)
+        return np.asarray(motion > 1e-12 * motion.max())
+
+    @property
+    def position(self) -> Array:
+        """(nb, 3) origins of the body frames, world [m]."""
+        return self.value("position", "body")
+
+    @cached_property
+    def rotation(self) -> Array:
+        """(nb, 3, 3) of the body frames, body to world."""
+        return read_only(self.proof.read(lambda impact: impact.rounded(impact.state.rotation[0], lambda entries: 1.0)))
+
+    @property
+    def copc(self) -> Array:
+        """(nb, 3) centre of percussion, body coordinates [m]; NaN where the body does not rotate in the plane (Eq. 11)."""
+        return self.value("copc", "body")
+
+    @property
+    def copc_world(self) -> Array:
+        """(nb, 3) the same in the world [m]."""
+        return self.value("copc_world", "body")
+
+    @property
+    def ropc(self) -> Array:
+        """(nb,) radius of percussion [m]; inf where the body does not rotate in the plane (Eq. 12)."""
+        return self.value("ropc", "body")
+
+    @cached_property
+    def translates(self) -> np.ndarray:
+        """(nb,) whether the body does not rotate in the plane, by more than the rounding of files."""
+        return self.value("translates", "body") > 0.0
+
+    @property
+    def pitch(self) -> Array:
+        """(nb,) pitch of the spatial screw [m/rad]; NaN where the body does not rotate at all."""
+        return self.value("pitch", "body")
+
+    @property
+    def off_plane(self) -> Array:
+        """(nb,) share of the jump that the plane cannot show [1]."""
+        return self.value("off_plane", "body")
+
+    @property
+    def shock_com(self) -> Array:
+        """(nb,) shock at the centre of mass [1]."""
+        return self.value("shock_com", "body")
+
+    @property
+    def shock_min(self) -> Array:
+        """(nb,) least shock over the body's geometry [1]; NaN without geometry.
+
+        Of a file without collision geometry the visual one is taken. Computed in double precision from the proven jumps: right to
+        1e-15 of |Δv| + |Δω| |r| at the farthest point r of the body.
+        """
+        return self.value("shock_min", "body")
+
+    @property
+    def shock_max(self) -> Array:
+        """(nb,) greatest shock over the body's geometry [1]; as `shock_min`."""
+        return self.value("shock_max", "body")
+
+    @cached_property
+    def directions(self) -> ExtremeDirections:
+        """Most and least severe impact directions of the bodies' centres of mass."""
+        return self._directions("body")
+
+    @cached_property
+    def points(self) -> tuple[PointShock, ...]:
+        """Shock at sensors and points."""
+        directions = self._directions("point")
+        each = [ExtremeDirections(*(part[k] for part in directions)) for k in range(len(self.landing.points))]
+        named = [("world" if place.body < 0 else self.bodies[place.body]) for place in self.landing.points]
+        return self._records(PointShock, "point", frame=[p.name for p in self.landing.points], body=named, directions=each)
+
+    @cached_property
+    def contacts(self) -> tuple[ContactImpulse, ...]:
+        """Impulses, friction and effective masses of the contacts."""
+        frames = [place.name for place in self.landing.contact_places]
+        return self._records(ContactImpulse, "contact", frame=frames)[: len(self.landing.contacts)]
+
+    @cached_property
+    def stance(self) -> tuple[StanceImpulse, ...]:
+        """Impulses of the standing feet."""
+        frames = [place.name for place in self.landing.contact_places]
+        return self._records(StanceImpulse, "contact", frame=frames)[len(self.landing.contacts) :]
+
+    @cached_property
+    def loads(self) -> tuple[JointLoad, ...]:
+        """Impulses through the joints between bodies, and jumps of their rates.
+
+        Where rows depend on one another (redundant contacts, a planar loop closed in space) they are those of the contact impulses
+        of least norm.
+        """
+        return self._records(JointLoad, "joint", joint=[place.name for place in self.places("joint")])
+
+    @property
+    def total_impulse(self) -> Array:
+        """(3,) impulse of the ground on the robot, all contacts and standing feet together, world axes [N s]."""
+        return np.asarray(self.value("total_impulse", "robot")[0])
+
+    @property
+    def total_moment(self) -> Array:
+        """(3,) moment of the same about the robot's centre of mass, world axes [N m s]."""
+        return np.asarray(self.value("total_moment", "robot")[0])
+
+    @property
+    def energy_lost(self) -> float:
+        """Kinetic energy that the impact takes [J]."""
+        return float(self.value("energy_lost", "robot")[0])
+
+    @property
+    def energy_share(self) -> float | None:
+        """The same of the kinetic energy before it [1]; None where that is not determined (fixed base, standing feet)."""
+        share = float(self.value("energy_share", "robot")[0])
+        return None if np.isnan(share) else share
+
+    @cached_property
+    def bracket(self) -> tuple[Bracket, ...]:
+        """Shock with free, modelled and locked joints: at the heaviest body's centre of mass and at every sensor and point."""
+        heaviest = body_places(self.robot)[int(np.argmax(self.robot.masses))]
+        places = [heaviest, *(place for place in self.landing.points if place.body >= 0)]
+        free, here, locked = (self.values(quantity("point", key), places) for key in ("shock_free", "shock", "shock_locked"))
+        return tuple(Bracket(place.name, _number(free[k]), float(here[k]), _number(locked[k])) for k, place in enumerate(places))
+
+    @cached_property
     def health(self) -> Health:
-        """How far to trust the numbers (sensitivity to the data, warnings)."""
+        """How far to trust the numbers, with the warnings."""
         landing, proof, robot = self.landing, self.proof, self.robot.name
-        most, data = data_warnings(self, self.translates)
-        return Health(
-            rank=len(self.choice.rows),
-            rows=len(proof.impulse),
-            error_bound=float(np.max(proof.bounds)),
-            body_error_bounds=tuple(map(float, proof.bounds)),
-            double_error=double_error(landing, proof, self.double_jumps[..., 3]),
-            data_sensitivity=most,
-            bits=proof.bits,
-            warnings=(
+        with self.trace.stage("accuracy and warnings"):
+            sensitivity = data_sensitivity(self.condition)
+            warnings = (
                 *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
                 *landing.warnings,
-                *implausible(landing, self.contacts),
+                *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),
-                *data,
-                *pulled(self),
-                *gained(self, self.energy_lost),
-                *saturated(landing.scene, self.points),
+                *data_warnings(sensitivity),
+                *pulled(landing, self.value("pull", "contact")),
+                *gained(robot, self.energy_lost),
+                *saturated(landing, {point.frame: point.peak_g for point in self.points}),
                 *(Diagnostic("geometry", robot, None, text) for text in body_outline(self.robot).warnings),
-            ),
-        )
+            )
+            return Health(
+                rank=len(self.choice.rows),
+                rows=len(proof.impulse),
+                error_bound=float(np.max(proof.bounds)),
+                body_error_bounds=tuple(map(float, proof.bounds)),
+                double_error=double_error(landing, proof, self.double_jumps[..., 3]),
+                data_sensitivity=sensitivity,
+                bits=proof.bits,
+                warnings=warnings,
+            )
 
     def shock_at(self, body: str, r: Array) -> Array:
-        """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m]."""
+        """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m].
+
+        Raises:
+            UnknownName: the robot has no such body.
+        """
+        if body not in self.bodies:
+            raise UnknownName("body", body, self.bodies, f'robot "{self.robot.name}"', f"shockpc robots {self.robot.label}")
         i = self.bodies.index(body)
         return np.asarray(shock_at(self.delta_omega[i], self.delta_v[i], np.asarray(r, dtype=float), self.v_in))
 
+    def _directions(self, kind: Kind) -> ExtremeDirections:
+        """The extreme directions of bodies or points."""
+        keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
+        return ExtremeDirections(*(self.value(key, kind) for key in keys))
 
-def _moved(jumps: Array) -> np.ndarray:
-    """Which bodies (nb,) move by more than 1e-12 of the fastest one. Args: jumps (nb, 6)."""
-    motion = np.linalg.norm(jumps[:, :3], axis=1) + np.linalg.norm(jumps[:, 3:], axis=1)
-    return np.asarray(motion > 1e-12 * motion.max())
+    def _records(self, record: type[R], kind: Kind, **given: Sequence[Any]) -> tuple[R, ...]:
+        """A record for each place of a kind, its fields quantities by key but those given; None where a value does not exist."""
+        keys = record._fields  # type: ignore[attr-defined]
+        columns = [given[key] if key in given else [_number(x) for x in self.value(key, kind)] for key in keys]
+        return tuple(record(*row) for row in zip(*columns, strict=True))
+
+
+def _number(value: Any) -> Any:
+    """A number or a vector, or None where there is none."""
+    if np.isnan(value).all():
+        return None
+    return value if np.ndim(value) else float(value)

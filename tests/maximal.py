@@ -22,7 +22,7 @@ import numpy as np
 
 from shockpc.core.spatial import quaternion_of
 from shockpc.model.closure import loop_of
-from shockpc.model.contact import placed
+from shockpc.model.contact import locate_lowest_point
 
 DIGITS, MOST_DIGITS = 100, 3200
 """Digits to begin with; they are doubled until the balls are narrow, or no more than so many are needed."""
@@ -222,7 +222,7 @@ class _Mechanism:
         before, held = self.before(), []
         still = self.exact(np.zeros(4))
         for touch in self.landing.contacts:
-            point = placed(touch, self.landing.state.rotation[:, touch.body], self.landing.up).point
+            point = locate_lowest_point(touch, self.landing.state.rotation[:, touch.body], self.landing.up).point
             at, sticks = self.world(touch.body, point.reshape(3)), 1 + self.exact([touch.restitution])[0]
             wrenches = [*forces(self.exact(touch.forces), at), *moments(self.exact(touch.moments))]
             held += [({touch.body: wrench}, sticks * (wrench @ before[touch.body])) for wrench in wrenches]

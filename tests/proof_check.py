@@ -8,7 +8,6 @@ from maximal import DIGITS, maximal_jumps
 from random_landings import random_landing
 
 from shockpc import SceneError, SolveError, shock_profile
-from shockpc.results.accuracy import rotation_lengths
 
 MET = 1e-9
 """Speed of a row that was left out as dependent, after the impact, over the largest speed to be undone."""
@@ -64,7 +63,7 @@ def body_errors(landing, exact, jumps) -> np.ndarray:
 
     The size of a motion is the root of |v|² + (r |ω|)², with v at the origin of the body frame and the radius of gyration r.
     """
-    length = rotation_lengths(landing)
+    length = landing.robot.rotation_lengths
     error, motion = (
         np.hypot(np.linalg.norm(x[:, 3:], axis=1), length * np.linalg.norm(x[:, :3], axis=1))
         for x in difference(exact.jumps[..., 3], jumps)

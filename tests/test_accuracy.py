@@ -18,16 +18,17 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Strike, resolve, shock_maps, shock_profile
+from shockpc.accuracy import double_error
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
-from shockpc.exact.proof import prove
-from shockpc.exact.solution import Inputs
+from shockpc.exact.proof import Proof
+from shockpc.landing import PosedLanding
 from shockpc.model.contact import contact_block
 from shockpc.model.dynamics import dynamics
+from shockpc.model.joint_model import JointModel
 from shockpc.model.motion import Motion
 from shockpc.model.posture import configuration
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.results.accuracy import double_error, rotation_lengths
 from shockpc.scene import plane_of
 
 ROUNDING = 2.3e-16
@@ -80,8 +81,11 @@ def test_the_impact_of_500_links_is_proven():
     rest, velocity, q = np.zeros(robot.model.nv), np.array([1.0, 0.5, -2.0]), configuration(robot, bent(robot, 0.05))
     block, before = contact_block(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z), Motion(velocity, np.zeros(3), rest)
     plane = plane_of(Scene(robot="chain"))
-    proof = prove(Inputs(robot, q, (block,), RowChoice.every(3), "free", plane, rest, rest > 0.0, before), robot.gyration)
-    rotation = proof.enclosure.read(lambda impact: impact.orientations.astype(float))
+    joints = JointModel(rest, rest > 0.0, "free")
+    landing = PosedLanding(Scene(robot="chain"), robot, plane, Z, (block,), (), (), joints, before, None, q, state=None)
+    vars(landing)["blocks"] = (block,)
+    proof = Proof(landing, RowChoice.every(3))
+    rotation = proof.read(lambda impact: impact.state.rotation[0].astype(float))
     omega, v = proof.jumps[:, :3, 3], proof.jumps[:, 3:, 3]
     centres = (rotation @ (v + np.cross(omega, robot.coms))[..., None])[..., 0]
     struck = rotation[block.body] @ (v[block.body] + np.cross(omega[block.body], block.point))
@@ -158,7 +162,7 @@ def test_inertia_along_the_tree_keeps_its_armature():
 def error_of_maps(profile, found):
     """Maps in double precision: within 1e-9 of each body's motion unless flagged; flagged are dependent rows and ill conditions."""
     exact = (profile.rotation[:, None] @ profile.maps.reshape(-1, 2, 3, 3)).reshape(-1, 6, 3)
-    weight = np.repeat([rotation_lengths(profile.landing), np.ones(len(exact))], 3, axis=0).T[..., None]
+    weight = np.repeat([profile.robot.rotation_lengths, np.ones(len(exact))], 3, axis=0).T[..., None]
     size, off = (np.linalg.norm(weight * part, axis=(1, 2)) for part in (exact, found.maps[0] - exact))
     moves = size > 1e-13 * size.max()
     error = float(np.max(off[moves] / size[moves], initial=0.0))

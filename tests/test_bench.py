@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from commands import good, run
 
+from shockpc.accuracy import double_error
 from shockpc.bench.cases import FAMILIES, chain, known_robot, landing
 from shockpc.bench.costs import COSTS, PEERS, many_system, postures
 from shockpc.bench.measure import OUTCOMES, measure, timed
@@ -17,7 +18,6 @@ from shockpc.errors import SolveError
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.profile import shock_profile
-from shockpc.results.accuracy import double_error
 from shockpc.scene import Scene, Strike
 from shockpc.show.files import MANIFEST
 from shockpc.show.tables import Sheet

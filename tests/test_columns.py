@@ -56,7 +56,7 @@ def test_a_planar_robot_on_a_fixed_base_does_not_move_across_its_plane(mechanism
     robot = robot_from(file.text)
     for contact in contacts:
         landing = resolve(Scene(robot="tree.urdf", base="fixed", contact=(contact,), posture=file.posture), robot)
-        equation, impact, _ = impact_jumps(landing, landing.q[None])
+        equation, impact, _ = impact_jumps(landing, landing.state)
         assert impact.rank[0] <= 2
         assert 1 not in impact.choices[0].rows
         assert np.abs(equation.J_c[0, 1]).max() < 1e-14

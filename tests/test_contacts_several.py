@@ -26,7 +26,7 @@ def anymal(contact=DIAGONAL, strike=None, **changes):
 def after(profile):
     """Velocity of every contact point after the impact (n, 3), world axes."""
     found = []
-    for contact, block in zip(profile.contacts, profile.equation.blocks, strict=False):
+    for contact, block in zip(profile.contacts, profile.landing.blocks, strict=False):
         found.append(contact.approach + dense.velocity(profile, block.body, np.reshape(block.point, 3)))
     return np.array(found)
 

@@ -59,7 +59,7 @@ def assert_balances(profile):
     before, R = profile.landing.before, profile.rotation[0]
     qd = np.array(before.joint_rates)
     qd[:6] = [*(R.T @ before.velocity), *(R.T @ before.omega)]
-    for contact, given, block in zip(profile.contacts, profile.scene.contact, profile.equation.blocks, strict=False):
+    for contact, given, block in zip(profile.contacts, profile.scene.contact, profile.landing.blocks, strict=False):
         J = dense.point_rows(profile.robot.model, profile.q, given.frame, given.offset)
         for approach in (contact.approach, contact_velocity(profile.landing, profile.landing.state, block)[0]):
             np.testing.assert_allclose(approach, J @ qd, rtol=0, atol=1e-12 * (1.0 + np.abs(J) @ np.abs(qd)).max())
@@ -84,7 +84,7 @@ def assert_loads(profile):
         ground.append((placed.body, one.point, one.impulse, none if one.moment is None else one.moment))
     size = sum(np.linalg.norm(impulse) + np.linalg.norm(moment) for _, _, impulse, moment in ground)
     for load in profile.loads:
-        k, joint = next((k, joint) for k, joint in enumerate(robot.joints) if joint.name == load.joint)
+        k, joint = next((k, joint) for k, joint in enumerate(robot.joints) if load.joint in joint.name.split("+"))
         behind, about = robot.moves[:, joint.v].any(axis=1), profile.position[k]
         force, moment = dense.momentum(profile, np.flatnonzero(behind), about)
         for body, point, impulse, own in ground:
@@ -96,9 +96,10 @@ def assert_loads(profile):
             assert load.along == pytest.approx(load.moment @ profile.rotation[k] @ joint.axis, abs=1e-9 * size)
         if load.along is not None and not any(joint.name in (mimic.joint, *mimic.leaders) for mimic in robot.mimics):
             # A free joint carries nothing along its axis, a geared one −a Δq̇, and a locked one does not move.
-            model, (rate,) = profile.landing.joint_model, profile.delta_qd[joint.v]
-            carried = load.along == pytest.approx(-model.armature[joint.v].item() * rate, abs=1e-9 * size)
-            assert rate == 0.0 if model.locked[joint.v] else carried
+            model, rate = profile.landing.joint_model, load.delta_qd
+            own = robot.joint(load.joint).v
+            carried = load.along == pytest.approx(-model.armature[own].item() * rate, abs=1e-9 * size)
+            assert rate == 0.0 if model.locked[own] else carried
 
 
 def test_loads_of_a_loop_are_those_of_the_cut_closed_again():

@@ -19,14 +19,13 @@ from shockpc.errors import StudyError
 from shockpc.exact.balls import balls
 from shockpc.exact.derivative import displaced
 from shockpc.exact.kinematics import data_of
-from shockpc.exact.solution import ExactImpact
+from shockpc.exact.solution import BallImpact
 from shockpc.landing import contact_velocity
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.model.regressor import INERTIA_ENTRIES
 from shockpc.profile import impact_jumps, shock_profile
-from shockpc.results.solved import speed_in
 from shockpc.scene import Point, Scene, Strike
 from shockpc.studies.sensitivity import sensitivity
 
@@ -81,10 +80,9 @@ def in_balls(found, impact):
     frame = profile.robot.frame(found.point.partition(":")[0])
     offset = np.array([float(x) for x in found.point.partition(":")[2].split(",")]) if ":" in found.point else np.zeros(3)
     r = balls(frame.offset + frame.rotation @ offset)
-    jump = impact.body_jumps[frame.body, :, 3]
+    jump, v_in = impact.own_jumps[0, 0, frame.body], impact.v_in[0, 0]
     omega, v = jump[:3], jump[3:]
-    normal = np.sum(impact.orientations[frame.body] * balls(profile.plane.normal)[:, None], axis=0)
-    v_in = speed_in(impact, profile.landing)[0]
+    normal = np.sum(impact.state.rotation[0, frame.body] * balls(profile.plane.normal)[:, None], axis=0)
     moved = v + np.cross(omega, r)
     turn = np.sum(normal * omega)
     return np.array([np.sum(moved * moved).sqrt() / v_in, *(np.cross(normal, v) / turn), v_in / abs(turn)])
@@ -116,7 +114,7 @@ def altered(data, effect, robot, t):
 def test_regressor_against_differences_in_ball_arithmetic(name):
     """Masses, centres of mass, inertias and armature: central differences with a step of 2^-100."""
     found = CASES_OF_INERTIA[name]()
-    robot, inputs = found.profile.robot, found.profile.proof.enclosure.inputs
+    robot, landing, choice = found.profile.robot, found.profile.landing, found.profile.choice
     data = data_of(robot)
     column = {joint.name: joint.v.start for joint in robot.single_joints}
     off = []
@@ -133,11 +131,12 @@ def test_regressor_against_differences_in_ball_arithmetic(name):
             ends = []
             for t in (H, -H):
                 if effect.kind == "armature":
-                    armature = balls(inputs.armature)
+                    armature = balls(landing.joint_model.armature)
                     armature[column[effect.name]] += arb(t)
-                    impact = ExactImpact(inputs._replace(armature=armature))
+                    changed = dataclasses.replace(landing, joint_model=landing.joint_model._replace(armature=armature))
+                    impact = BallImpact(changed, choice)
                 else:
-                    impact = ExactImpact(inputs, altered(data, effect, robot, t))
+                    impact = BallImpact(landing, choice, altered(data, effect, robot, t))
                 ends.append(in_balls(found, impact))
             exact = np.array([float(x) for x in (ends[0] - ends[1]) / (2.0 * H)])
             computed = np.array([effect.shock, *effect.copc, effect.ropc])
@@ -157,7 +156,7 @@ def by_posture(found, column, h):
     for mimic in robot.mimics:
         step[robot.joint(mimic.joint).v] = sum(by * step[robot.joint(name).v] for name, by in mimic.leaders.items())
     q = pin.integrate(robot.model, landing.q, step)
-    equation, _, jumps = impact_jumps(landing, q[None])
+    equation, _, jumps = impact_jumps(landing, landing.at(q).state)
     frame = robot.frame(found.point.partition(":")[0])
     offset = np.array([float(x) for x in found.point.partition(":")[2].split(",")])
     r = equation.state.rotation[0, frame.body] @ (frame.offset + frame.rotation @ offset)

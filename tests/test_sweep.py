@@ -150,7 +150,7 @@ def test_flagged_rows_are_the_proven_answer():
     made = sweep_of(scene, robot, {"speed": [0.5, 2.0], "*_KFE": [60, 80]}, prove=0)
     columns, _ = table(made)
     assert columns["proven"].all()
-    assert np.all(columns["double error [-]"] < 1e-9)
+    assert np.all(columns["double_error"] < 1e-9)
     assert check(made) == 4
 
 
@@ -168,7 +168,7 @@ def test_strikes_that_leave_the_ground_are_rows_with_a_message(anymal):
     columns, messages = table(made)
     assert list(messages) == [2]
     assert messages[2] == 'contact "LF_FOOT" does not approach the ground, so there is no impact'
-    assert np.isnan(columns["base shock at CoM [-]"]).tolist() == [False, False, True]
+    assert np.isnan(columns["shock_com@base"]).tolist() == [False, False, True]
 
 
 def test_sample_depends_on_the_seed_alone(anymal):
@@ -300,6 +300,6 @@ def test_shock_for_one_posture_is_that_of_the_maps(anymal):
     columns, _ = table(made)
     landing = resolve(ANYMAL, anymal)
     maps, frame = shock_maps(landing, landing.q[None]), anymal.frame("imu_link")
-    for angle, shock in zip(columns["strike-angle [deg]"], columns["imu_link shock [-]"], strict=True):
+    for angle, shock in zip(columns["strike-angle [deg]"], columns["shock@imu_link"], strict=True):
         v = Strike(strike_angle_deg=float(angle)).vector(plane_from((0.0, -1.0, 0.0)))
         assert np.linalg.norm(maps.at(frame.body, frame.offset)[0] @ v) == pytest.approx(shock, rel=1e-13)

@@ -17,7 +17,7 @@ from trees import robot_from
 from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.printed import printable
-from shockpc.results.contacts import StanceImpulse
+from shockpc.result import StanceImpulse
 from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_text
 from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text, fits

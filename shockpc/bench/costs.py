@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from shockpc import Landing, Robot, Scene, ShockMaps, ShockProfile, SolveError, resolve, shock_maps, shock_profile
+from shockpc import PosedLanding, Robot, Scene, ShockMaps, ShockProfile, SolveError, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import Prepared, System, UnsuitedError, double_jumps, system_of
@@ -83,7 +83,7 @@ def _with_everything(scene: Scene, robot: Robot) -> list[object]:
     return [getattr(profile, name) for name, value in vars(ShockProfile).items() if isinstance(value, property | cached_property)]
 
 
-def _double_percussion(found: Landing) -> Array:
+def _double_percussion(found: PosedLanding) -> Array:
     """Steps 1 to 3 in double precision: radii of percussion (nb,) [m]."""
     jumps = double_jumps(found)
     omega, v, normal = jumps[:, :3], jumps[:, 3:], found.plane.normal @ found.state.rotation[0]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc import Landing, Robot, Scene, SceneError, resolve, shock_profile
+from shockpc import PosedLanding, Robot, Scene, SceneError, resolve, shock_profile
 from shockpc.core.spatial import Array
 from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_axes, block_point
@@ -36,7 +36,7 @@ class System(NamedTuple):
         G: (nv, ny) columns of the free velocities, or None where all are free.
     """
 
-    landing: Landing
+    landing: PosedLanding
     model: pin.Model
     held: list[tuple[Array, list[tuple[int, float]]]]
     v: Array
@@ -98,7 +98,7 @@ def system_of(robot: Robot, scene: Scene) -> System:
     if robot.free_base:
         to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
         v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
-    b, G = approach_speeds(state, blocks, before), landing.columns(state)
+    b, G = approach_speeds(state, blocks, before), landing.free_columns(state)
     return System(landing, model, held, v, b[0, :, 3], None if G is None else G[0])
 
 
@@ -128,9 +128,9 @@ def _proven(system: System) -> Prepared:
     )
 
 
-def double_jumps(landing: Landing) -> Array:
+def double_jumps(landing: PosedLanding) -> Array:
     """Steps 1 and 2 in double precision for the scene's strike: jumps (nb, 6) in body coordinates at the body frames' origins."""
-    _, _, jumps = impact_jumps(landing, landing.q[None])
+    _, _, jumps = impact_jumps(landing, landing.state)
     return np.asarray((jumps[0, ..., 3].reshape(-1, 2, 3) @ landing.state.rotation[0]).reshape(-1, 6))
 
 
@@ -188,7 +188,7 @@ def _one_restitution(system: System) -> float:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
     if system.G is not None or not system.landing.robot.free_base or system.landing.scene.stance:
         raise UnsuitedError("Pinocchio's impulse has no held joints, mimic joints or standing feet")
-    return e.pop()
+    return float(e.pop())
 
 
 def _pin_jacobian(system: System) -> Prepared:

@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["body_jumps"]
+__all__ = ["body_jumps", "in_body_axes"]
 
 
 def body_jumps(
@@ -52,6 +52,13 @@ def body_jumps(
     jumps[:, 4] += c * x - a * z
     jumps[:, 5] += a * y - b * x
     return jumps.transpose(3, 0, 1, 2)
+
+
+def in_body_axes(jumps: Array, rotation: Array) -> Array:
+    """Jumps (N, nb, 6, k) in the axes of the bodies' frames. Args: jumps, in world axes; rotation (N, nb, 3, 3), body to world."""
+    return np.asarray(np.swapaxes(rotation, -1, -2)[..., None, :, :] @ jumps.reshape(*jumps.shape[:2], 2, 3, -1)).reshape(
+        jumps.shape
+    )
 
 
 def _path(parent: Sequence[int], body: int) -> Iterator[int]:

@@ -16,14 +16,14 @@ import numpy as np
 from shockpc.core.inertia import Inertia, diagonal_of, solve_inertia
 from shockpc.core.spatial import Array
 
-__all__ = ["TOLERANCE", "Impact", "RowChoice", "choose_rows", "solve_impact", "weakest_columns"]
+__all__ = ["TOLERANCE", "RowChoice", "Solution", "choose_rows", "solve_impact", "weakest_columns"]
 
 EPS = float(np.finfo(float).eps)
 
-WELL = 1e-4
+CLEARLY_INDEPENDENT = 1e-4
 """Least pivot of the scaled Delassus matrix from which its rows are certainly independent."""
 
-LOST = 1e10
+INDISTINCT = 1e10
 """Condition of the inertia from which the Delassus matrix in double precision no longer tells whether its rows are independent."""
 
 TOLERANCE = 64.0 * EPS
@@ -33,7 +33,7 @@ UNCERTAIN = 1.0 / 32.0, 8.0
 """Multiples of the tolerance between which rounding can change whether rows are independent."""
 
 
-class Impact(NamedTuple):
+class Solution(NamedTuple):
     """The solution of Eq. 4 in N postures, in double precision.
 
     Attributes:
@@ -43,6 +43,7 @@ class Impact(NamedTuple):
         rank: (N,) number of independent rows.
         condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the jump that is known worst [1].
         choices: the independent rows of each posture in which some depend on others, or nearly do, by its index.
+        independent: (r, k) impulses along these rows alone, which do the same to the robot, by the same index [N s].
     """
 
     delta_qd: Array
@@ -51,6 +52,7 @@ class Impact(NamedTuple):
     rank: np.ndarray
     condition: Array
     choices: "dict[int, RowChoice]"
+    independent: dict[int, Array]
 
 
 class RowChoice(NamedTuple):
@@ -75,7 +77,7 @@ class RowChoice(NamedTuple):
         return RowChoice(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
 
 
-def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]) -> Impact:
+def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]) -> Solution:
     """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
     The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
@@ -104,21 +106,22 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         pivot = _least_pivot(scaled)
         # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
         natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
-        well = (pivot > WELL) & (stiffness < LOST) & (mobility.min(axis=-1) > 1e-20 * natural)
+        well = (pivot > CLEARLY_INDEPENDENT) & (stiffness < INDISTINCT) & (mobility.min(axis=-1) > 1e-20 * natural)
         unclear = np.flatnonzero(~well).tolist()
         if unclear:
             scaled[unclear] = np.eye(nc)
         impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * b)
         delta_qd = X @ impulse
         condition = stiffness / np.where(well, pivot, np.nan)
-    choices, rank = {}, np.full(n, nc)
+    choices, independent, rank = {}, {}, np.full(n, nc)
     for k in unclear:
         choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k])
         r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]
+        independent[k] = part
         impulse[k], delta_qd[k] = choice.spread @ part, X[k][:, r] @ part
-    return Impact(delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices)
+    return Solution(delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices, independent)
 
 
 def _light(size: Array, delta_qd: Array) -> Array:

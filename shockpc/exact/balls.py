@@ -17,9 +17,9 @@ __all__ = [
     "cross_matrix",
     "entries",
     "matrix",
-    "nearest",
     "radii",
     "rotation_matrix",
+    "to_double",
 ]
 
 Balls: TypeAlias = np.ndarray[Any, np.dtype[Any]]
@@ -74,16 +74,17 @@ def entries(M: arb_mat) -> Balls:
 
 
 def radii(values: Balls | arb) -> Array:
-    """Upper bounds of the radii of some balls, of the same shape."""
+    """Upper bounds of the radii of some balls, of the same shape; of a double, which is exact, 0."""
     array = np.asarray(values, dtype=object)
-    return np.array([float(ball.rad()) for ball in array.ravel().tolist()]).reshape(array.shape)
+    flat = array.ravel().tolist()
+    return np.array([0.0 if isinstance(ball, float) else float(ball.rad()) for ball in flat]).reshape(array.shape)
 
 
-def nearest(values: Balls | arb, size: Array | float) -> Array:
+def to_double(values: Balls | arb, size: Array | float) -> Array:
     """The doubles nearest to some balls.
 
     Args:
-        values: (...) of any shape.
+        values: (...) of any shape; where a thing does not exist, NaN or infinite doubles.
         size: natural size of the numbers, of a shape that broadcasts against theirs, above or equal to zero. A number far below it,
             such as a component that vanishes, is enclosed relative to this size; one that may be zero is returned as zero.
 
@@ -91,7 +92,7 @@ def nearest(values: Balls | arb, size: Array | float) -> Array:
         PrecisionError: a ball is too wide.
     """
     rounded, radius = np.asarray(values, dtype=object).astype(float), radii(values)
-    if not np.all(radius <= ENOUGH * np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE)):
+    if not np.all((radius == 0.0) | (radius <= ENOUGH * np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE))):
         raise PrecisionError
     return np.asarray(np.where(np.abs(rounded) <= radius, 0.0, rounded))
 

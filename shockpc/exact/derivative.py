@@ -1,7 +1,8 @@
 """Derivatives of an impact in ball arithmetic: central differences whose step is so small that only the derivative is left.
 
-With a step h the error of a central difference is h²/6 of the third derivative. With h = 2^-100 that is 1e-61, and the digits that
-the difference loses are there to be lost: the precision is raised until the quotient is known to the last digit of a double.
+With a step h the error of a central difference is h²/6 of the third derivative. With h = 2^-100 that is 1e-61, and the digits
+that the difference loses are covered by the working precision, which is raised until the quotient is known to the last digit of a
+double.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,9 +10,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import Balls, balls, entries, nearest, rotation_matrix
-from shockpc.exact.proof import Enclosure
-from shockpc.exact.solution import ExactImpact, Inputs
+from shockpc.exact.balls import Balls, balls, entries, rotation_matrix, to_double
+from shockpc.exact.proof import Proof
+from shockpc.exact.solution import BallImpact
+from shockpc.landing import PosedLanding
 from shockpc.robot.record import Robot
 
 __all__ = ["derivatives", "displaced"]
@@ -20,27 +22,27 @@ STEP = 2.0**-100
 BITS = 256
 
 
-def derivatives(inputs: Inputs, paths: Sequence[Callable[[float], Inputs]], outputs: Callable[[ExactImpact], Balls]) -> Array:
-    """The derivatives (p, n) of n results of an impact along p paths of its inputs, the doubles nearest to the exact ones.
+def derivatives(proof: Proof, paths: Sequence[Callable[[float], PosedLanding]], outputs: Callable[[BallImpact], Balls]) -> Array:
+    """The derivatives (p, n) of n results of an impact along p paths of its landing, the doubles nearest to the exact ones.
 
     Args:
-        inputs: where every path is at t = 0.
-        paths: from t to inputs.
+        proof: of the landing, where every path is at t = 0.
+        paths: from t to landings; the configuration and contact points may be balls.
         outputs: the results (n,).
 
     Raises:
         SingularError: an impact beside the given one has no solution.
     """
 
-    def differences(impact: ExactImpact) -> Array:
+    def differences(impact: BallImpact) -> Array:
         size = np.array([abs(float(value)) for value in outputs(impact)])
         found = np.zeros((len(paths), len(outputs(impact))))
         for k, path in enumerate(paths):
-            after, before = (outputs(ExactImpact(path(t))) for t in (STEP, -STEP))
-            found[k] = nearest((after - before) / (2.0 * STEP), size)
+            after, before = (outputs(BallImpact(path(t), proof.choice)) for t in (STEP, -STEP))
+            found[k] = to_double((after - before) / (2.0 * STEP), size)
         return found
 
-    return Enclosure(inputs).read(differences, BITS)
+    return proof.read(differences, BITS)
 
 
 def displaced(robot: Robot, q: Array, rates: Array, t: float) -> Balls:

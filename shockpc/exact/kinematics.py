@@ -16,7 +16,7 @@ from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rot
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.record import Joint, Robot
 
-__all__ = ["Data", "data_of", "joint_inertia", "posed", "shift"]
+__all__ = ["Data", "data_of", "forward_kinematics", "joint_inertia", "shift"]
 
 Numbers: TypeAlias = list[float]
 
@@ -64,7 +64,7 @@ def data_of(robot: Robot) -> Data:
     )
 
 
-def posed(
+def forward_kinematics(
     robot: Robot, data: Data, q: Array | Balls, plane: Plane
 ) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], list[arb_mat]]:
     """A robot in one posture, at the precision of the present context.

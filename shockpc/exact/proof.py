@@ -4,17 +4,20 @@ The precision is raised until every enclosure is narrow enough to be rounded to 
 loaded, the posture, and the rows that were found independent.
 """
 
+import threading
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from flint import ctx
 
-from shockpc.core.spatial import Array
-from shockpc.exact.balls import Balls, PrecisionError, SingularError, nearest, radii
-from shockpc.exact.solution import ExactImpact, Inputs
+from shockpc.core.impulse import RowChoice
+from shockpc.core.spatial import Array, read_only
+from shockpc.exact.balls import Balls, PrecisionError, SingularError, radii, to_double
+from shockpc.exact.solution import BallImpact
+from shockpc.landing import PosedLanding
 
-__all__ = ["Enclosure", "Proof", "motion", "prove", "rounded"]
+__all__ = ["Proof", "motion", "round_velocities"]
 
 T = TypeVar("T")
 
@@ -24,81 +27,74 @@ LEAST_BITS, MOST_BITS = 128, 8192
 AT_REST = 1e-200
 """Share of the fastest motion below which a body is proven to be at rest, and not how fast it moves."""
 
-
-class Enclosure:
-    """An impact that can be evaluated at any precision. Args: inputs, what it depends on."""
-
-    def __init__(self, inputs: Inputs) -> None:
-        self.inputs = inputs
-        self.bits = LEAST_BITS
-        self._impact: ExactImpact | None = None
-
-    def read(self, compute: Callable[[ExactImpact], T], bits: int = LEAST_BITS) -> T:
-        """What `compute` makes of the impact, at the least precision at which it raises no `PrecisionError` or `SingularError`.
-
-        Args:
-            compute: what to read.
-            bits: precision to use at least.
-
-        Raises:
-            SingularError: a pivot may be zero at the highest precision: no inertia resists a motion, or rows are dependent.
-        """
-        if bits > self.bits:
-            self.bits, self._impact = bits, None
-        while True:
-            with ctx.workprec(self.bits):
-                try:
-                    if self._impact is None:
-                        self._impact = ExactImpact(self.inputs)
-                    return compute(self._impact)
-                except (PrecisionError, SingularError):
-                    if self.bits >= MOST_BITS:
-                        raise
-            self.bits *= 2
-            self._impact = None
+PRECISION = threading.RLock()
+"""Held while balls are computed: their precision is one setting of the whole process."""
 
 
-class Proof(NamedTuple):
-    """What was proven of a landing.
+class Proof:
+    """The impact of a landing in ball arithmetic, and what was proven of it. Its arrays cannot be written to.
+
+    Args:
+        landing: the landing.
+        choice: which of its rows are independent.
 
     Attributes:
-        enclosure: from which everything else can be read.
+        landing: the landing.
+        choice: which of its rows are independent.
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for strikes of 1 m/s along world x,
             y and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
         bounds: (nb,) proven error of the scene's own jumps relative to each body's motion, `AT_REST` at least [1].
         bits: precision at which they were proven.
-    """
-
-    enclosure: Enclosure
-    jumps: Array
-    delta_qd: Array
-    impulse: Array
-    bounds: Array
-    bits: int
-
-
-def prove(inputs: Inputs, length: Array) -> Proof:
-    """Enclose the impact.
-
-    Args:
-        inputs: what it depends on.
-        length: (nb,) by which the rotation of a body counts as a speed [m].
 
     Raises:
         SingularError: no inertia resists a motion, or the rows depend on one another.
     """
-    enclosure = Enclosure(inputs)
-    jumps, bounds = enclosure.read(lambda impact: _jumps(impact, length))
-    delta_qd = enclosure.read(lambda impact: rounded(impact.delta_qd))
-    impulse = enclosure.read(lambda impact: nearest(impact.impulse, np.abs(impact.impulse.astype(float)).max(initial=0.0)))
-    return Proof(enclosure, jumps, delta_qd, impulse, bounds, enclosure.bits)
+
+    def __init__(self, landing: PosedLanding, choice: RowChoice) -> None:
+        self.landing, self.choice = landing, choice
+        self._bits, self._impact = LEAST_BITS, None
+        length = landing.robot.rotation_lengths
+        self.jumps, self.bounds = map(read_only, self.read(lambda impact: _jumps(impact.jumps[0], length)))
+        self.delta_qd = read_only(self.read(lambda impact: round_velocities(impact.delta_qd[0])))
+        self.impulse = read_only(self.read(lambda impact: to_double(impact.impulse[0], _size(impact.impulse[0]))))
+        self.bits = self._bits
+
+    _impact: BallImpact | None
+
+    def __getstate__(self) -> dict[str, object]:
+        return vars(self) | {"_impact": None}
+
+    def read(self, compute: Callable[[BallImpact], T], bits: int = LEAST_BITS) -> T:
+        """The value of a function of the impact, at the least precision at which it raises no `PrecisionError` or `SingularError`.
+
+        Args:
+            compute: the function.
+            bits: precision to use at least.
+
+        Raises:
+            SingularError: a pivot may be zero at the highest precision: no inertia resists a motion, or rows are dependent.
+        """
+        with PRECISION:
+            if bits > self._bits:
+                self._bits, self._impact = bits, None
+            while True:
+                with ctx.workprec(self._bits):
+                    try:
+                        if self._impact is None:
+                            self._impact = BallImpact(self.landing, self.choice)
+                        return compute(self._impact)
+                    except (PrecisionError, SingularError):
+                        if self._bits >= MOST_BITS:
+                            raise
+                self._bits *= 2
+                self._impact = None
 
 
-def _jumps(impact: ExactImpact, length: Array) -> tuple[Array, Array]:
+def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
     """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
-    values, radius = impact.body_jumps.astype(float), radii(impact.body_jumps)
+    values, radius = jumps.astype(float), radii(jumps)
     size, width = motion(values, length), motion(radius, length)
     own = np.maximum(size[:, 3], AT_REST * size[:, 3].max())
     if np.any(width[:, 3] > 2.0**-70 * own) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
@@ -115,11 +111,16 @@ def motion(jumps: Array, length: Array) -> Array:
     return np.asarray(np.hypot.reduce(np.concatenate([jumps[:, :3] * length[:, None, None], jumps[:, 3:]], axis=1), axis=1))
 
 
-def rounded(velocities: Balls) -> Array:
+def round_velocities(velocities: Balls) -> Array:
     """Joint velocities (nv, m) as doubles, each joint's relative to its own.
 
     Raises:
         PrecisionError: a ball is too wide.
     """
     size = np.abs(velocities.astype(float))
-    return nearest(velocities, np.maximum(size.max(axis=1, keepdims=True), 1e-30 * size.max(initial=0.0)))
+    return to_double(velocities, np.maximum(size.max(axis=1, keepdims=True), 1e-30 * size.max(initial=0.0)))
+
+
+def _size(values: Balls) -> float:
+    """The largest magnitude of some balls."""
+    return float(np.abs(values.astype(float)).max(initial=0.0))

@@ -15,10 +15,11 @@ from shockpc.robot.record import Robot
 
 __all__ = [
     "Contact",
+    "across",
     "contact_block",
     "landing_frames",
+    "locate_lowest_point",
     "match_frames",
-    "placed",
     "unit_directions",
 ]
 
@@ -122,11 +123,11 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
         point = frame.offset + point
     moments = np.zeros((0, 3))
     if contact.kind == "flat":
-        moments = np.array([*_across(up), *([up] if contact.sticks else [])])
+        moments = np.array([*across(up), *([up] if contact.sticks else [])])
     return Block(kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, lowest=lowest)
 
 
-def placed(contact: Block, rotation: Array, up: Array) -> Block:
+def locate_lowest_point(contact: Block, rotation: Array, up: Array) -> Block:
     """A contact with its point in each posture, if that is the lowest one.
 
     Args:
@@ -154,7 +155,7 @@ def unit_directions(owner: str, directions: tuple[str | tuple[float, float, floa
     return np.asarray(vectors / lengths[:, None])
 
 
-def _across(up: Array) -> tuple[Array, Array]:
+def across(up: Array) -> tuple[Array, Array]:
     """Two unit vectors that span the ground."""
     first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
     first /= np.linalg.norm(first)

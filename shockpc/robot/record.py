@@ -336,6 +336,11 @@ class Robot:
         return read_only(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.masses > 0.0, self.masses, np.inf)))
 
     @cached_property
+    def rotation_lengths(self) -> Array:
+        """Length (nb,) by which the rotation of a body counts as a speed [m]: its radius of gyration, or the others' smallest."""
+        return read_only(np.where(self.gyration > 0.0, self.gyration, self.gyration[self.gyration > 0.0].min(initial=1.0)))
+
+    @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
         turned, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))

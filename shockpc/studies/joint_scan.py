@@ -7,20 +7,18 @@ With E the map from the strike's components to the velocity of the point, the sh
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.errors import SceneError, ShockError, StudyError
-from shockpc.landing import Landing
+from shockpc.landing import PosedLanding
 from shockpc.model.closure import assemble
-from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import held_joints, set_joints
-from shockpc.profile import ILL_CONDITIONED, SWIFT, profile_of, shock_maps
-from shockpc.results.points import Spot
-from shockpc.results.proof import UNPHYSICAL
+from shockpc.places import Place
+from shockpc.profile import FASTEST_PLAUSIBLE_RATE, ILL_CONDITIONED, profile_of, shock_maps
 from shockpc.robot.record import Joint
+from shockpc.solve import UNPHYSICAL
 
 __all__ = ["JointScan", "greatest_shock", "wave"]
 
@@ -30,7 +28,7 @@ class JointScan:
 
     Args:
         landing: in the scene's posture.
-        spot: where the shock is computed.
+        place: where the shock is computed.
         joints: that are moved.
         values: to which they are moved, ascending [rad, m].
         fine: to which the value is found beyond which a loop cannot be closed [rad, m].
@@ -45,8 +43,8 @@ class JointScan:
         StudyError: no loop can be closed at any value.
     """
 
-    def __init__(self, landing: Landing, spot: Spot, joints: tuple[Joint, ...], values: Array, fine: float) -> None:
-        self._landing, self._spot, self._joints = landing, spot, joints
+    def __init__(self, landing: PosedLanding, place: Place, joints: tuple[Joint, ...], values: Array, fine: float) -> None:
+        self._landing, self._place, self._joints = landing, place, joints
         posture, moved = landing.scene.posture, {joint.name for joint in joints}
         self._held = held_joints(landing.robot, posture, landing.scene.assemble)
         for mimic in landing.robot.mimics:
@@ -116,18 +114,18 @@ class JointScan:
         Where other rows are independent than in most postures of the scan, or the motion is very fast, the posture is singular or
         nearly so, and is proven; NaN where it has no verdict.
         """
-        landing, body = self._landing, self._spot.frame.body
+        landing, body = self._landing, self._place.body
         maps = shock_maps(landing, Q)
-        E, refused = maps.at(body, self._spot.r), dict[int, str]()
-        singular = (maps.rank != self._rank) | ~(np.abs(maps.maps).max(axis=(1, 2, 3)) < SWIFT)
+        E, refused = maps.at(body, self._place.r), dict[int, str]()
+        singular = (maps.rank != self._rank) | ~(np.abs(maps.maps).max(axis=(1, 2, 3)) < FASTEST_PLAUSIBLE_RATE)
         for k in np.flatnonzero(singular).tolist():
-            there = replace(landing, q=Q[k], state=dynamics(landing.robot, Q[k][None], landing.joint_model.armature))
+            there = landing.at(Q[k])
             try:
                 jumps = profile_of(there).proof.jumps[body, :, :3]
             except ShockError as refusal:
                 E[k], refused[k] = np.nan, str(refusal)
                 continue
-            E[k] = there.state.rotation[0, body] @ (jumps[3:] - cross_matrix(self._spot.r) @ jumps[:3])
+            E[k] = there.state.rotation[0, body] @ (jumps[3:] - cross_matrix(self._place.r) @ jumps[:3])
         E = E @ np.stack([landing.plane.forward, [0.0, 0.0, -1.0]], axis=1)
         return np.swapaxes(E, -1, -2) @ E, refused, int((~singular & (maps.condition > ILL_CONDITIONED)).sum())
 

@@ -19,11 +19,11 @@ from shockpc.model.posture import settable_joints
 from shockpc.printed import listed
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
-from shockpc.results.proof import UNPHYSICAL
 from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene
+from shockpc.solve import UNPHYSICAL
 from shockpc.studies.joint_scan import JointScan, greatest_shock, wave
-from shockpc.studies.question import moving_spot, strike_angle
+from shockpc.studies.question import moving_point, strike_angle
 from shockpc.toml import LARGEST
 from shockpc.trace import Trace
 
@@ -179,7 +179,7 @@ def limits(
         raise StudyError(
             "limits compare strikes of a robot that moves without rotating; leave the angular velocity and the joint velocities out"
         )
-    spot, joints = moving_spot(robot, at), settable_joints(robot, joint, StudyError)
+    place, joints = moving_point(robot, at), settable_joints(robot, joint, StudyError)
     names, unit = tuple(one.name for one in joints), joints[0].unit
     if any(one.unit != unit for one in joints):
         raise StudyError(f"joints {listed(names)} turn and slide, so they cannot have the same value; name joints of one kind")
@@ -194,7 +194,7 @@ def limits(
         )
     with trace.stage("scan of the joint"):
         values = np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1)
-        scan = JointScan(landing, spot, joints, values, 0.1 * STEP[unit])
+        scan = JointScan(landing, place, joints, values, 0.1 * STEP[unit])
         if np.isnan(scan.gram).all():
             raise SolveError(f"no posture in {_span(low, high, unit)} has a result: {scan.unreachable[0][2]}")
     own = strike_angle(landing)
@@ -213,7 +213,7 @@ def limits(
         )
     here = (joints[0].value(landing.q), own)
     return ShockLimits(
-        profile, spot.label, names, unit, max_shock, (low, high), file_limits, here, angles, step, scan, tuple(found)
+        profile, place.name, names, unit, max_shock, (low, high), file_limits, here, angles, step, scan, tuple(found)
     )
 
 

@@ -4,24 +4,24 @@ import numpy as np
 
 from shockpc.errors import StudyError
 from shockpc.landing import Landing
-from shockpc.results.points import Spot, spot_of
+from shockpc.places import Place, point_place
 from shockpc.robot.record import Robot
 from shockpc.scene import Point
 
-__all__ = ["moving_spot", "strike_angle"]
+__all__ = ["moving_point", "strike_angle"]
 
 
-def moving_spot(robot: Robot, point: Point) -> Spot:
+def moving_point(robot: Robot, point: Point) -> Place:
     """A point on a body.
 
     Raises:
         UnknownName: the robot has no frame of that name.
         StudyError: the frame is fixed to the world.
     """
-    spot = spot_of(robot, point)
-    if spot.frame.body < 0:
-        raise StudyError(f'point "{spot.label}" is fixed to the world, so no strike moves it; name a frame on a moving link')
-    return spot
+    place = point_place(robot, point)
+    if place.body < 0:
+        raise StudyError(f'point "{place.name}" is fixed to the world, so no strike moves it; name a frame on a moving link')
+    return place
 
 
 def strike_angle(landing: Landing) -> float:

@@ -8,7 +8,7 @@ ball arithmetic, exact to the last digit. The jump is linear in the velocity of 
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -18,25 +18,23 @@ from shockpc.core.spatial import Array, read_only, velocity_at
 from shockpc.errors import StudyError
 from shockpc.exact.balls import Balls, balls
 from shockpc.exact.derivative import derivatives, displaced
-from shockpc.exact.proof import rounded
-from shockpc.exact.solution import ExactImpact, Inputs
-from shockpc.landing import Landing
+from shockpc.exact.proof import round_velocities
+from shockpc.exact.solution import BallImpact
+from shockpc.landing import PosedLanding
 from shockpc.model.closure import closure_block
 from shockpc.model.columns import free_columns
-from shockpc.model.contact import placed
+from shockpc.model.contact import locate_lowest_point
 from shockpc.model.dynamics import dynamics
 from shockpc.model.motion import com_velocity, twist_before
 from shockpc.model.posture import held_joints
 from shockpc.model.regressor import INERTIA_ENTRIES, inertia_regressor, parameter_directions
 from shockpc.model.rows import row_jacobian
+from shockpc.places import Place
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
-from shockpc.results.percussion import robot_length
-from shockpc.results.points import Spot
-from shockpc.results.solved import speed_in
 from shockpc.robot.record import Joint, Robot
 from shockpc.scene import Point, Scene
-from shockpc.studies.question import moving_spot, strike_angle
+from shockpc.studies.question import moving_point, strike_angle
 from shockpc.trace import Trace
 
 __all__ = ["Effect", "Kind", "ShockSensitivity", "sensitivity"]
@@ -119,7 +117,7 @@ class _Place(NamedTuple):
     """The point in the landing's posture, for the chain rule; body axes.
 
     Attributes:
-        spot: the point.
+        point: the point.
         body: index of its body.
         omega: (3,) jump of the body's angular velocity [rad/s].
         v: (3,) jump of the velocity of its frame's origin [m/s].
@@ -129,7 +127,7 @@ class _Place(NamedTuple):
         steps: of every kind and unit.
     """
 
-    spot: Spot
+    point: Place
     body: int
     omega: Array
     v: Array
@@ -146,10 +144,10 @@ class _Place(NamedTuple):
     def changes(self, d_jump: Array, d_speed: Array) -> Array:
         """Derivatives (k, 5) of shock, CoPc and RoPc. Args: d_jump (6, k) of (Δω, Δv); d_speed (k,) of v_in."""
         d_omega, d_v = d_jump[:3].T, d_jump[3:].T
-        velocity = velocity_at(self.omega, self.v, self.spot.r)
+        velocity = velocity_at(self.omega, self.v, self.point.r)
         speed = float(np.linalg.norm(velocity))
         d_speed = d_speed / self.v_in
-        shock = velocity_at(d_omega, d_v, self.spot.r) @ velocity / (speed * self.v_in) - speed / self.v_in * d_speed
+        shock = velocity_at(d_omega, d_v, self.point.r) @ velocity / (speed * self.v_in) - speed / self.v_in * d_speed
         if self.translates:
             return np.column_stack([shock, np.full((len(shock), 4), np.nan)])
         turn = float(self.normal @ self.omega)
@@ -177,10 +175,10 @@ def sensitivity(scene: Scene, at: Point, robot: Robot | None = None, trace: Trac
     trace = trace or Trace()
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot
-    spot = moving_spot(robot, at)
-    body = spot.frame.body
+    point = moving_point(robot, at)
+    body = point.body
     place = _Place(
-        spot,
+        point,
         body,
         profile.delta_omega[body],
         profile.delta_v[body],
@@ -189,11 +187,11 @@ def sensitivity(scene: Scene, at: Point, robot: Robot | None = None, trace: Trac
         bool(profile.translates[body]),
         _steps(landing),
     )
-    velocity = velocity_at(place.omega, place.v, spot.r)
+    velocity = velocity_at(place.omega, place.v, point.r)
     shock = float(np.linalg.norm(velocity)) / profile.v_in
     if shock <= STILL:
         raise StudyError(
-            f'point "{spot.label}" sees no shock in this landing, and a length has no derivative where it is zero; '
+            f'point "{point.name}" sees no shock in this landing, and a length has no derivative where it is zero; '
             "name another point, or change the strike"
         )
     with trace.stage("masses and inertias: regressor"):
@@ -203,7 +201,7 @@ def sensitivity(scene: Scene, at: Point, robot: Robot | None = None, trace: Trac
     effects += _strike(profile, place)
     return ShockSensitivity(
         profile,
-        spot.label,
+        point.name,
         robot.bodies[body].name,
         shock,
         read_only(profile.copc[body]),
@@ -212,13 +210,13 @@ def sensitivity(scene: Scene, at: Point, robot: Robot | None = None, trace: Trac
     )
 
 
-def _steps(landing: Landing) -> dict[tuple[Kind, str], float]:
+def _steps(landing: PosedLanding) -> dict[tuple[Kind, str], float]:
     """The changes that a designer of this robot thinks in, by kind and SI unit."""
     bodies = [body for body in landing.robot.bodies if body.mass > 0.0]
     natural = {
         "mass": float(np.median([body.mass for body in bodies])),
         "inertia": float(np.median([max(np.trace(body.inertia) / 3.0, 1e-30) for body in bodies])),
-        "com": robot_length(landing),
+        "com": landing.length,
     }
     mass, inertia, com = (
         10.0 ** math.floor(math.log10(min(LARGEST[kind], NATURAL[kind] * size)) + 1e-9) for kind, size in natural.items()
@@ -240,7 +238,7 @@ def _steps(landing: Landing) -> dict[tuple[Kind, str], float]:
 def _inertial(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     """Masses, centres of mass and inertias of the bodies, then the armature of the joints that are not locked."""
     landing, robot = profile.landing, profile.robot
-    U = profile.proof.enclosure.read(lambda impact: rounded(impact.held_velocities(place.body)))
+    U = profile.proof.read(lambda impact: round_velocities(impact.held_velocities(place.body)))
     jumps = -np.einsum("vk,vbp->bkp", U, inertia_regressor(robot, landing.q, profile.delta_qd))
     speeds = _speed_by_mass(landing)
     for i, body in enumerate(robot.bodies):
@@ -258,7 +256,7 @@ def _inertial(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
             yield place.effect("armature", axis, joint.name, float(landing.joint_model.armature[column]), unit, changes[column])
 
 
-def _speed_by_mass(landing: Landing) -> Array:
+def _speed_by_mass(landing: PosedLanding) -> Array:
     """Derivatives (nb, 10) of v_in with respect to the parameters of `inertia_regressor`: of the speed of the centre of mass."""
     robot, state = landing.robot, landing.state
     found = np.zeros((len(robot.bodies), 10))
@@ -290,12 +288,12 @@ def _strike(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
 
 def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
     """The joint values, in ball arithmetic."""
-    landing, robot, inputs = profile.landing, profile.robot, profile.proof.enclosure.inputs
-    paths: list[Callable[[float], Inputs]] = []
+    landing, robot = profile.landing, profile.robot
+    paths: list[Callable[[float], PosedLanding]] = []
     rows: list[tuple[str, str, float, str, int, str]] = []
     for joint, axis, unit, column in _coordinates(robot):
         rates, reason = _rates(landing, column)
-        path = None if reason else _path(landing, inputs, rates)
+        path = None if reason else _path(landing, rates)
         if path is None:
             reason = reason or "the lowest point of a contact jumps here"
         else:
@@ -305,11 +303,10 @@ def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
         value = part.value(landing.q) if part.axis is not None else 0.0
         rows.append((joint.name, axis, value, unit, len(paths) - 1, reason))
 
-    def outputs(impact: ExactImpact) -> Balls:
-        jump = impact.body_jumps[place.body, :, 3]
-        normal = np.sum(impact.orientations[place.body] * balls(landing.plane.normal)[:, None], axis=0)
-        v_in = speed_in(impact, landing)[0]
-        shock = norm(velocity_at(jump[:3], jump[3:], balls(place.spot.r)))[()] / v_in
+    def outputs(impact: BallImpact) -> Balls:
+        jump, v_in = impact.own_jumps[0, 0, place.body], impact.v_in[0, 0]
+        normal = np.sum(impact.orientations([place.body])[0, 0] * balls(landing.plane.normal)[:, None], axis=0)
+        shock = norm(velocity_at(jump[:3], jump[3:], balls(place.point.r)))[()] / v_in
         if place.translates:
             return np.array([shock], dtype=object)
         none = np.zeros(1, dtype=bool)
@@ -317,14 +314,14 @@ def _angles(profile: ShockProfile, place: _Place) -> Iterator[Effect]:
         return np.array([shock, *found.copc[0], found.ropc[0]], dtype=object)
 
     nothing = np.full(5, np.nan)
-    changes = derivatives(inputs, paths, outputs)
+    changes = derivatives(profile.proof, paths, outputs)
     for name, axis, value, unit, k, reason in rows:
         found = nothing if reason else np.append(changes[k], nothing[changes.shape[1] :])
         yield place.effect("angle", axis, name, value, unit, found, reason)
 
 
-def _path(landing: Landing, inputs: Inputs, rates: Array) -> Callable[[float], Inputs] | None:
-    """The inputs as joints move; None where the lowest point of a contact jumps."""
+def _path(landing: PosedLanding, rates: Array) -> Callable[[float], PosedLanding] | None:
+    """The landing as joints move; None where the lowest point of a contact jumps."""
     robot, h = landing.robot, 2.0**-20
     lowest = [k for k, contact in enumerate(landing.contacts) if contact.lowest]
     speeds: dict[int, Array] = {}
@@ -332,22 +329,22 @@ def _path(landing: Landing, inputs: Inputs, rates: Array) -> Callable[[float], I
         # What is lowest is found in double precision, so the speed of that point over its link is known to ten digits.
         state = dynamics(robot, np.stack([displaced(robot, landing.q, rates, t).astype(float) for t in (h, -h)]))
         for k in lowest:
-            after, before = placed(landing.contacts[k], state.rotation[:, landing.contacts[k].body], landing.up).point
+            after, before = locate_lowest_point(landing.contacts[k], state.rotation[:, landing.contacts[k].body], landing.up).point
             speeds[k] = (after - before) / (2.0 * h)
             if np.abs(speeds[k]).max() > JUMPS:
                 return None
 
-    def path(t: float) -> Inputs:
-        blocks = tuple(
-            block._replace(point=balls(block.point) + balls(t * speeds[k])) if k in speeds else block
-            for k, block in enumerate(inputs.blocks)
+    def path(t: float) -> PosedLanding:
+        contacts = tuple(
+            block._replace(point=balls(block.point) + balls(t * speeds[k]), lowest=()) if k in speeds else block
+            for k, block in enumerate(landing.blocks[: len(landing.contacts)])
         )
-        return inputs._replace(q=displaced(robot, landing.q, rates, t), blocks=blocks)
+        return replace(landing, q=displaced(robot, landing.q, rates, t), contacts=contacts)
 
     return path
 
 
-def _rates(landing: Landing, column: int) -> tuple[Array, str]:
+def _rates(landing: PosedLanding, column: int) -> tuple[Array, str]:
     """The rates (nv,) of all joints when one moves at unit rate: followers follow, and loops stay closed by the least motion.
 
     Returns: the rates, and why there are none.

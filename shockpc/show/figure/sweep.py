@@ -29,7 +29,7 @@ def draw_sweep(summary: SweepSummary) -> Figure:
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
     varied = any(one.kind == "contact" for one in sweep.variations)
     title = printable(sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
-    extents = {printable(one.heading.removesuffix(" [-]"), 60): one for one in summary.extents if one.greatest_row >= 0}
+    extents = {printable(one.heading, 60): one for one in summary.extents if one.greatest_row >= 0}
     shown = dict(list(extents.items())[:MOST])
     values = {label: one.values for label, one in shown.items() if one.values is not None}
     if not shown:

@@ -35,10 +35,9 @@ def _sheet(summary: SweepSummary) -> Sheet:
     """One row for each point and body: least, median and greatest shock, and where the greatest one is."""
     rows: list[Row] = []
     for one in summary.extents:
-        label = one.heading.removesuffix(" [-]").replace(" shock at CoM", " (CoM)").removesuffix(" shock")
         places = (str(one.least_row), str(one.greatest_row)) if one.greatest_row >= 0 else (None, None)
-        rows.append((label, one.least, one.median, one.greatest, *places))
-    header = ("shock at", "least [-]", "median [-]", "greatest [-]", "row of least", "row of greatest")
+        rows.append((one.heading, one.least, one.median, one.greatest, *places))
+    header = ("quantity", "least [-]", "median [-]", "greatest [-]", "row of least", "row of greatest")
     return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
 
 
@@ -48,7 +47,7 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
         if one.greatest_row >= 0:
             options, others = _options(summary.sweep, one.greatest_row)
             rest = f"   (and {others})" if others else ""
-            yield f"most severe for {one.heading.removesuffix(' [-]')}: {options}{rest}"
+            yield f"most severe for {one.heading}: {options}{rest}"
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
         yield from (f"  {count} x {text}" for text, count in summary.messages[:MESSAGES])

@@ -12,9 +12,9 @@ from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.errors import ShockError, StudyError
 from shockpc.landing import pulse_of
+from shockpc.places import Place, point_place, point_places
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
-from shockpc.results.points import Spot, spot_of, spots
 from shockpc.robot.geometry import Kind
 from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Point, Scene, robot_of
@@ -198,22 +198,22 @@ def place(
     new = tuple(
         Point(frame=robot.bodies[i].name, offset=(float(one.place[0]), float(one.place[1]), float(one.place[2]))) for one in optima
     )
-    today = [spot for spot in spots(robot, _asked(scenes)) if spot.frame.body == i]
-    every = [*today, *(spot_of(robot, point) for point in new)]
+    today = [place for place in point_places(robot, _asked(scenes)) if place.body == i]
+    every = [*today, *(point_place(robot, point) for point in new)]
     shocks, delta_v = _proven(found, every, new)
     combined = fields.combined(shocks)
     least = shocks[len(today) :].min(axis=0)
     places = [
         SensorPlace(
             name=name,
-            position=spot.r,
+            position=place.r,
             shocks=shocks[k],
             combined=float(combined[k]),
             delta_v=delta_v[k],
             bound=None if k < len(today) else optima[k - len(today)].bound,
-            margin=_margin(delta_v[k], spot, found),
+            margin=_margin(delta_v[k], place, found),
         )
-        for k, (name, spot) in enumerate(zip([*(spot.label for spot in today), *titles], every, strict=True))
+        for k, (name, place) in enumerate(zip([*(place.name for place in today), *titles], every, strict=True))
     ]
     return PlaceStudy(
         robot=robot,
@@ -282,25 +282,25 @@ def _asked(scenes: list[Scene]) -> tuple[Point, ...]:
     return tuple(dict.fromkeys(point for scene in scenes for point in scene.point))
 
 
-def _proven(profiles: tuple[ShockProfile, ...], every: list[Spot], new: tuple[Point, ...]) -> tuple[Array, Array]:
+def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[Point, ...]) -> tuple[Array, Array]:
     """Shock (n, L) and jump of velocity (n, L, 3) at places, from the enclosures of the exact solutions."""
     columns = []
     for profile in profiles:
         scene = profile.scene
         asked = replace(scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new))))
         points = {one.frame: one for one in replace(profile, landing=replace(profile.landing, scene=asked)).points}
-        columns.append([points[spot.label] for spot in every])
+        columns.append([points[place.name] for place in every])
     shocks = np.array([[one.shock for one in column] for column in columns]).T
     return shocks, np.array([[one.delta_v for one in column] for column in columns]).swapaxes(0, 1)
 
 
-def _margin(delta_v: Array, spot: Spot, profiles: tuple[ShockProfile, ...]) -> Margin | None:
+def _margin(delta_v: Array, place: Place, profiles: tuple[ShockProfile, ...]) -> Margin | None:
     """What the scenes' pulses mean for the axes of a sensor; None if a scene has no pulse."""
     pulses = [pulse for profile in profiles if (pulse := pulse_of(profile.scene)) is not None]
     if len(pulses) < len(profiles):
         return None
     peaks = delta_v * np.array([peak_acceleration(1.0, pulse) / GRAVITY for pulse in pulses])[:, None]
-    found = best_mounting(peaks @ spot.frame.rotation.T)
+    found = best_mounting(peaks @ place.axes.T)
     ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]
     greatest = np.abs(peaks).max(axis=0)
     return Margin(

@@ -15,12 +15,12 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError
-from shockpc.landing import Landing, resolve
+from shockpc.landing import PosedLanding, resolve
 from shockpc.profile import shock_profile
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.columns import Targets, columns, proven_columns, solve
+from shockpc.studies.sweep.columns import Column, columns, double_difference, proven_columns
 from shockpc.studies.sweep.variation import ATTITUDE, Variation
 
 __all__ = ["Chunk", "Sweep"]
@@ -40,7 +40,7 @@ class Chunk(NamedTuple):
     Attributes:
         first: number of the first row in the sweep.
         columns: (n,) by heading: what was varied, then what was computed; NaN where a thing does not exist. "proven" tells which
-            rows hold proven numbers; "double error [-]" is how far double precision was off where it was compared with a proof,
+            rows hold proven numbers; "double_error" is how far double precision was off where it was compared with a proof,
             relative to the most severe shock of the same point.
         messages: why a row could not be computed, by its index in the chunk.
     """
@@ -58,7 +58,7 @@ class Sweep:
         scene: the landing that is varied.
         robot: its robot.
         variations: what differs between rows.
-        targets: what the columns are about.
+        computed: the computed columns.
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
@@ -68,7 +68,7 @@ class Sweep:
     scene: Scene
     robot: Robot = field(repr=False)
     variations: tuple[Variation, ...]
-    targets: Targets = field(repr=False)
+    computed: tuple[Column, ...] = field(repr=False)
     sample: int | None = None
     lhs: bool = False
     seed: int = 0
@@ -125,7 +125,12 @@ class Sweep:
     @property
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
-        return (*(one.column for one in self.variations), *self.targets.headings(self.robot), "proven", "double error [-]")
+        return (*(one.column for one in self.variations), *self._names, "condition", "proven", "double_error")
+
+    @functools.cached_property
+    def _names(self) -> tuple[str, ...]:
+        """The names of the computed columns."""
+        return tuple(column.name for column in self.computed)
 
     def chunk(self, k: int) -> Chunk:
         """Compute a part."""
@@ -153,7 +158,8 @@ class Sweep:
         (a, b), S = self.parts[k], self.strikes
         m, values = b - a, self._values(k)
         found: dict[str, Any] = {one.column: np.broadcast_to(values[one], (m, S)).ravel() for one in self.variations}
-        computed = {name: np.full((m, S), np.nan) for name in self.targets.headings(self.robot)}
+        computed = {name: np.full((m, S), np.nan) for name in (*self._names, "condition")}
+        posed = any(column.selection.quantity.posed for column in self.computed)
         prove, messages = np.zeros((m, S), dtype=bool), dict[int, str]()
         for chosen, landing in self._landings(values, m):
             if isinstance(landing, ShockError):
@@ -161,12 +167,11 @@ class Sweep:
                 continue
             for begin in range(0, len(chosen), FINISHED):
                 own = chosen[begin : begin + FINISHED]
-                solved = solve(landing, self._postures(landing, values, own), self.targets)
-                strikes = self._strikes(landing, values, own)
-                part, parting = columns(landing, solved, strikes, self.targets)
-                for name, x in part.items():
+                Q, strikes = self._postures(landing, values, own), self._strikes(landing, values, own)
+                part, condition, unsafe, parting = columns(landing, Q, strikes, self.computed)
+                for name, x in (part | {"condition": condition[:, None]}).items():
                     computed[name][own] = x
-                prove[own] = solved.prove[:, None]
+                prove[own] = unsafe[:, None] | posed
                 for i, s, c in np.argwhere(parting).tolist():
                     text = f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
                     messages.setdefault(int(own[i]) * S + s, text)
@@ -176,28 +181,20 @@ class Sweep:
         checked = self._checked[(self._checked >= a * S) & (self._checked < b * S)] - a * S
         for i in sorted({*flagged.tolist(), *checked.tolist()} - messages.keys()):
             try:
-                exact = proven_columns(shock_profile(*self._case(_picked(values, *divmod(i, S)))), self.targets)
+                profile = shock_profile(*self._case(_picked(values, *divmod(i, S))))
+                exact = proven_columns(profile, self.computed)
+                error[i] = double_difference(profile, {name: float(flat[name][i]) for name in exact}, exact, self.computed)
             except ShockError as refusal:
                 messages[i] = str(refusal)
                 continue
-            error[i] = self._difference({name: float(flat[name][i]) for name in exact}, exact)
             if prove.ravel()[i]:
                 proven[i] = True
                 for name, value in exact.items():
                     flat[name][i] = value
         for name in flat:
-            if messages and name != "condition [-]":
+            if messages and name != "condition":
                 flat[name][list(messages)] = np.nan
-        return Chunk(a * S, found | flat | {"proven": proven, "double error [-]": error}, dict(sorted(messages.items())))
-
-    def _difference(self, double: dict[str, float], exact: dict[str, float]) -> float:
-        """Largest difference of a shock, relative to the most severe one of the same point."""
-        largest = 0.0
-        for name, severe in self.targets.shock_headings(self.robot).items():
-            size, off = max(exact[severe], abs(exact[name])), abs(double[name] - exact[name])
-            off = off / size if size > 0.0 else off
-            largest = max(largest, off) if not math.isnan(off) else math.inf if not math.isnan(exact[name]) else largest
-        return largest
+        return Chunk(a * S, found | flat | {"proven": proven, "double_error": error}, dict(sorted(messages.items())))
 
     @functools.cached_property
     def _checked(self) -> np.ndarray:
@@ -226,7 +223,7 @@ class Sweep:
             found[one] = x[:, None]
         return found
 
-    def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, Landing | ShockError]]":
+    def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
         """The landings of a part, each with the postures (n,) that belong to it."""
         choices = {one: x[:, 0] for one, x in values.items() if one.stage < 2 and (one.stage == 0 or self.alone)}
         codes = [np.arange(m) if self.alone else np.zeros(m, dtype=int)]
@@ -240,11 +237,11 @@ class Sweep:
                 yield group, refusal
 
     @functools.cached_property
-    def first(self) -> Landing:
+    def first(self) -> PosedLanding:
         """The first of all landings."""
         return resolve(*self._case({one: (one.values or one.span or ())[0] for one in self.axes if one.stage == 0}))
 
-    def _postures(self, landing: Landing, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
+    def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
         """Configurations (n, nq) of some rows of a part."""
         Q = np.repeat(landing.q[None], len(own), axis=0)
         if self.alone:
@@ -268,7 +265,7 @@ class Sweep:
             _set(Q, follower.q, follower.kind, led)
         return Q
 
-    def _strikes(self, landing: Landing, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
+    def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
         """Velocities (n, S, 3) of the base before the impact."""
         varied = {one.kind: x if self.sample is None else x[own] for one, x in values.items() if one.stage == 2}
         if not varied:

@@ -8,15 +8,15 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
-from shockpc.core.extremes import Pieces
 from shockpc.errors import StudyError, UnknownName
 from shockpc.executor import in_order
-from shockpc.robot.geometry import body_outline
+from shockpc.places import Place, body_places
+from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene, plane_of, robot_of
-from shockpc.studies.question import moving_spot
+from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.columns import Targets
+from shockpc.studies.sweep.columns import Column
 from shockpc.studies.sweep.rows import Chunk, Sweep
 from shockpc.studies.sweep.variation import Variation, each_of, variation
 
@@ -82,7 +82,7 @@ def sweep_of(
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     scene = replace(scene, point=points)
-    made = Sweep(scene, robot, tuple(found), _targets(robot, points, bodies, greatest), sample, lhs, seed, prove)
+    made = Sweep(scene, robot, tuple(found), _columns(scene, robot, points, bodies, greatest), sample, lhs, seed, prove)
     if made.rows > MOST_ROWS:
         raise StudyError(
             f"{made.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
@@ -142,21 +142,25 @@ def _unpickled(pickled: bytes) -> Sweep:
     return made
 
 
-def _targets(robot: Robot, points: tuple[Point, ...], names: Sequence[str], greatest: bool) -> Targets:
-    """What the columns are about: the points and bodies that are named, or the base."""
-    asked = (moving_spot(robot, point) for point in points)
-    chosen = tuple({spot.label: spot for spot in asked}.values())
-    indices = []
+def _columns(scene: Scene, robot: Robot, points: tuple[Point, ...], names: Sequence[str], greatest: bool) -> tuple[Column, ...]:
+    """The columns of the points and bodies that are named, or of the base, and the friction that the contacts need."""
+    places = {place.name: place for place in (moving_point(robot, point) for point in points)}
+    bodies = []
     for name in names:
-        found = next((i for i, body in enumerate(robot.bodies) if name == body.name or name in body.links), None)
-        if found is None:
+        body = next((i for i, body in enumerate(robot.bodies) if name == body.name or name in body.links), None)
+        if body is None:
             raise UnknownName("body", name, robot.links, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-        indices.append(found)
-    if not chosen and not indices:
-        indices = [0]
-    indices = list(dict.fromkeys(indices))
-    shapes = [body_outline(robot).shapes[i] for i in indices] if greatest else []
-    return Targets(chosen, tuple(indices), tuple(Pieces.of([[(one.points, one.radius) for one in own]]) for own in shapes))
+        bodies.append(body)
+    if not places and not bodies:
+        bodies = [0]
+    severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
+    of_body = ["shock_com", *(["shock_max"] if greatest else []), *(f"copc.{axis}" for axis in "xyz"), "ropc"]
+    columns = [Column(select(key), place) for place in places.values() for key in ("shock", *severe)]
+    for body in dict.fromkeys(bodies):
+        place = body_places(robot)[body]
+        columns += [Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))]
+    contacts = [Place(contact.frame, number=k) for k, contact in enumerate(scene.contact)]
+    return (*columns, *(Column(select("friction_needed"), place) for place in contacts))
 
 
 def _all_joints(robot: Robot) -> list[Variation]:

@@ -73,12 +73,12 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
         messages.update(text for text in part if text)
     proven = compared = 0
     largest = 0.0
-    for flags, errors in zip(read("proven"), read("double error [-]"), strict=True):
+    for flags, errors in zip(read("proven"), read("double_error"), strict=True):
         proven += int(np.sum(flags))
         others = errors[~flags & ~np.isnan(errors)]
         compared, largest = compared + len(others), max(largest, float(np.max(others, initial=0.0)))
     drawn = sweep.sample is None and len(sweep.variations) <= 2
-    headings = sweep.targets.shock_headings(sweep.robot)
+    headings = [column.name for column in sweep.computed if column.shock]
     extents = tuple(_extent(heading, _whole(sweep.rows, read(heading)), drawn) for heading in headings)
     return SweepSummary(sweep, extents, tuple(messages.most_common()), sum(messages.values()), proven, compared, largest)
 

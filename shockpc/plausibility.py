@@ -1,20 +1,20 @@
 """What a landing on level ground cannot be, and numbers that look as if they were meant in another unit."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.landing import Landing
+from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import reference_name, set_joints
 from shockpc.model.rows import NO_AXES, block_point, row_jacobian
 from shockpc.printed import few, listed
-from shockpc.results.contacts import ContactImpulse
 from shockpc.robot.geometry import body_outline
 
-__all__ = ["heights", "implausible"]
+__all__ = ["gained", "heights", "implausible", "pulled", "saturated"]
 
 LEVEL, SHARE = 0.02, 0.01
 """Heights that differ by less than 2 cm [m] plus a hundredth of the robot's size are taken as equal, since meshes of round feet
@@ -33,12 +33,17 @@ HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
 """Mass of a robot beyond which its file may give grams [kg]; reflected inertia [kg m²] that no robot below the second mass has."""
 
 
-def implausible(landing: Landing, contacts: Sequence[ContactImpulse]) -> tuple[Diagnostic, ...]:
-    """Warnings about heights, a limb that is straight because no posture is known, and units. Args: contacts of the landing."""
-    return (*heights(landing), *_straight(landing, contacts), *_angles(landing), *_masses(landing))
+def implausible(landing: PosedLanding, mitigation: Mapping[str, float | None]) -> tuple[Diagnostic, ...]:
+    """Warnings about heights, a limb that is straight because no posture is known, and units.
+
+    Args:
+        landing: the landing.
+        mitigation: impact mitigation factor of each contact.
+    """
+    return (*heights(landing), *_straight(landing, mitigation), *_angles(landing), *_masses(landing))
 
 
-def heights(landing: Landing) -> Iterator[Diagnostic]:
+def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     """Warnings about geometry below the contacts, and about contacts and standing feet that level ground cannot touch together.
 
     A round foot may be struck at its centre: below a contact counts what its link's shapes reach without their rounding.
@@ -53,7 +58,7 @@ def heights(landing: Landing) -> Iterator[Diagnostic]:
     slack = LEVEL + SHARE * (float(np.linalg.norm(np.ptp(points, axis=0))) if shapes else 0.0)
     names = [*(contact.frame for contact in landing.contacts), *landing.scene.stance]
     levels, below, others = [], {}, np.ones(len(shapes), dtype=bool)
-    for name, block in zip(names, landing.rows(state), strict=False):
+    for name, block in zip(names, landing.blocks, strict=False):
         own = np.array([shape.belongs_to(robot.frame(name)) for shape in shapes], dtype=bool)
         point, others = float(block_point(state, block)[0] @ up), others & ~own
         levels.append(min([point, *surface[own]]))
@@ -81,7 +86,7 @@ def heights(landing: Landing) -> Iterator[Diagnostic]:
         yield Diagnostic("height", first, low, text)
 
 
-def _straight(landing: Landing, contacts: Sequence[ContactImpulse]) -> Iterator[Diagnostic]:
+def _straight(landing: PosedLanding, mitigation: Mapping[str, float | None]) -> Iterator[Diagnostic]:
     """Warnings of limbs that are straight in the neutral posture, which was taken because the robot has no other."""
     robot, posture = landing.robot, landing.scene.posture
     chosen = {posture.reference, reference_name(robot, None)} != {"neutral"} or "neutral" in robot.postures
@@ -91,24 +96,24 @@ def _straight(landing: Landing, contacts: Sequence[ContactImpulse]) -> Iterator[
     set_joints(robot, [(joint, joint.value(bent) + BEND) for joint in single], bent)
     state = dynamics(robot, np.stack([landing.q, bent]))
     straight = []
-    for found, block in zip(contacts, landing.rows(landing.state), strict=False):
+    for block in landing.blocks[: len(landing.contacts)]:
         moved = row_jacobian(state, [block._replace(forces=np.eye(3), moments=NO_AXES)])[..., 6 * robot.free_base :]
         size = np.linalg.svd(moved, compute_uv=False)
         here, elsewhere = np.sum(size > STRAIGHT * size.max(initial=0.0), axis=1)
         if here < elsewhere:
-            straight.append(found)
+            straight.append(block.frame)
     if straight:
-        least = min((found.mitigation for found in straight if found.mitigation is not None), default=None)
+        least = min((factor for frame in straight if (factor := mitigation[frame]) is not None), default=None)
         limbs = "limb" if len(straight) == 1 else "limbs"
         text = (
-            f"no standing posture found: neutral, with straight {limbs} at {listed((found.frame for found in straight), 4)}"
+            f"no standing posture found: neutral, with straight {limbs} at {listed(straight, 4)}"
             f"{'' if least is None else f'; mitigation {least:.2g}'}; set joints with --set, or give "
             + ("the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf")
         )
-        yield Diagnostic("posture", "+".join(found.frame for found in straight), least, text)
+        yield Diagnostic("posture", "+".join(straight), least, text)
 
 
-def _angles(landing: Landing) -> Iterator[Diagnostic]:
+def _angles(landing: PosedLanding) -> Iterator[Diagnostic]:
     """Warnings of degrees that look like radians, and of radians beyond a whole turn."""
     robot, posture = landing.robot, landing.scene.posture
     turns = {joint.name for joint in robot.single_joints if joint.kind != "prismatic"}
@@ -127,7 +132,7 @@ def _angles(landing: Landing) -> Iterator[Diagnostic]:
             yield Diagnostic("unit", name, value, text)
 
 
-def _masses(landing: Landing) -> Iterator[Diagnostic]:
+def _masses(landing: PosedLanding) -> Iterator[Diagnostic]:
     """Warnings of masses that look like grams, and of reflected inertias that look like kg cm²."""
     robot = landing.robot
     if robot.mass > HEAVY:
@@ -142,3 +147,36 @@ def _masses(landing: Landing) -> Iterator[Diagnostic]:
             f"if kg cm² are meant, give {most * 1e-4:g} kg m²"
         )
         yield Diagnostic("unit", "armature", most, text)
+
+
+def pulled(landing: PosedLanding, pull: Array) -> Iterator[Diagnostic]:
+    """Warnings of contacts and standing feet that the ground would have to pull. Args: pull (n,) of each [N s]."""
+    for block, size in zip(landing.blocks, pull.tolist(), strict=False):
+        if size > 0.0:
+            text = (
+                f"{block.name} would have to be pulled down by {size:.3g} N s to keep to the ground; "
+                "a real foot lifts off there, so leave it out"
+            )
+            yield Diagnostic("contact", block.name, -size, text)
+
+
+def gained(robot: str, lost: float) -> Iterator[Diagnostic]:
+    """A warning where contacts of unequal restitution would make kinetic energy, which no impact does. Args: lost [J]."""
+    if lost < 0.0:
+        text = (
+            f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one "
+            "another; give them one restitution, or strike them one after the other"
+        )
+        yield Diagnostic("energy", robot, lost, text)
+
+
+def saturated(landing: PosedLanding, peaks: Mapping[str, float | None]) -> Iterator[Diagnostic]:
+    """A warning for every sensor whose peak [g] exceeds its range, and for a pulse without a sensor or point."""
+    if landing.pulse is not None and not peaks:
+        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --point"
+        yield Diagnostic("sensor", "", None, text)
+    limit = landing.scene.range_g or math.inf
+    for name, peak in peaks.items():
+        if peak is not None and peak > limit:
+            text = f'"{name}" would see {peak:.3g} g, beyond its range of {limit:g} g; its reading saturates'
+            yield Diagnostic("sensor", name, peak, text)

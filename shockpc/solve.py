@@ -1,30 +1,23 @@
-"""Choose the independent rows of a landing, enclose its impact, and refuse what no impact can do or what has no verdict."""
+"""Step 1 for one posture: choose the independent rows, enclose the impact, and refuse what no impact can do."""
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, Impact, RowChoice, choose_rows, weakest_columns
+from shockpc.core.impulse import TOLERANCE, RowChoice, Solution, choose_rows, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SolveError
 from shockpc.exact.balls import SingularError
-from shockpc.exact.proof import Proof, prove
-from shockpc.exact.solution import Inputs
-from shockpc.landing import Landing, contact_velocity
-from shockpc.model.rows import Equation, block_axes, row_jacobian, row_terms, slices_of
+from shockpc.exact.proof import Proof
+from shockpc.landing import PosedLanding
+from shockpc.model.rows import Block, Equation, block_axes, row_jacobian, row_terms, slices_of
 from shockpc.printed import few, listed
-from shockpc.results.accuracy import rotation_lengths
-from shockpc.results.points import spots
+from shockpc.robot.record import Robot
 
-__all__ = ["UNPHYSICAL", "greatest_motion", "nearly_singular", "proven"]
+__all__ = ["UNPHYSICAL", "body_speeds", "greatest_motion", "independent_rows", "solve_exactly"]
 
 UNPHYSICAL = 1e6
-"""Motion relative to the strike beyond which it is that of a singular posture, and of no robot [1]."""
-
-SWIFT = 100.0
-"""Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
+"""Motion relative to the strike beyond which it is that of a singular posture, and not physically plausible [1]."""
 
 NO_INERTIA = 1e-30
 """Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
@@ -33,19 +26,19 @@ CONTRADICTION = 1e-9
 """Share of the strike with which a dependent row may be left; more is a contradiction."""
 
 
-def proven(landing: Landing, equation: Equation, impact: Impact) -> Proof:
+def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution) -> Proof:
     """Choose the independent rows, and enclose the impact.
 
     Args:
         landing: the landing.
         equation: in its posture.
-        impact: solution of that in double precision.
+        solution: of that, in double precision.
 
     Raises:
         SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rounding can change which rows are
-            independent, or the posture is so nearly singular that the result is that of no robot.
+            independent, or the posture is so nearly singular that the result is not physically plausible.
     """
-    H, b, size = equation.H[0], equation.b[0], np.abs(np.diagonal(equation.H[0]))
+    H, size = equation.H[0], np.abs(np.diagonal(equation.H[0]))
     if not np.isfinite(H).all():
         raise SolveError(
             f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
@@ -53,37 +46,44 @@ def proven(landing: Landing, equation: Equation, impact: Impact) -> Proof:
         )
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
         raise SolveError(_without_inertia(landing, equation))
-    joints, blocks = landing.joint_model, tuple(block._replace(point=np.reshape(block.point, 3)) for block in equation.blocks)
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
-    for given in [impact.choices[0]] if impact.choices else (RowChoice.every(len(b)), None):
-        choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), impact.scale[0])
-        inputs = Inputs(
-            landing.robot, landing.q, blocks, choice, landing.base, landing.plane, joints.armature, joints.locked, landing.before
-        )
+    for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
+        choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), solution.scale[0])
         try:
-            proof = prove(inputs, rotation_lengths(landing))
+            proof = Proof(landing, choice)
         except SingularError as singular:
             if singular.of_inertia:
                 raise SolveError(_without_inertia(landing, equation)) from None
             continue
-        _refuse_contradiction(landing, equation, choice, proof)
+        _refuse_contradiction(landing, equation, proof)
         _refuse_singular(landing, equation, proof)
         if not choice.uncertain:
             return proof
     raise SolveError(
-        f"no verdict: in {_posture(landing)} the rows of {', '.join(block.name for block in blocks)} depend on one another so "
-        "nearly that rounding can change how many of them are independent. Leave one out (a contact, a direction, the rotation of "
-        "a flat one), put points that nearly meet exactly together or a billionth of the robot apart, or set another posture with "
-        "--set"
+        f"no verdict: in {_posture(landing)} the rows of {', '.join(block.name for block in landing.blocks)} depend on one another "
+        "so nearly that rounding can change how many of them are independent. Leave one out (a contact, a direction, the rotation "
+        "of a flat one), put points that nearly meet exactly together or a billionth of the robot apart, or set another posture "
+        "with --set"
     )
 
 
-def _posture(landing: Landing) -> str:
+def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[int]:
+    """Indices of independent ones among the rows of some blocks, alone, in the landing's posture."""
+    if not blocks:
+        return []
+    state = landing.state
+    J, terms, H, G = row_jacobian(state, blocks)[0], row_terms(state, blocks)[0], state.H[0], landing.free_columns(state)
+    if G is not None:
+        J, terms, H = J @ G[0], terms @ np.abs(G[0]), G[0].T @ H @ G[0]
+    return [int(row) for row in choose_rows(J, terms, np.sqrt(np.abs(np.diagonal(H))), np.ones(len(J))).rows]
+
+
+def _posture(landing: PosedLanding) -> str:
     """The posture in messages."""
     return f'posture "{landing.scene.posture.reference}"'
 
 
-def _without_inertia(landing: Landing, equation: Equation) -> str:
+def _without_inertia(landing: PosedLanding, equation: Equation) -> str:
     """The message for an inertia that cannot be inverted: the bodies whose joints carry none."""
     robot = landing.robot
     columns = weakest_columns(equation.H[0])
@@ -102,7 +102,7 @@ def _without_inertia(landing: Landing, equation: Equation) -> str:
     )
 
 
-def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoice, proof: Proof) -> None:
+def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
     b, state, blocks = equation.b[0, :, 3], equation.state, equation.blocks
     delta_qd = proof.delta_qd[:, 3]
@@ -111,7 +111,7 @@ def _refuse_contradiction(landing: Landing, equation: Equation, choice: RowChoic
     # precision here, and that with which they were found dependent.
     rounding = TOLERANCE * np.sqrt(len(b)) * (row_terms(state, blocks)[0] @ np.abs(delta_qd))
     excess = np.abs(left) - CONTRADICTION * np.abs(b).max() - rounding
-    excess[choice.rows] = 0.0
+    excess[proof.choice.rows] = 0.0
     worst = int(np.argmax(excess))
     if excess[worst] <= 0.0:
         return
@@ -131,57 +131,31 @@ def _direction(equation: Equation, row: int) -> tuple[str, str]:
     return block.name, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
 
 
-def greatest_motion(landing: Landing, jumps: Array, length: Array | None = None) -> tuple[float, int]:
+def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
     """The greatest motion of a body relative to the fastest contact's approach [1], and the body's index.
 
     Args:
         landing: the landing.
         jumps: (nb, 6) of the bodies (Δω, Δv), body coordinates.
-        length: (nb,) by which their rotation counts as a speed [m]; by default their radii of gyration, or how far from the centre
-            of mass their sensors and points are.
+        length: (nb,) by which their rotation counts as a speed [m].
     """
-    robot, state = landing.robot, landing.state
-    if length is None:
-        length = robot.gyration.copy()
-        for _, frame, r in spots(robot, landing.scene.point):
-            if frame.body >= 0:
-                length[frame.body] = max(length[frame.body], float(np.linalg.norm(r - robot.coms[frame.body])))
-    contacts = landing.rows(state)[: len(landing.contacts)]
-    fastest = max(float(np.linalg.norm(contact_velocity(landing, state, block))) for block in contacts)
-    speeds = _speeds(landing, jumps, length)
-    return float(speeds.max()) / fastest, int(np.argmax(speeds))
+    speeds = body_speeds(landing.robot, jumps, length)
+    return float(speeds.max()) / landing.fastest_approach, int(np.argmax(speeds))
 
 
-def _speeds(landing: Landing, jumps: Array, length: Array) -> Array:
+def body_speeds(robot: Robot, jumps: Array, length: Array) -> Array:
     """Speed (nb,) of the centre of mass, or the rotation times a length (nb,) if that is more. Args: jumps (nb, 6)."""
-    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], landing.robot.coms), axis=1)
+    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
     return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
 
 
-def nearly_singular(landing: Landing, proof: Proof) -> Iterator[Diagnostic]:
-    """Warnings where the strike moves a body as no robot moves, or strikes in other directions have no verdict in its posture."""
-    gyration = landing.robot.gyration
-    # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'. (np.median imports numpy.ma.)
-    times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.sort(gyration)[len(gyration) // 2]))
-    if times > SWIFT:
-        name = landing.robot.bodies[body].name
-        text = (
-            f'body "{name}" would move or turn {times:.0e} times as fast as the strike, because the posture is nearly singular, or '
-            "almost no inertia resists that motion; no robot moves like that, so set another posture, or lock the joint with --lock"
-        )
-        yield Diagnostic("posture", name, times, text)
-    most = max(float(_speeds(landing, proof.jumps[..., k], gyration).max()) for k in range(3))
-    if most > UNPHYSICAL:
-        text = (
-            f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or "
-            "nearly so; the most severe directions say that alone, and no robot moves like that"
-        )
-        yield Diagnostic("posture", "", most, text)
-
-
-def _refuse_singular(landing: Landing, equation: Equation, proof: Proof) -> None:
-    """Refuse a posture so nearly singular that the impact is that of no robot."""
-    robot, (times, body) = landing.robot, greatest_motion(landing, proof.jumps[..., 3])
+def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
+    """Refuse a posture so nearly singular that the impact is not physically plausible."""
+    robot, length = landing.robot, landing.robot.gyration.copy()
+    for place in landing.points:
+        if place.body >= 0:
+            length[place.body] = max(length[place.body], float(np.linalg.norm(place.r - robot.coms[place.body])))
+    times, body = greatest_motion(landing, proof.jumps[..., 3], length)
     if times <= UNPHYSICAL:
         return
     rates, followers = np.abs(proof.delta_qd[:, 3]), {mimic.joint for mimic in robot.mimics}

@@ -1,0 +1,94 @@
+"""How far to trust a result: the proven bound, the error of double precision, and the sensitivity to the data."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.diagnostic import Diagnostic
+from shockpc.exact.proof import Proof, motion
+from shockpc.landing import PosedLanding
+from shockpc.solve import UNPHYSICAL, body_speeds, greatest_motion
+
+__all__ = ["SENSITIVE", "Health", "data_sensitivity", "data_warnings", "double_error", "nearly_singular"]
+
+SENSITIVE = 1e-9
+"""A result that a change of the data in their last digits moves by more than this share carries a warning."""
+
+AT_REST = 1e-13
+"""A body that moves by less than this share of the fastest one counts as at rest where errors are compared with motion."""
+
+FASTEST_PLAUSIBLE = 100.0
+"""Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
+
+
+class Health(NamedTuple):
+    """How far to trust a profile: the arithmetic, for the robot as loaded.
+
+    Attributes:
+        rank: number of independent contact and closure rows.
+        rows: number of these rows.
+        error_bound: proven error of the reported jumps, relative to each body's motion, the largest over the bodies [1].
+        body_error_bounds: the same for every body.
+        double_error: true error of the solution in double precision, the largest over the bodies [1]; inf if it has none.
+        data_sensitivity: how far the result moves when every datum changes in its last digit, the largest over the bodies [1].
+        bits: precision of the ball arithmetic.
+        warnings: each with its consequence.
+    """
+
+    rank: int
+    rows: int
+    error_bound: float
+    body_error_bounds: tuple[float, ...]
+    double_error: float
+    data_sensitivity: float
+    bits: int
+    warnings: tuple[Diagnostic, ...]
+
+
+def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:
+    """True error of jumps (nb, 6) in double precision, relative to each body's motion, the largest over the bodies that move."""
+    length, exact = landing.robot.rotation_lengths, proof.jumps[..., 3:]
+    size = motion(exact, length)[:, 0]
+    if not np.isfinite(jumps).all():
+        return np.inf
+    off = motion(jumps[..., None] - exact, length)[:, 0]
+    return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > AT_REST * size.max(initial=0.0)], initial=0.0))
+
+
+def nearly_singular(landing: PosedLanding, proof: Proof) -> Iterator[Diagnostic]:
+    """Warnings where the strike moves a body implausibly fast, or strikes in other directions have no verdict in its posture."""
+    gyration = landing.robot.gyration
+    # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'. (np.median imports numpy.ma.)
+    times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.sort(gyration)[len(gyration) // 2]))
+    if times > FASTEST_PLAUSIBLE:
+        name = landing.robot.bodies[body].name
+        text = (
+            f'body "{name}" would move or turn {times:.0e} times as fast as the strike, because the posture is nearly singular, or '
+            "almost no inertia resists that motion, which is not physically plausible; set another posture, or lock the joint with "
+            "--lock"
+        )
+        yield Diagnostic("posture", name, times, text)
+    most = max(float(body_speeds(landing.robot, proof.jumps[..., k], gyration).max()) for k in range(3))
+    if most > UNPHYSICAL:
+        text = (
+            f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or "
+            "nearly so; the most severe directions say that alone, and are not physically plausible"
+        )
+        yield Diagnostic("posture", "", most, text)
+
+
+def data_sensitivity(condition: float) -> float:
+    """How far a change of every datum in its last digit moves the result [1]. Args: condition, of the solution in doubles."""
+    return condition * float(np.finfo(float).eps)
+
+
+def data_warnings(sensitivity: float) -> Iterator[Diagnostic]:
+    """A warning where the data's last digits count."""
+    if sensitivity > SENSITIVE:
+        text = (
+            f"a change of the data in their last digits can move the result by {sensitivity:.0e} of its size; digits beyond that "
+            "are those of this file, not of a real robot"
+        )
+        yield Diagnostic("data", "", sensitivity, text)

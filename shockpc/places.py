@@ -1,0 +1,63 @@
+"""Places of a landing that numbers belong to: the robot, its bodies, points on them, joints and contacts."""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.robot.landmarks import sensors
+from shockpc.robot.record import Robot
+from shockpc.scene import Point
+
+__all__ = ["Kind", "Place", "body_places", "joint_places", "point_place", "point_places"]
+
+Kind = Literal["robot", "body", "point", "joint", "contact"]
+
+
+class Place(NamedTuple):
+    """What a number belongs to.
+
+    Attributes:
+        name: as it is typed.
+        body: index of the body; −1 for the world, the robot and contacts.
+        r: (3,) the point, of a body its centre of mass, in the body's frame [m].
+        axes: (3, 3) axes of the point's frame, in the body's frame.
+        number: of a contact among the landing's contacts and standing feet; of a joint, where its velocities begin in q̇.
+    """
+
+    name: str
+    body: int = -1
+    r: Array = np.zeros(3)
+    axes: Array = np.eye(3)
+    number: int = 0
+
+
+def body_places(robot: Robot) -> tuple[Place, ...]:
+    """The bodies, each with its centre of mass."""
+    return tuple(Place(body.name, i, body.com) for i, body in enumerate(robot.bodies))
+
+
+def point_place(robot: Robot, point: Point) -> Place:
+    """The point that a scene or a study names.
+
+    Raises:
+        UnknownName: the robot has no frame of that name.
+    """
+    frame = robot.frame(point.frame)
+    return Place(point.label, frame.body, frame.offset + frame.rotation @ np.asarray(point.offset, dtype=float), frame.rotation)
+
+
+def point_places(robot: Robot, points: tuple[Point, ...]) -> tuple[Place, ...]:
+    """The robot's sensors, then the points asked for; each once.
+
+    Raises:
+        UnknownName: the robot has no frame of that name.
+    """
+    named = [point_place(robot, point) for point in (*(Point(frame=name) for name in sensors(robot)), *points)]
+    return tuple({place.name: place for place in named}.values())
+
+
+def joint_places(robot: Robot) -> tuple[Place, ...]:
+    """The joints between bodies, as the file has them."""
+    carried = ((i, part) for i, joint in enumerate(robot.joints) for part in joint.parts or (joint,))
+    return tuple(Place(part.name, i, number=part.v.start) for i, part in carried if i or not robot.free_base)

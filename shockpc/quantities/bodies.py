@@ -1,0 +1,156 @@
+"""Step 3 for the bodies: centres and radii of percussion (shock paper, Eqs. 11 and 12), and shock over their geometry."""
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
+from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
+from shockpc.core.spatial import Array, velocity_at
+from shockpc.impact import Impact
+from shockpc.quantities.points import POINTS, shock, world_position
+from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
+from shockpc.robot.geometry import body_outline
+from shockpc.robot.record import Robot
+
+__all__ = ["BODIES", "ROUNDED", "translations"]
+
+ROUNDED = 1e-9
+"""Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths
+with ten digits or so, and their rounding rotates bodies by as much."""
+
+STILL = "the body does not rotate in the plane"
+NO_GEOMETRY = "the body has no geometry to take the shock over; take its shock at a point instead"
+
+
+def _split(impact: Impact, places: Places) -> tuple[Any, Any]:
+    """Jumps Δω and Δv (N, S, n, 3) of the bodies."""
+    jumps = impact.jumps_of([place.body for place in places])
+    return jumps[..., :3], jumps[..., 3:]
+
+
+def _normal(impact: Impact, places: Places) -> Any:
+    """The plane's normal (N, 1, n, 3) in the axes of the bodies."""
+    rotation = impact.orientations([place.body for place in places])
+    return np.sum(rotation * impact.exact(impact.landing.plane.normal)[:, None], axis=-2)[:, None]
+
+
+def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
+    """Which bodies (N, S, n) do not rotate in the plane, and which do not rotate at all, by more than the rounding of files."""
+    omega, v, normal = (part.astype(float) for part in (*_split(impact, places), _normal(impact, places)))
+    return translation(omega, v, normal, impact.v_in.astype(float)[..., None], impact.landing.length, ROUNDED)
+
+
+def _percussion(impact: Impact, places: Places) -> Percussion:
+    """Centre, radius and pitch; NaN or infinite where a body does not rotate."""
+    translates, still = translations(impact, places)
+    result = percussion(*_split(impact, places), _normal(impact, places), impact.v_in[..., None], translates, still)
+    copc = np.where(translates[..., None], np.nan, result.copc)
+    return Percussion(copc, np.where(translates, np.inf, result.ropc), np.where(still, np.nan, result.pitch))
+
+
+def _copc_world(impact: Impact, places: Places) -> Any:
+    bodies, (translates, still) = [place.body for place in places], translations(impact, places)
+    copc = percussion(*_split(impact, places), _normal(impact, places), impact.v_in[..., None], translates, still).copc
+    turned = (impact.orientations(bodies)[:, None] @ copc[..., None])[..., 0]
+    world = turned + (impact.state.position[:, bodies] + impact.exact(impact.state.origin)[:, None])[:, None]
+    return np.where(translates[..., None], np.nan, world)
+
+
+def _off_plane(impact: Impact, places: Places) -> Any:
+    omega, v = _split(impact, places)
+    robot, bodies = impact.landing.robot, [place.body for place in places]
+    v_com = velocity_at(omega, v, impact.exact(robot.coms[bodies]))
+    return off_plane_share(omega, v_com, _normal(impact, places), impact.exact(robot.gyration[bodies]))
+
+
+def _least(impact: Impact, places: Places) -> Array:
+    """Least shock (N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+    jumps, v_in, pieces = impact.own_jumps.astype(float), impact.v_in.astype(float), body_outline(impact.landing.robot).pieces
+    least = np.empty(jumps.shape[:3])
+    for k in np.ndindex(v_in.shape):
+        least[k] = shock_extremes(jumps[k][:, :3], jumps[k][:, 3:], pieces, float(v_in[k]))[0]
+    return least[:, :, [place.body for place in places]]
+
+
+def _greatest(impact: Impact, places: Places) -> Array:
+    """Greatest shock (N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+    omega, v = (part.astype(float) for part in _split(impact, places))
+    pieces = [_pieces(impact.landing.robot, place.body) for place in places]
+    speeds = [greatest_shock(omega[:, :, k], v[:, :, k], own) for k, own in enumerate(pieces)]
+    return np.asarray(np.stack(speeds, axis=-1) / impact.v_in.astype(float)[..., None])
+
+
+@functools.lru_cache(maxsize=256)
+def _pieces(robot: Robot, body: int) -> Pieces:
+    """The geometry of one body."""
+    return Pieces.of([[(shape.points, shape.radius) for shape in body_outline(robot).shapes[body]]])
+
+
+def _length(impact: Impact, values: Array) -> Any:
+    """The robot's length, and the distance itself [m]."""
+    return impact.landing.length + np.nan_to_num(np.abs(values).max(axis=-1, keepdims=True), posinf=0.0)
+
+
+def _pitch_size(impact: Impact, values: Array) -> Any:
+    jumps = impact.own_jumps.astype(float)
+    spin = np.linalg.norm(jumps[..., :3], axis=-1)
+    return impact.landing.length + np.linalg.norm(jumps[..., 3:], axis=-1).max() / np.where(spin > 0.0, spin, 1.0).min()
+
+
+BODIES = (
+    Quantity("delta_omega", "body", "Δω, body axes", "rad/s", "greater", lambda i, p: _split(i, p)[0], largest_jump, vector=True),
+    Quantity(
+        "delta_v",
+        "body",
+        "Δv of the frame's origin, body axes",
+        "m/s",
+        "greater",
+        lambda i, p: _split(i, p)[1],
+        largest_jump,
+        vector=True,
+    ),
+    Quantity(
+        "copc", "body", "CoPc, body coordinates", "m", "neither", lambda i, p: _percussion(i, p).copc, _length, STILL, vector=True
+    ),
+    Quantity(
+        "copc_world",
+        "body",
+        "CoPc in the world",
+        "m",
+        "neither",
+        _copc_world,
+        lambda i, x: _length(i, x) + reach(i, x),
+        STILL,
+        vector=True,
+    ),
+    Quantity("ropc", "body", "RoPc", "m", "less", lambda i, p: _percussion(i, p).ropc),
+    Quantity("translates", "body", "no rotation in the plane", "1", "neither", lambda i, p: translations(i, p)[0].astype(float)),
+    Quantity(
+        "pitch",
+        "body",
+        "pitch of the screw",
+        "m/rad",
+        "neither",
+        lambda i, p: _percussion(i, p).pitch,
+        _pitch_size,
+        "the body does not rotate",
+    ),
+    Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
+    Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock),
+    Quantity("shock_min", "body", "least shock", "1", "greater", _least, missing=NO_GEOMETRY),
+    Quantity("shock_max", "body", "greatest shock", "1", "greater", _greatest, missing=NO_GEOMETRY),
+    *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key),
+    Quantity(
+        "position",
+        "body",
+        "origin of the frame in the world",
+        "m",
+        "neither",
+        lambda i, p: world_position(i, [place._replace(r=0.0 * place.r) for place in p]),
+        reach,
+        vector=True,
+    ),
+    Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater", posed=True),
+)

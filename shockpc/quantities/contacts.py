@@ -1,0 +1,290 @@
+"""What the ground does at every contact and standing foot, and how the robot resists it."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.percussion import dot, norm
+from shockpc.core.spatial import Array
+from shockpc.exact.balls import BallMatrix, PrecisionError, balls, entries, matrix
+from shockpc.exact.solution import BallImpact
+from shockpc.impact import Impact
+from shockpc.model.closure import closure_block
+from shockpc.model.contact import across
+from shockpc.model.rows import NO_AXES, Block, block_point, slices_of
+from shockpc.quantities.quantity import Places, Quantity, reach
+from shockpc.solve import independent_rows
+
+__all__ = ["CONTACTS"]
+
+STRUCTURAL = 1e-26
+"""Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""
+
+NARROW = 1e-4
+"""Largest radius of a pivot, as a share of that below which it is zero."""
+
+IMMOVABLE = 1e-7
+"""Part of the normal along directions that cannot move with which a sticking contact cannot give way."""
+
+STANDS = "a standing foot strikes nothing"
+REDUNDANT = "contacts are redundant, so the impulse of a single one is not determined"
+PULLED = f"{REDUNDANT}; or the contact receives no impulse, or the ground would have to pull it"
+MITIGATION = "it requires a free base, no stance, and joints that move the contact in every direction"
+
+
+def _rows(impact: Impact, places: Places) -> list[tuple[Block, slice]]:
+    """The block of each contact, and where its rows are."""
+    slices = slices_of(impact.blocks)
+    return [(impact.blocks[place.number], slices[place.number]) for place in places]
+
+
+def _force(impact: Impact, block: Block, rows: slice) -> Any:
+    """Impulse (N, S, 3) of a contact [N s], determined or not."""
+    return impact.along(impact.impulse)[..., rows][..., : len(block.forces)] @ impact.exact(block.forces)
+
+
+def _determined(impact: Impact, places: Places) -> np.ndarray:
+    """Whether the impulse of each contact (N, 1, n) is determined."""
+    return np.stack([impact.unique[:, None, rows][..., : len(b.forces)].all(axis=-1) for b, rows in _rows(impact, places)], axis=-1)
+
+
+def _point(impact: Impact, places: Places) -> Any:
+    """Where the contacts strike (N, 1, n, 3), world [m]."""
+    origin = impact.exact(impact.state.origin)
+    return np.stack([block_point(impact.state, block) + origin for block, _ in _rows(impact, places)], axis=1)[:, None]
+
+
+def _impulse(impact: Impact, places: Places) -> Any:
+    forces = np.stack([_force(impact, block, rows) for block, rows in _rows(impact, places)], axis=-2)
+    return np.where(_determined(impact, places)[..., None], forces, np.nan)
+
+
+def _moment(impact: Impact, places: Places) -> Any:
+    """Moment (N, S, n, 3) about the contact points [N m s]; NaN of a point."""
+    moments, impulse = [], impact.along(impact.impulse)
+    for block, rows in _rows(impact, places):
+        own = impulse[..., rows][..., len(block.forces) :] @ impact.exact(block.moments)
+        known = len(block.moments) and impact.unique[:, None, rows].all(axis=-1, keepdims=True)
+        moments.append(np.where(known, own, np.nan))
+    return np.stack(moments, axis=-2)
+
+
+def _friction(impact: Impact, places: Places) -> Any:
+    """Tangential over normal impulse (N, S, n) [1]; NaN where the ground would have to pull."""
+    impulse = np.stack([_force(impact, block, rows) for block, rows in _rows(impact, places)], axis=-2)
+    up = impact.exact(impact.landing.up)
+    normal = dot(impulse, up)
+    # A normal impulse that may be zero is none: of a ball around zero the midpoint has either sign.
+    pressed = (impact.rounded(normal, lambda values: _impulse_size(impact, values)) > 0.0) & _determined(impact, places)
+    return np.where(pressed, norm(impulse - normal[..., None] * up) / np.where(pressed, normal, 1), np.nan)
+
+
+def _pull(impact: Impact, places: Places) -> Any:
+    """By how much (N, S, n) the ground would have to pull [N s]; 0 where it pushes, NaN where the impulse is not determined."""
+    pulls, impulse = [], impact.along(impact.impulse)
+    for block, rows in _rows(impact, places):
+        rising = block.forces @ impact.landing.up
+        steep = np.flatnonzero(np.abs(rising) > 1e-9)
+        along = impulse[..., rows][..., : len(rising)].astype(float)
+        normal, size = along[..., steep] @ rising[steep], np.linalg.norm(along, axis=-1)
+        pull = np.where(normal < -1e-12 * size, -normal, 0.0)
+        pulls.append(np.where(impact.unique[:, None, rows][..., steep].all(axis=-1), pull, np.nan))
+    return np.stack(pulls, axis=-1)
+
+
+def _approach(impact: Impact, places: Places) -> Any:
+    """Velocity (N, S, n, 3) of the contact points before the impact; NaN of a standing foot."""
+    none = np.full((*impact.approach.shape[:2], 3), np.nan)
+    first = len(impact.contacts)
+    return np.stack([impact.approach[:, :, p.number] if p.number < first else none for p in places], axis=-2)
+
+
+def _impulse_size(impact: Impact, values: Array) -> float:
+    """The largest impulse along a row [N s, N m s]."""
+    del values
+    return float(np.abs(impact.along(impact.impulse).astype(float)).max(initial=0.0))
+
+
+def _resistance(impact: Impact, places: Places, read: Callable[["_Resistance"], float]) -> Array:
+    """Effective masses, or mitigation factors (1, 1, n), of contacts in one posture; NaN of a standing foot."""
+    assert isinstance(impact, BallImpact)
+    for k in range(len(impact.contacts)):
+        impact.resistances.setdefault(k, _Resistance(impact, k))
+    values = [read(impact.resistances[p.number]) if p.number in impact.resistances else np.nan for p in places]
+    return np.array(values, dtype=float)[None, None]
+
+
+class _Resistance:
+    """How a robot resists at a contact, while standing feet and loops hold but other contacts do not.
+
+    With the Delassus matrix A of the contact point, a flat contact's rotations held too: effective mass 1 / (nᵀ A n) along the
+    ground's normal n if it slides, nᵀ A⁻¹ n if it sticks; impact mitigation factor det(1 − Λ Λ_L⁻¹) of the contact point, Λ = A⁻¹
+    and Λ_L with every joint locked (Wensing et al., T-RO 2017).
+    """
+
+    def __init__(self, impact: BallImpact, contact: int) -> None:
+        block = impact.blocks[contact]
+        self.impact, self.n, self.contact = impact, impact.landing.up, impact.landing.scene.contact[contact]
+        self.flat, self.point = bool(len(block.moments)), block._replace(forces=np.eye(3), moments=NO_AXES)
+
+    def _mobility(self, moments: Array) -> BallMatrix:
+        """A while standing feet, loops and the contact's rotation about some axes are held."""
+        landing, impact = self.impact.landing, self.impact
+        held: tuple[Block, ...] = (*landing.stance, *(closure_block(loop) for loop in landing.loops))
+        if len(moments):
+            held = (*held, self.point._replace(forces=NO_AXES, moments=moments))
+        return impact.mobility(self.point, held, independent_rows(landing, held))
+
+    @functools.cached_property
+    def point_mobility(self) -> BallMatrix:
+        """A of the contact point, whose link is free to turn."""
+        return self._mobility(NO_AXES)
+
+    @functools.cached_property
+    def frictionless(self) -> float:
+        """Effective mass if the contact slides [kg]; inf if it cannot give way."""
+        A = self._mobility(np.array(across(self.n))) if self.flat else self.point_mobility
+        along = balls(self.n) @ entries(A) @ balls(self.n)
+        if not float(along) > STRUCTURAL * _largest(A):
+            return np.inf
+        return float(self.impact.rounded(np.array(1 / along), lambda mass: 0.0))
+
+    @functools.cached_property
+    def sticking(self) -> float:
+        """Effective mass if the contact sticks [kg]; inf if it cannot give way."""
+        A = self._mobility(np.array([*across(self.n), self.n])) if self.flat else self.point_mobility
+        along = balls(self.n) @ entries(A) @ balls(self.n)
+        if not float(along) > STRUCTURAL * _largest(A):
+            return np.inf
+        V, column = matrix(np.eye(3)[:, _moving_axes(A)]), matrix(self.n[:, None])
+        part = V.transpose() * column
+        impulse = (V.transpose() * A * V).solve(part)
+        if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > IMMOVABLE:
+            return np.inf
+        return self.impact.rounded(entries(part.transpose() * impulse), lambda mass: 0.0).item()
+
+    @functools.cached_property
+    def mitigation(self) -> float:
+        """Impact mitigation factor of the contact point [1]; NaN where it has no meaning."""
+        A = self.point_mobility
+        if not self.impact.landing.floating or len(_moving_axes(A)) < 3:
+            return np.nan
+        by_joints = A - self.impact.rigid_mobility(self.point)
+        # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
+        if len(_moving_axes(by_joints, _largest(A))) not in (0, 3):
+            return np.nan
+        return float(self.impact.rounded(np.array(by_joints.det() / A.det()), lambda factor: 1.0))
+
+    @property
+    def effective(self) -> float:
+        """Effective mass of the contact as it is: sticking or sliding [kg]."""
+        return self.sticking if self.contact.sticks else self.frictionless
+
+
+def _largest(A: BallMatrix) -> float:
+    """The largest diagonal entry of A."""
+    return max(float(row[i]) for i, row in enumerate(A.table()))
+
+
+def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
+    """The world axes along which a point of mobility A, part of a whole, moves independently: elimination, largest pivot first."""
+    S, n = A.table(), A.nrows()
+    least = STRUCTURAL * max(_largest(A), STRUCTURAL * whole)
+    chosen: list[int] = []
+    left = list(range(n))
+    while left:
+        k = max(left, key=lambda i: float(S[i][i]))
+        pivot = S[k][k]
+        if not float(pivot.rad()) <= NARROW * least:
+            raise PrecisionError
+        if not float(pivot) > least:
+            break
+        chosen.append(k)
+        left.remove(k)
+        for i in left:
+            share = S[i][k] / pivot
+            for j in left:
+                S[i][j] -= share * S[k][j]
+    return sorted(chosen)
+
+
+CONTACTS = (
+    Quantity("point", "contact", "contact point, world", "m", "neither", _point, reach, vector=True),
+    Quantity(
+        "impulse",
+        "contact",
+        "impulse of the ground on the robot, world axes",
+        "N s",
+        "greater",
+        _impulse,
+        _impulse_size,
+        REDUNDANT,
+        vector=True,
+    ),
+    Quantity("friction_needed", "contact", "friction to stick", "1", "greater", _friction, lambda i, x: 1.0, PULLED),
+    Quantity(
+        "approach",
+        "contact",
+        "velocity before the impact, world axes",
+        "m/s",
+        "neither",
+        _approach,
+        lambda i, x: float(np.abs(np.concatenate(i.landing.before)).max()),
+        STANDS,
+        vector=True,
+    ),
+    Quantity(
+        "mass_sticking",
+        "contact",
+        "effective mass if it sticks",
+        "kg",
+        "greater",
+        lambda i, p: _resistance(i, p, lambda r: r.sticking),
+        missing=STANDS,
+        posed=True,
+    ),
+    Quantity(
+        "mass_frictionless",
+        "contact",
+        "effective mass if it slides",
+        "kg",
+        "greater",
+        lambda i, p: _resistance(i, p, lambda r: r.frictionless),
+        missing=STANDS,
+        posed=True,
+    ),
+    Quantity(
+        "effective_mass",
+        "contact",
+        "effective mass",
+        "kg",
+        "greater",
+        lambda i, p: _resistance(i, p, lambda r: r.effective),
+        missing=STANDS,
+        posed=True,
+    ),
+    Quantity(
+        "mitigation",
+        "contact",
+        "impact mitigation factor",
+        "1",
+        "less",
+        lambda i, p: _resistance(i, p, lambda r: r.mitigation),
+        missing=MITIGATION,
+        posed=True,
+    ),
+    Quantity(
+        "moment",
+        "contact",
+        "moment about the contact point, world axes",
+        "N m s",
+        "greater",
+        _moment,
+        _impulse_size,
+        f"{REDUNDANT}; or it is a point",
+        vector=True,
+    ),
+    Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", _pull, missing=REDUNDANT),
+)

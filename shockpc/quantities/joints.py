@@ -1,0 +1,86 @@
+"""What the joints go through: jumps of their rates, and the impulses that bearings and gearboxes carry."""
+
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.percussion import norm
+from shockpc.core.spatial import Array
+from shockpc.impact import Impact
+from shockpc.quantities.quantity import Places, Quantity
+
+__all__ = ["JOINTS"]
+
+AXES = "the joint has more than one axis"
+
+
+def _columns(impact: Impact, places: Places) -> list[slice]:
+    """Where the velocities of each joint are in q̇."""
+    own = {joint.name: joint.v for joint in impact.landing.robot.single_joints}
+    return [own[place.name] for place in places]
+
+
+def _delta_qd(impact: Impact, places: Places) -> Any:
+    """Jumps (N, S, n) of the rates; the length of that of a ball joint."""
+    delta_qd = impact.along(impact.delta_qd)
+    rates = [delta_qd[..., v] if v.stop - v.start in (1, 3) else np.nan * delta_qd[..., v] for v in _columns(impact, places)]
+    return np.stack([rate[..., 0] if rate.shape[-1] == 1 else norm(rate) for rate in rates], axis=-1)
+
+
+def _force(impact: Impact, places: Places) -> Any:
+    """Impulses (N, S, n, 3) that bodies receive through their joints, world axes [N s]."""
+    return impact.joint_loads[:, :, [place.body for place in places], 3:]
+
+
+def _moment(impact: Impact, places: Places) -> Any:
+    """Their moments (N, S, n, 3) about the joints' origins, world axes [N m s]."""
+    bodies = [place.body for place in places]
+    loads, origins = impact.joint_loads[:, :, bodies], impact.joint_origins[:, None, bodies]
+    return loads[..., :3] - np.cross(origins, loads[..., 3:])
+
+
+def _along(impact: Impact, places: Places) -> Any:
+    """The power (N, S, n) of the wrench in a unit rate of the joint: what its drive carries [N m s, N s]."""
+    loads = impact.joint_loads[:, :, [place.body for place in places]]
+    power = np.sum(np.swapaxes(impact.state.J[:, :, [place.number for place in places]], 1, 2)[:, None] * loads, axis=-1)
+    single = [v.stop - v.start == 1 for v in _columns(impact, places)]
+    return np.where(single, power, np.nan)
+
+
+def _size(impact: Impact, values: Array) -> float:
+    """The largest part of a wrench through a joint [N s, N m s]."""
+    places = [place for place in impact.joints]
+    return float(max(np.abs(part(impact, places).astype(float)).max(initial=0.0) for part in (_force, _moment)))
+
+
+JOINTS = (
+    Quantity(
+        "delta_qd",
+        "joint",
+        "jump of the joint's rate",
+        "rad/s, m/s",
+        "greater",
+        _delta_qd,
+        lambda i, x: float(np.abs(i.along(i.delta_qd).astype(float)).max()),
+        AXES,
+    ),
+    Quantity("force", "joint", "impulse on the body, world axes", "N s", "greater", _force, _size, shared=True, vector=True),
+    Quantity(
+        "moment",
+        "joint",
+        "moment about the joint's origin, world axes",
+        "N m s",
+        "greater",
+        _moment,
+        _size,
+        shared=True,
+        vector=True,
+    ),
+    Quantity("along", "joint", "impulse along the joint's axis", "N m s, N s", "greater", _along, _size, AXES, shared=True),
+    Quantity(
+        "joint_impulse", "joint", "magnitude of the impulse", "N s", "greater", lambda i, p: norm(_force(i, p)), _size, shared=True
+    ),
+    Quantity(
+        "joint_moment", "joint", "magnitude of the moment", "N m s", "greater", lambda i, p: norm(_moment(i, p)), _size, shared=True
+    ),
+)

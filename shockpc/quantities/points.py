@@ -1,0 +1,98 @@
+"""What a point of a body feels: its jump of velocity, the shock, and the most and least severe impact directions."""
+
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.directions import ExtremeDirections, extreme_directions
+from shockpc.core.percussion import norm
+from shockpc.core.pulse import peak_acceleration
+from shockpc.core.spatial import Array, jump_at, velocity_at
+from shockpc.impact import Impact
+from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
+from shockpc.scene import GRAVITY
+
+__all__ = ["POINTS", "directions", "point_velocity", "shock", "world_position"]
+
+
+def _r(places: Places) -> Array:
+    """The points (n, 3) in their bodies' frames [m]."""
+    return np.array([place.r for place in places])
+
+
+def point_velocity(impact: Impact, places: Places) -> Any:
+    """Jumps (N, S, n, 3) of the velocities of points, axes of their bodies' frames [m/s] (Eq. 10)."""
+    jumps = impact.jumps_of([place.body for place in places])
+    return velocity_at(jumps[..., :3], jumps[..., 3:], impact.exact(_r(places)))
+
+
+def _delta_v(impact: Impact, places: Places) -> Any:
+    axes = impact.exact(np.array([place.axes.T for place in places]))
+    return (axes @ point_velocity(impact, places)[..., None])[..., 0]
+
+
+def shock(impact: Impact, places: Places) -> Any:
+    """|Δv| / v_in (N, S, n) (Eq. 2)."""
+    return norm(point_velocity(impact, places)) / impact.v_in[..., None]
+
+
+def _peak(impact: Impact, places: Places) -> Any:
+    speed, pulse = norm(point_velocity(impact, places)), impact.landing.pulse
+    return np.full(speed.shape, np.nan) if pulse is None else peak_acceleration(speed, pulse) / GRAVITY
+
+
+def world_position(impact: Impact, places: Places) -> Any:
+    """Positions (N, 1, n, 3) of points in the world [m]."""
+    origin = impact.exact(impact.state.origin)[:, None]
+    return (impact.points([place.body for place in places], _r(places)) + origin)[:, None]
+
+
+def directions(impact: Impact, places: Places) -> ExtremeDirections:
+    """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15 of the largest shock."""
+    jumps = impact.maps_of([place.body for place in places])
+    r = np.broadcast_to(_r(places), (*jumps.shape[:2], 3)).reshape(-1, 3)
+    maps = jump_at(jumps.reshape(-1, 6, 3), impact.exact(r))
+    maps = impact.rounded(maps, lambda values: np.abs(values).max(axis=(1, 2), keepdims=True) + 1e-300)
+    parts = extreme_directions(maps, impact.landing.up)
+    return ExtremeDirections(*(part.reshape(jumps.shape[0], 1, *jumps.shape[1:2], *part.shape[1:]) for part in parts))
+
+
+POINTS = (
+    Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock),
+    Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True),
+    Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse"),
+    Quantity(
+        "most_severe", "point", "shock of the most severe strike", "1", "greater", lambda i, p: directions(i, p).most_severe_shock
+    ),
+    Quantity(
+        "most_severe_direction",
+        "point",
+        "most severe strike, world axes",
+        "1",
+        "neither",
+        lambda i, p: directions(i, p).most_severe,
+        vector=True,
+    ),
+    Quantity(
+        "least_severe",
+        "point",
+        "shock of the least severe strike",
+        "1",
+        "greater",
+        lambda i, p: directions(i, p).least_severe_shock,
+    ),
+    Quantity(
+        "least_severe_direction",
+        "point",
+        "least severe strike, world axes",
+        "1",
+        "neither",
+        lambda i, p: directions(i, p).least_severe,
+        vector=True,
+    ),
+    Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True),
+    Quantity("shock_free", "point", "shock with free joints", "1", "greater", missing="not solvable with free joints", posed=True),
+    Quantity(
+        "shock_locked", "point", "shock with locked joints", "1", "greater", missing="not solvable with locked joints", posed=True
+    ),
+)

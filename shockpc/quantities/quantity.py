@@ -1,0 +1,72 @@
+"""What a quantity is, and how it is evaluated on an impact."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.impact import Impact
+from shockpc.places import Kind, Place
+
+__all__ = ["Places", "Quantity", "evaluate", "largest_jump", "largest_shock", "reach"]
+
+Places: TypeAlias = Sequence[Place]
+
+
+class Quantity(NamedTuple):
+    """A number, or a vector, of a landing.
+
+    Attributes:
+        key: its name in JSON, budgets, sweeps and comparisons; unique among those of one kind of place.
+        of: the kind of place that it belongs to.
+        title: as a table heads it.
+        unit: SI, but g; "1" for a ratio.
+        worse: which change makes a design worse.
+        compute: values (N, S, n) or (N, S, n, 3) at n places in N postures for S strikes, NaN where there is none; in the
+            arithmetic of the impact. None for what is known of a proven profile alone.
+        size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough: of an impact and the values.
+        missing: why a value may be missing.
+        vector: whether a value is a vector (3,), which counts by its length where one number is needed.
+        posed: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
+        shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
+    """
+
+    key: str
+    of: Kind
+    title: str
+    unit: str
+    worse: Literal["greater", "less", "neither"] = "neither"
+    compute: Callable[[Impact, Places], Any] | None = None
+    size: Callable[[Impact, Array], Any] = lambda impact, values: 0.0
+    missing: str = ""
+    vector: bool = False
+    posed: bool = False
+    shared: bool = False
+
+
+def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
+    """The values (N, S, n, ...) of a quantity at some places, as doubles.
+
+    Raises:
+        PrecisionError: the impact is in balls, and they are too wide.
+    """
+    assert quantity.compute is not None
+    return impact.rounded(quantity.compute(impact, places), lambda values: quantity.size(impact, values))
+
+
+def largest_jump(impact: Impact, values: Array) -> float:
+    """The largest component of a jump of a body [m/s, rad/s]."""
+    del values
+    return float(np.abs(impact.own_jumps.astype(float)).max())
+
+
+def largest_shock(impact: Impact, values: Array) -> Any:
+    """The largest component of a jump of a body, relative to the strike."""
+    return largest_jump(impact, values) / impact.v_in.astype(float)[..., None]
+
+
+def reach(impact: Impact, values: Array) -> float:
+    """How far from the world's origin something of the robot is, at least [m]."""
+    del values
+    return float(np.abs(impact.state.origin.astype(float)).max() + np.abs(impact.state.position.astype(float)).max()) + 1e-3

@@ -1,0 +1,77 @@
+"""The table of all quantities, and how a text names one: KEY, KIND.KEY, and KEY.x for a component of a vector."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.errors import UnknownName
+from shockpc.places import Kind
+from shockpc.quantities.bodies import BODIES
+from shockpc.quantities.contacts import CONTACTS
+from shockpc.quantities.joints import JOINTS
+from shockpc.quantities.points import POINTS
+from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.robot import ROBOT
+
+__all__ = ["QUANTITIES", "Selection", "quantities_of", "quantity", "select"]
+
+QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
+"""All quantities. Of those that share a key the first is meant unless the kind is named."""
+
+AXES = "xyz"
+
+
+class Selection(NamedTuple):
+    """A quantity, or a component of one, as a number: a vector counts by its length.
+
+    Attributes:
+        name: as a text names it.
+        quantity: the quantity.
+        axis: 0, 1 or 2 of a component; None for the number, or the length.
+    """
+
+    name: str
+    quantity: Quantity
+    axis: int | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return select, (self.name,)
+
+    def scalar(self, values: Array) -> Array:
+        """Values (...) of the selection. Args: values (...) or (..., 3) of the quantity."""
+        if not self.quantity.vector:
+            return values
+        return np.asarray(np.linalg.norm(values, axis=-1) if self.axis is None else values[..., self.axis])
+
+
+def quantities_of(kind: Kind) -> tuple[Quantity, ...]:
+    """The quantities of one kind of place, in the order of the table."""
+    return tuple(quantity for quantity in QUANTITIES if quantity.of == kind)
+
+
+def quantity(kind: Kind, key: str) -> Quantity:
+    """The quantity of a kind of place with a key."""
+    return next(quantity for quantity in QUANTITIES if quantity.of == kind and quantity.key == key)
+
+
+def select(text: str, allowed: Callable[[Quantity], bool] = lambda quantity: True) -> Selection:
+    """The selection that a text means: KEY, or KIND.KEY where several kinds have it; .x, .y or .z after it for a component.
+
+    Args:
+        text: the text.
+        allowed: which quantities make sense here.
+
+    Raises:
+        UnknownName: there is none; the text names the nearest, and the command that lists all.
+    """
+    names: dict[str, Selection] = {}
+    for entry in filter(allowed, QUANTITIES):
+        parts = [("", None), *((f".{axis}", k) for k, axis in enumerate(AXES) if entry.vector)]
+        for suffix, axis in parts:
+            for name in (f"{entry.key}{suffix}", f"{entry.of}.{entry.key}{suffix}"):
+                names.setdefault(name, Selection(text, entry, axis))
+    if text not in names:
+        raise UnknownName("quantity", text, list(names), "the table of quantities", "shockpc quantities")
+    return names[text]
