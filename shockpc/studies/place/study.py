@@ -177,9 +177,8 @@ def place(
     if i < 0:
         raise StudyError(f'"{body}" is fixed to the world, so it has no shock; name a body that moves')
     if count < 1 or not 0 <= alternatives <= MOST:
-        raise StudyError(
-            f"{count} sensors and {alternatives} alternatives are not possible; give a sensor and at most {MOST} alternatives"
-        )
+        valid = f"give at least one sensor and at most {MOST} alternatives"
+        raise StudyError(f"{count} sensors and {alternatives} alternatives are not possible; {valid}")
     region = region_of(robot, i, within, surface, geometry)
     apart = max(region.size / 10.0, NEAREST) if apart is None else apart
     if not apart >= NEAREST:
