@@ -1,17 +1,21 @@
 """How far to trust a result: the proven bound, the error of double precision, and the sensitivity to the data."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
+from shockpc.exact.balls import PrecisionError, SingularError
 from shockpc.exact.proof import Proof, motion
+from shockpc.exact.solution import BallImpact
 from shockpc.landing import PosedLanding
+from shockpc.places import Place
+from shockpc.quantities.quantity import Quantity
 from shockpc.solve import UNPHYSICAL, body_speeds, greatest_motion
 
-__all__ = ["SENSITIVE", "Health", "data_sensitivity", "data_warnings", "double_error", "nearly_singular"]
+__all__ = ["AT_REST", "SENSITIVE", "Health", "data_sensitivity", "double_error", "nearly_singular"]
 
 SENSITIVE = 1e-9
 """A result that a change of the data in their last digits moves by more than this share carries a warning."""
@@ -79,16 +83,45 @@ def nearly_singular(landing: PosedLanding, proof: Proof) -> Iterator[Diagnostic]
         yield Diagnostic("posture", "", most, text)
 
 
-def data_sensitivity(condition: float) -> float:
-    """How far a change of every datum in its last digit moves the result [1]. Args: condition, of the solution in doubles."""
-    return condition * float(np.finfo(float).eps)
+def data_sensitivity(
+    proof: Proof, others: Sequence[tuple[Quantity, Sequence[Place], Array]]
+) -> tuple[float, tuple[Diagnostic, ...]]:
+    """How far a change of every datum in its last digit moves the jumps of the bodies [1], and warnings above `SENSITIVE`.
+
+    Args:
+        proof: of the landing.
+        others: other quantities with places and values, for warnings: small differences of large numbers.
+    """
+    length, bodies = proof.landing.robot.rotation_lengths, proof.landing.robot.bodies
+
+    def changed(impact: BallImpact) -> list[Array]:
+        # No other precision than that of the result is needed, so balls are rounded as they are.
+        values = [entry.compute(impact, places)[0, 0] for entry, places, _ in others if entry.compute is not None]
+        return [impact.jumps[0].astype(float), *(np.asarray(value, dtype=object).astype(float) for value in values)]
+
+    try:
+        jumps, *values = proof.with_last_digits_changed(changed)
+    except (PrecisionError, SingularError):
+        return np.inf, tuple(_sensitive("the result", "", np.inf))
+    size = motion(proof.jumps[..., 3:], length)[:, 0]
+    moves = motion(jumps[..., 3:] - proof.jumps[..., 3:], length)[:, 0] / np.where(size > 0.0, size, 1.0)
+    moves[size <= AT_REST * size.max(initial=0.0)] = 0.0
+    worst = int(np.argmax(moves))
+    warnings = [*_sensitive(f'the result of body "{bodies[worst].name}"', bodies[worst].name, float(moves[worst]))]
+    for (entry, places, before), after in zip(others, values, strict=True):
+        norms = (np.linalg.norm(part.reshape(len(places), -1), axis=1) for part in (after - before, before))
+        off, whole = norms
+        share = off / np.where(whole > 0.0, whole, np.inf)
+        k = int(np.argmax(share))
+        warnings += _sensitive(f'{entry.title} of {entry.of} "{places[k].name}"', places[k].name, float(share[k]))
+    return float(moves.max(initial=0.0)), tuple(warnings)
 
 
-def data_warnings(sensitivity: float) -> Iterator[Diagnostic]:
+def _sensitive(what: str, subject: str, share: float) -> Iterator[Diagnostic]:
     """A warning where the data's last digits count."""
-    if sensitivity > SENSITIVE:
+    if not share <= SENSITIVE:
         text = (
-            f"a change of the data in their last digits can move the result by {sensitivity:.0e} of its size; digits beyond that "
-            "are those of this file, not of a real robot"
+            f"a change of the data in their last digits moves {what} by {share:.0e} of its size; digits beyond that are those of "
+            "this file, not of a real robot"
         )
-        yield Diagnostic("data", "", sensitivity, text)
+        yield Diagnostic("data", subject, share, text)

@@ -9,14 +9,14 @@ ShockError                 the root; its text is the whole message for a user
 └── OutputError            a result cannot be written to the given place
 
 Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved. Codes
-0 (done) and 1 (a budget is exceeded) belong to no error.
+0 (done) and 1 (a budget is exceeded) belong to no error, and 70 to any other exception: an error in shockpc itself.
 """
 
 from collections.abc import Iterable
 
 from shockpc.printed import printable
 
-__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName"]
+__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName", "refusal"]
 
 
 class ShockError(Exception):
@@ -54,6 +54,17 @@ class UnknownName(ShockError):
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         return type(self), (self.kind, self.name, self.known, self.where, self.listing)
+
+
+def refusal(error: Exception) -> ShockError:
+    """An error of one landing of many, which is the message of its row. One that is none of ours names its place in the code."""
+    if isinstance(error, ShockError):
+        return error
+    import traceback
+
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
+    return ShockError(f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}")
 
 
 class RobotError(ShockError):

@@ -89,7 +89,7 @@ def _dask(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client, KilledWorker
     except ImportError:
-        raise StudyError('a cluster needs the package "distributed"; install it with: pip install "shockpc[cluster]"') from None
+        raise StudyError('a cluster needs the package "distributed"; install it with: pip install distributed pyarrow') from None
     # It reports every part of a lost worker, which is computed again.
     logging.getLogger("distributed.client").setLevel(logging.ERROR)
     answer: Future[Any] = Future()

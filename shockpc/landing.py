@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
-from shockpc.core.spatial import Array, Plane, read_only
+from shockpc.core.spatial import Array, Plane, freeze
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError
 from shockpc.model.closure import Assembly, all_loops, assemble, closure_block
@@ -93,7 +93,7 @@ class Landing:
     def at(self, q: Array) -> "PosedLanding":
         """This landing in one posture. Args: q (nq,) configuration in which every loop is closed."""
         values = {part.name: getattr(self, part.name) for part in fields(Landing)}
-        return PosedLanding(**values, q=read_only(q), state=dynamics(self.robot, q[None], self.joint_model.armature))
+        return PosedLanding(**values, q=np.array(q), state=dynamics(self.robot, q[None], self.joint_model.armature))
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
@@ -125,10 +125,16 @@ class PosedLanding(Landing):
     assembly: Assembly | None = field(default=None, repr=False)
     warnings: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
+    def __post_init__(self) -> None:
+        """Let nobody write to its arrays."""
+        freeze(*vars(self).values())
+
     @functools.cached_property
     def blocks(self) -> tuple[Block, ...]:
         """What is held in this posture, as `rows`, each with one point (3,)."""
-        return tuple(block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state))
+        blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state))
+        freeze(blocks)
+        return blocks
 
     @functools.cached_property
     def points(self) -> tuple[Place, ...]:
@@ -216,9 +222,9 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     rates, given = _rates(robot, scene, joints)
     if loops and rates.any():
         rates = _with_loops(robot, state, [closure_block(loop) for loop in loops], rates, given, plane)
-    before = Motion(*map(read_only, (velocity, _rotation(scene, plane), rates)))
+    before = Motion(velocity, _rotation(scene, plane), rates)
     landing = PosedLanding(
-        scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, read_only(q), state, assembly, tuple(warnings)
+        scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings)
     )
     _refuse_twice(landing.blocks)
     _refuse_separation(landing)

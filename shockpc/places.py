@@ -4,7 +4,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, read_only
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.record import Robot
 from shockpc.scene import Point
@@ -27,8 +27,8 @@ class Place(NamedTuple):
 
     name: str
     body: int = -1
-    r: Array = np.zeros(3)
-    axes: Array = np.eye(3)
+    r: Array = read_only(np.zeros(3))
+    axes: Array = read_only(np.eye(3))
     number: int = 0
 
 
@@ -44,7 +44,8 @@ def point_place(robot: Robot, point: Point) -> Place:
         UnknownName: the robot has no frame of that name.
     """
     frame = robot.frame(point.frame)
-    return Place(point.label, frame.body, frame.offset + frame.rotation @ np.asarray(point.offset, dtype=float), frame.rotation)
+    r = read_only(frame.offset + frame.rotation @ np.asarray(point.offset, dtype=float))
+    return Place(point.label, frame.body, r, frame.rotation)
 
 
 def point_places(robot: Robot, points: tuple[Point, ...]) -> tuple[Place, ...]:

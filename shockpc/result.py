@@ -7,13 +7,13 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from shockpc.accuracy import Health, data_sensitivity, data_warnings, double_error, nearly_singular
+from shockpc.accuracy import AT_REST, Health, data_sensitivity, double_error, nearly_singular
 from shockpc.core.directions import ExtremeDirections
 from shockpc.core.impulse import RowChoice, solve_impact
 from shockpc.core.percussion import shock_at
-from shockpc.core.spatial import Array, Plane, jump_at, read_only
+from shockpc.core.spatial import Array, Plane, freeze, jump_at, read_only
 from shockpc.diagnostic import Diagnostic
-from shockpc.errors import SceneError, SolveError, UnknownName
+from shockpc.errors import SceneError, SolveError
 from shockpc.exact.proof import Proof
 from shockpc.landing import PosedLanding
 from shockpc.model.closure import Assembly
@@ -181,14 +181,12 @@ class ShockProfile:
 
     Attributes:
         landing: the scene resolved on the robot.
-        condition: of the solution in double precision, as in `ShockMaps`.
         double_jumps: (nb, 6, 4) jump (Δω, Δv) of every body in double precision, body coordinates, as in `Proof`.
         proof: enclosures of the exact solution.
         trace: collects what each part cost.
     """
 
     landing: PosedLanding
-    condition: float = field(repr=False)
     double_jumps: Array = field(repr=False)
     proof: Proof = field(repr=False)
     trace: Trace = field(repr=False)
@@ -255,7 +253,7 @@ class ShockProfile:
     def _other_joints(self) -> dict[str, Proof | None]:
         """The proofs with free and locked joints."""
         proofs: dict[str, Proof | None] = {}
-        for name, locked in (("free", np.zeros_like(self.robot.driven)), ("locked", self.robot.driven)):
+        for name, locked in (("free", np.zeros_like(self.robot.actuated_dofs)), ("locked", self.robot.actuated_dofs)):
             if self.landing.joint_model.name == name:
                 proofs[name] = self.proof
                 continue
@@ -348,7 +346,9 @@ class ShockProfile:
     def moved(self) -> np.ndarray:
         """(nb,) whether the strike moves the body by more than 1e-12 of the fastest one."""
         motion = np.linalg.norm(self.delta_omega, axis=1) + np.linalg.norm(self.delta_v, axis=1)
-        return np.asarray(motion > 1e-12 * motion.max())
+        moved = motion > 1e-12 * motion.max()
+        freeze(moved)
+        return np.asarray(moved)
 
     @property
     def position(self) -> Array:
@@ -378,7 +378,9 @@ class ShockProfile:
     @cached_property
     def translates(self) -> np.ndarray:
         """(nb,) whether the body does not rotate in the plane, by more than the rounding of files."""
-        return self.value("translates", "body") > 0.0
+        translates = self.value("translates", "body") > 0.0
+        freeze(translates)
+        return translates
 
     @property
     def pitch(self) -> Array:
@@ -477,13 +479,13 @@ class ShockProfile:
         """How far to trust the numbers, with the warnings."""
         landing, proof, robot = self.landing, self.proof, self.robot.name
         with self.trace.stage("accuracy and warnings"):
-            sensitivity = data_sensitivity(self.condition)
+            sensitivity, data = data_sensitivity(proof, self._small_differences)
             warnings = (
                 *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
                 *landing.warnings,
                 *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),
-                *data_warnings(sensitivity),
+                *data,
                 *pulled(landing, self.value("pull", "contact")),
                 *gained(robot, self.energy_lost),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),
@@ -500,16 +502,33 @@ class ShockProfile:
                 warnings=warnings,
             )
 
-    def shock_at(self, body: str, r: Array) -> Array:
-        """Shock at points of a body, |Δv + Δω × r| / v_in [1]. Args: r (..., 3) in the body's frame [m].
+    @property
+    def _small_differences(self) -> list[tuple[Quantity, list[Place], Array]]:
+        """Results that may be small differences of large numbers: speed, radii of percussion, impulses; with places and values."""
+        impulse = np.nan_to_num(np.linalg.norm(self.value("impulse", "contact"), axis=1))
+        chosen = [
+            (quantity("robot", "v_in"), np.ones(1)),
+            (quantity("body", "ropc"), ~self.translates),
+            (quantity("contact", "impulse"), impulse > AT_REST * impulse.max(initial=0.0)),
+        ]
+        kept = [(entry, [p for p, keep in zip(self.places(entry.of), flags, strict=True) if keep]) for entry, flags in chosen]
+        return [(entry, places, self.values(entry, places)) for entry, places in kept if places]
+
+    def shock_at(self, frame: str, r: Array) -> Array:
+        """Shock at points of a body, |Δv + Δω × r| / v_in [1].
+
+        Args:
+            frame: name of the body, or of a link, joint or site on it.
+            r: (..., 3) from the origin of that frame, in its axes [m].
 
         Raises:
-            UnknownName: the robot has no such body.
+            UnknownName: the robot has no such frame.
         """
-        if body not in self.bodies:
-            raise UnknownName("body", body, self.bodies, f'robot "{self.robot.name}"', f"shockpc robots {self.robot.label}")
-        i = self.bodies.index(body)
-        return np.asarray(shock_at(self.delta_omega[i], self.delta_v[i], np.asarray(r, dtype=float), self.v_in))
+        place = self.robot.frame(frame)
+        points = place.offset + np.asarray(r, dtype=float) @ place.rotation.T
+        if place.body < 0:
+            return np.zeros(points.shape[:-1])
+        return np.asarray(shock_at(self.delta_omega[place.body], self.delta_v[place.body], points, self.v_in))
 
     def _directions(self, kind: Kind) -> ExtremeDirections:
         """The extreme directions of bodies or points."""

@@ -232,7 +232,7 @@ class _Mechanism:
             a, b = loop.bodies
             R, frame = self.exact(np.eye(3)) if a < 0 else self.rotation[a], loop.rotations[0]
             wrenches = forces(self.exact(loop.axes @ frame.T) @ R.T, self.world(b, loop.points[1]))
-            wrenches += moments(self.exact(frame.T) @ R.T) if loop.turns else []
+            wrenches += moments(self.exact(frame.T) @ R.T) if loop.holds_orientation else []
             held += [({body: w * sign for body, sign in ((b, 1), (a, -1)) if body >= 0}, still) for w in wrenches]
         held = held if chosen is None else [held[k] for k in chosen]
         tied = [self.mimic(mimic) for mimic in self.robot.mimics]

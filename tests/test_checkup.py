@@ -109,8 +109,8 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
         joint("j", "base", "cross"), joint("k", "cross", "tip"),
         joint("l", "base", "finger"), joint("m", "finger", "nail", "fixed"),
     ): [
-        ("error", 'body "finger"', "no mass here nor on what hangs there, so the inertia matrix cannot be inverted; give mass"),
-        ("note", 'body "cross"', "no mass here; the shock follows from what hangs on the joints beyond"),
+        ("error", 'body "finger"', "no mass here nor on what it carries, so the inertia matrix cannot be inverted; give mass"),
+        ("note", 'body "cross"', "no mass here; the shock follows from what the joints beyond carry"),
     ],
     # Grams read as kilograms, and a stand-in next to nothing.
     arm(base=link("base", "2"), tip=link("tip", "1500")): [

@@ -120,7 +120,7 @@ def test_loops_are_mujoco_s(tie, base):
         if a >= 0:
             # While a loop is open, its gap in axes fixed in the first body changes with that body's rotation too.
             open_by = state.rotation[0, a] @ loop.rotations[0] @ gap[:3]
-            theirs[:3] += np.cross((state.J[0, :3] * state.moves[a]).T, open_by).T
+            theirs[:3] += np.cross((state.J[0, :3] * state.supports[a]).T, open_by).T
         np.testing.assert_allclose(row_space(ours), row_space(theirs), atol=1e-9)
         assert np.linalg.norm(gap[:3]) == pytest.approx(np.linalg.norm(residual[:3]), abs=1e-12)
         # MuJoCo's residual is the vector part of a quaternion.
@@ -265,7 +265,7 @@ def test_equalities_that_are_not_active_are_left_out(default, words, active):
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
-        (chains(FOLLOW.format("") + LED + TWICE.format("")), ('ties "q", "p", but',)),
+        (chains(FOLLOW.format("") + LED + TWICE.format("")), ('couples "q", "p", but',)),
         (amid_scenery(f'<connect body1="foot" body2="pole" {HELD}/>', FIXED), ("MuJoCo", "'pole'")),
         (amid_scenery('<weld site1="on_foot" site2="post"/>', FIXED), ("MuJoCo", "'post'")),
         (amid_scenery('<joint joint1="p" joint2="t"/>', '<joint name="t" type="ball"/>'), ("MuJoCo", "HINGE and SLIDE")),

@@ -1,6 +1,7 @@
 """MJCF: inertia matrix, placements and limits equal MuJoCo's own; what cannot be computed is refused."""
 
 import re
+import resource
 import sys
 import warnings
 from pathlib import Path
@@ -9,9 +10,22 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal
+from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
-from shockpc import Contact, Joints, Posture, Robot, RobotError, Scene, Strike, UnknownName, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    Posture,
+    Robot,
+    RobotError,
+    Scene,
+    SceneError,
+    Strike,
+    UnknownName,
+    configuration_from_mujoco,
+    load_robot,
+    shock_profile,
+)
 from shockpc.robot.mjcf_compiled import compiled
 from shockpc.scene import robot_of
 
@@ -108,11 +122,9 @@ def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None
     inertia = np.zeros((theirs.nv, theirs.nv))
     mujoco.mj_fullM(theirs, state, inertia)
 
-    q, to_world = np.array(state.qpos), np.eye(theirs.nv)
-    for kind, adr in zip(theirs.jnt_type, theirs.jnt_qposadr, strict=True):
-        if kind < 2:
-            w = adr + (3 if kind == 0 else 0)
-            q[w : w + 4] = q[[w + 1, w + 2, w + 3, w]] / np.linalg.norm(q[w : w + 4])
+    file = np.zeros(compiled(robot.source).model.nq)
+    file[: theirs.nq] = state.qpos  # what is left out of the robot comes last
+    q, to_world = configuration_from_mujoco(robot, file), np.eye(theirs.nv)
     if robot.free_base:
         # MuJoCo counts the base's linear velocity in the world's axes, Pinocchio in the base's own.
         to_world[:3, :3] = state.xmat[theirs.jnt_bodyid[0]].reshape(3, 3).T
@@ -129,6 +141,13 @@ def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None
             place = data.oMf[robot.model.getFrameId(name, kind)]
             np.testing.assert_allclose(place.translation, position, atol=1e-13)
             np.testing.assert_allclose(place.rotation.ravel(), rotation, atol=1e-13)
+
+
+def test_a_qpos_that_the_file_has_not_is_refused(tmp_path: Path):
+    robot = from_text(tmp_path, mjcf(floating(body("b"))))
+    for qpos, part in ((np.zeros(7), "8 finite numbers"), (np.full(8, np.nan), "8 finite numbers"), (np.zeros(8), "length 0")):
+        refused(SceneError, [part], configuration_from_mujoco, robot, qpos)
+    refused(RobotError, ['quaternion="wxyz"'], configuration_from_mujoco, load_robot("anymal_b"), np.zeros(19))
 
 
 def drawn_at_random(theirs: mujoco.MjModel, seed: int) -> np.ndarray:
@@ -318,7 +337,7 @@ def test_what_is_tied_to_the_robot_belongs_to_it(tmp_path: Path):
     assert '"door" (1 kg) left out' in robot.warnings[0]
     whole = mujoco.MjModel.from_xml_string(mjcf(arms))
     assert_equal(robot, whole, drawn_at_random(whole, 3))
-    with pytest.raises(RobotError, match='equalities tie "base", "door" together, and with a floating base'):
+    with pytest.raises(RobotError, match='equalities couple "base", "door", and with a floating base'):
         from_text(tmp_path, TWO.replace("<keyframe>", tie.format("door", "b") + "<keyframe>"))
 
 
@@ -427,7 +446,7 @@ REFUSED = {
         after=SPATIAL + '<equality><tendon name="belt" tendon1="t"/></equality>',
     ): 'the equality "belt" couples tendons that are not fixed.*active="false"',
     among('<equality><joint joint1="k" joint2="j"/><joint joint1="k" polycoef="0.1 0 0 0 0"/></equality>'): (
-        'the equality ties "k", but each of these follows already'
+        'the equality couples "k", but each of these follows already'
     ),
     among(FIXED.format(' armature="0.5"')): 'tendon "t" has an armature that is not computed',
     among(FIXED.format("") + '<actuator><motor name="a" tendon="t" armature="0.1"/></actuator>'): (
@@ -459,8 +478,35 @@ def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: py
     assert {path.name for path in folder.iterdir()} == {"dog.xml", "package.xml", "a.xml"}
 
 
+ONE = '<worldbody><body name="a"><freejoint/><geom size=".1"/></body></worldbody>'
+GROWING = {
+    "keys": f'<mujoco><size nkey="100000000"/>{ONE}</mujoco>',
+    "numbers": f'<mujoco><size nuser_body="2000000000"/>{ONE}</mujoco>',
+    "mesh": f'<mujoco><asset><mesh name="m" builtin="supersphere" params="100000 1 1"/></asset>{ONE}</mujoco>',
+    "itself": f'<mujoco><asset><model name="s" file="itself.xml"/></asset>{ONE}</mujoco>',
+    "levels": f'<mujoco><asset>{"".join(f"""<model name="n{k}" file="level0.xml"/>""" for k in range(4))}</asset>{ONE}</mujoco>',
+}
+
+
+@pytest.mark.parametrize("name", GROWING)
+def test_what_grows_without_end_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A small file that asks MuJoCo for much time or memory costs neither, but a message."""
+    monkeypatch.setattr("shockpc.robot.child.SECONDS", 2)
+    for k in range(12):
+        text = GROWING["levels"].replace("level0", f"level{k + 1}") if k < 11 else f"<mujoco>{ONE}</mujoco>"
+        (tmp_path / f"level{k}.xml").write_text(text)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert "MuJoCo cannot compile it within" in refusal(tmp_path, GROWING[name], f"{name}.xml")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 2**17  # kB
+
+
+def test_a_count_with_a_sign_is_a_count(tmp_path: Path):
+    text = mjcf(floating('<replicate count="+1000000"><geom size=".01"/></replicate>'))
+    assert "elements after replication" in refusal(tmp_path, text, "dog.xml")
+
+
 def test_a_point_weld_is_a_connect(tmp_path: Path):
     """torquescale="0" leaves the orientation free."""
     for scale, turns in (("0", False), ("2", True)):
         robot = from_text(tmp_path, among(f'<equality><weld torquescale="{scale}" body1="b" body2="c"/></equality>'))
-        assert [loop.turns for loop in robot.loops] == [turns]
+        assert [loop.holds_orientation for loop in robot.loops] == [turns]

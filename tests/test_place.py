@@ -386,4 +386,4 @@ def test_without_clarabel_the_command_says_what_to_install(monkeypatch, capfd):
     monkeypatch.setitem(__import__("sys").modules, "clarabel", None)
     found = run(capfd, "place", "anymal_b")
     assert found.code == 2
-    assert 'pip install "shockpc[place]"' in found.err
+    assert "pip install clarabel" in found.err

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
+from scipy.spatial.transform import Rotation
 from trees import known_robot, random_rotations, robot_from
 
 from shockpc import Contact, Posture, Scene, SceneError, UnknownName, shock_profile
@@ -190,6 +191,50 @@ def test_position_and_rotation_of_the_base_are_set_apart():
     np.testing.assert_array_equal(moved[3:], reference[3:])
     turned = configuration(robot, Posture(base_rpy_deg=(0.0, 0.0, 0.0)))
     np.testing.assert_array_equal(turned[:7], [*reference[:3], 0.0, 0.0, 0.0, 1.0])
+
+
+# Coordinates by name
+
+
+@pytest.mark.parametrize("order", ["xyzw", "wxyz"])
+def test_coordinates_by_name_are_where_pinocchio_has_them(order):
+    """Every joint at its index in the model; a quaternion in either order is the rotation that SciPy makes of it."""
+    rng = np.random.default_rng(0)
+    robot, turn = known_robot("anymal_b"), Rotation.random(random_state=1)
+    values = {name: float(rng.uniform(-1.0, 1.0)) for name in rng.permutation(robot.joint_names)}
+    q = configuration(robot, joints=values, base=(1, 2, 3, *turn.as_quat(scalar_first=order == "wxyz")), quaternion=order)
+    for name, value in values.items():
+        assert q[robot.model.joints[robot.model.getJointId(name)].idx_q] == value
+    placement = pin.XYZQUATToSE3(q[:7])
+    np.testing.assert_allclose(placement.rotation, turn.as_matrix(), atol=1e-15)
+    np.testing.assert_array_equal(placement.translation, (1.0, 2.0, 3.0))
+
+
+def test_joints_of_several_coordinates_are_set_by_name():
+    """A ball joint by its quaternion, a continuous one by its angle, and followers with those that they follow."""
+    ball = robot_from(FREE, ".xml")
+    q = configuration(ball, joints={"hip": (0.8, 0.0, 0.6, 0.0)}, base=(0.0, 0.0, 1.0), quaternion="wxyz")
+    np.testing.assert_allclose(q, [0, 0, 1, 0, 0, 0, 1, 0, 0.6, 0, 0.8], atol=1e-15)
+    angle = 0.3 - 2 * 0.2
+    np.testing.assert_allclose(
+        configuration(CHAIN, joints={"hinge": 0.2})[7:], [0.2, math.cos(angle), math.sin(angle), 0.1 * angle]
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "kind", "parts"),
+    [
+        ({"joints": {"hinj": 0.1}}, UnknownName, ['"hinj"', '"hinge"']),
+        ({"joints": {"hinge": "fast"}}, SceneError, ['"hinge"', "fast"]),
+        ({"joints": {"hinge": (0.1, 0.2)}}, SceneError, ['"hinge" (revolute)', "1 finite number"]),
+        ({"joints": {"hinge": math.nan}}, SceneError, ['"hinge"', "finite"]),
+        ({"base": (0, 0, 0, 0, 0, 0, 1)}, SceneError, ["base", 'quaternion="xyzw"', "wxyz"]),
+        ({"base": (0, 0, 0, 0, 0, 0, 3), "quaternion": "xyzw"}, SceneError, ["base", "length 3"]),
+        ({"base": (0, 0, 0, 1)}, SceneError, ["base", "3 or 7"]),
+    ],
+)
+def test_coordinates_that_cannot_be_set_are_refused(given, kind, parts):
+    refused(kind, parts, lambda: configuration(MIXED, **given))
 
 
 # Limits

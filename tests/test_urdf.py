@@ -70,8 +70,8 @@ NAMED_TWICE = 'are called "{}"; names have to be unique, so rename one'
 CIRCLE = "a circle that no root link carries"
 REFUSED = {
     urdf(): "has no <link>, so there is no robot in it; if it defines macros, give the file that uses them",
-    urdf('<link name="a"/>'): "no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
-    urdf(link("a", mass="0")): "no link has mass, so nothing in it can be struck; give at least one link an <inertial>",
+    urdf('<link name="a"/>'): "no link has mass, so the robot has no mass; give at least one link an <inertial>",
+    urdf(link("a", mass="0")): "no link has mass, so the robot has no mass; give at least one link an <inertial>",
     urdf(link("a"), "<link/>"): "<link> number 2 has no name; give it one",
     elbow(name=""): "<joint> number 1 has no name; give it one",
     hung("aa"): "two links " + NAMED_TWICE.format("a"),

@@ -170,11 +170,10 @@ def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **
     return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
 
 
-def _family(parameter: str, variants: dict[str, Any], values: tuple[Any, ...]) -> Callable[[Build], Build]:
-    """Make a function that builds landings a family, which has the function's name and docstring; arguments as in `Family`."""
+def _family(about: str, parameter: str, variants: dict[str, Any], values: tuple[Any, ...]) -> Callable[[Build], Build]:
+    """Make a function that builds landings a family, which has the function's name; arguments as in `Family`."""
 
     def add(build: Build) -> Build:
-        about = " ".join((build.__doc__ or "").split()).removesuffix(".")
         name = build.__name__.strip("_").replace("_", " ")
         FAMILIES[name] = Family(name, about, parameter, variants, values, build)
         return build
@@ -182,48 +181,72 @@ def _family(parameter: str, variants: dict[str, Any], values: tuple[Any, ...]) -
     return add
 
 
-@_family("robot", {"one foot": 1, "all feet": None}, (*SETS["quadrupeds"], *SETS["bipeds"], "human"))
+@_family(
+    "Robots of example-robot-data, with links without mass (romeo, human) and condition numbers up to 9e18 (icub)",
+    "robot",
+    {"one foot": 1, "all feet": None},
+    (*SETS["quadrupeds"], *SETS["bipeds"], "human"),
+)
 def _robots(feet: int | None, name: str) -> Built:
-    """Robots of example-robot-data, with links without mass (romeo, human) and condition numbers up to 9e18 (icub)."""
     robot = known_robot(name)
     return landing(robot, *each_foot(robot)[:feet])
 
 
-@_family("mass ratio [-]", ENDS, (1e10, 1e20))
+@_family(
+    "Six links with a large ratio of masses: light ones are lost in sums, and small motions are differences of large ones",
+    "mass ratio [-]",
+    ENDS,
+    (1e10, 1e20),
+)
 def _mass_ratio(variant: tuple[bool, bool], ratio: float) -> Built:
-    """Six links with a large ratio of masses: light ones are lost in sums, and small motions are differences of large ones."""
     at_root, rooted_light = variant
     masses = np.geomspace(ratio**-0.5, ratio**0.5, 6)
     robot = chain(masses if rooted_light else masses[::-1], np.full(6, 0.4))
     return landing(robot, "link0" if at_root else Contact(frame="link5", offset=(0.0, 0.0, 0.4)), posture=bent(robot))
 
 
-@_family("knee angle [rad]", BASES, (0.0, 1e-9, 1e-5))
+@_family(
+    "A knee that straightens, struck along the leg, which cannot move that way then: a fixed base has no solution or verdict",
+    "knee angle [rad]",
+    BASES,
+    (0.0, 1e-9, 1e-5),
+)
 def _knee(variant: tuple[Any, Any], angle: float) -> Built:
-    """A knee that straightens, struck along the leg, which cannot move that way then: a fixed base has no solution or verdict."""
     base, directions = variant
     posture = Posture(reference="neutral", joints={"hind_hip": -0.5 * angle, "hind_knee": angle})
     foot = Contact(frame="hind_foot", directions=directions)
     return landing(known_robot("quadruped"), foot, strike=Strike(), base=base, posture=posture)
 
 
-@_family("number of links [-]", {"struck at the end": 0.0, "struck in the middle": 0.5}, (10, 50, 200))
+@_family(
+    "Chains of equal links: the motion of a distant link is a small difference of long sums",
+    "number of links [-]",
+    {"struck at the end": 0.0, "struck in the middle": 0.5},
+    (10, 50, 200),
+)
 def _links(where: float, n: int) -> Built:
-    """Chains of equal links: the motion of a distant link is a small difference of long sums."""
     robot = chain(np.full(n, 1.0), np.full(n, 0.2))
     # Angles that shrink with the number of links keep a long chain from winding into itself.
     return landing(robot, f"link{int(where * n)}", posture=bent(robot, 1.0 / math.sqrt(n)))
 
 
-@_family("reflected inertia [kg m²]", {"one foot": 1, "four feet": 4}, (1e-18, 1e-3, 1e12))
+@_family(
+    "ANYmal B with drives from free to almost locked: large reflected inertias dominate the diagonal of H",
+    "reflected inertia [kg m²]",
+    {"one foot": 1, "four feet": 4},
+    (1e-18, 1e-3, 1e12),
+)
 def _armature(feet: int, inertia: float) -> Built:
-    """ANYmal B with drives from free to almost locked: large reflected inertias dominate the diagonal of H."""
     return landing(known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=Joints(armature={"*": inertia}))
 
 
-@_family("mass of the link [kg]", LIMBS, (0.0, 1e-15, 1e-10))
+@_family(
+    "A leg with a link of almost no mass, whose motion is a quotient of rounding errors; without mass it is not determined",
+    "mass of the link [kg]",
+    LIMBS,
+    (0.0, 1e-15, 1e-10),
+)
 def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
-    """A leg with a link of almost no mass, whose motion is a quotient of rounding errors; without mass it is not determined."""
     masses = [light if mass is None else mass for mass in variant]
     # Hip, knee, ankle, and an arm on the body.
     parents, axes = (0, 1, 2, 0), (Y, 0.6 * Y + 0.8 * Z, Y, X)
@@ -234,17 +257,25 @@ def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
     return landing(robot_of([body, *limbs], "light"), Contact(frame="link3", offset=(0.0, 0.0, -0.3)), posture=posture)
 
 
-@_family("units of length in one metre [-]", {"kg": 1.0, "g": 1e3}, (1e-3, 1e3, 1e6))
+@_family(
+    "One robot in other units of length and mass, which set the condition number of H: it holds masses and moments of inertia",
+    "units of length in one metre [-]",
+    {"kg": 1.0, "g": 1e3},
+    (1e-3, 1e3, 1e6),
+)
 def _units(mass: float, length: float) -> Built:
-    """One robot in other units of length and mass, which set the condition number of H: it holds masses and moments of inertia."""
     robot = chain(mass * np.array([8.0, 2.0, 1.0, 3.0, 0.5]), length * np.array([0.5, 0.3, 0.2, 0.4, 0.1]))
     foot = Contact(frame="link4", offset=(0.0, 0.0, 0.1 * length))
     return landing(robot, foot, posture=bent(robot), strike=Strike(velocity=(0.4 * length, 0.1 * length, -0.9 * length)))
 
 
-@_family("corners [-]", {"sticking": STICKING, "sliding": ("z",)}, (1, 4))
+@_family(
+    "A box with a mast that lands on several corners: from the third on rows are dependent, and the KKT matrix is singular",
+    "corners [-]",
+    {"sticking": STICKING, "sliding": ("z",)},
+    (1, 4),
+)
 def _corners(directions: Any, n: int) -> Built:
-    """A box with a mast that lands on several corners: from the third on rows are dependent, and the KKT matrix is singular."""
     body = Link(-1, "", ORIGIN, Y, 7.0, np.array([0.02, 0.01, 0.03]), box(7.0, (0.6, 0.4, 0.2)))
     mast = Link(0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *_rod(1.0, 0.4 * Z))
     corners = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)][:n]
@@ -252,21 +283,33 @@ def _corners(directions: Any, n: int) -> Built:
     return landing(robot_of([body, mast], "brick"), *contacts)
 
 
-@_family("feet [-]", {"locked": Joints(model="locked"), "hips free": Joints(locked=("*HFE", "*KFE"))}, (1, 2, 4))
+@_family(
+    "ANYmal B with locked joints on several feet: up to twelve rows on a mechanism with six to ten degrees of freedom",
+    "feet [-]",
+    {"locked": Joints(model="locked"), "hips free": Joints(locked=("*HFE", "*KFE"))},
+    (1, 2, 4),
+)
 def _locked_feet(joints: Joints, feet: int) -> Built:
-    """ANYmal B with locked joints on several feet: up to twelve rows on a mechanism with six to ten degrees of freedom."""
     return landing(known_robot("anymal_b"), *ANYMAL_FEET[:feet], joints=joints)
 
 
-@_family("distance [m]", {"with another foot": "RH_FOOT"}, (1e-8, 1e-5, 1e-2))
+@_family(
+    "A foot of ANYmal B that strikes with two points: they stop a rotation by rows that differ only by their distance",
+    "distance [m]",
+    {"with another foot": "RH_FOOT"},
+    (1e-8, 1e-5, 1e-2),
+)
 def _doubled_contact(other: str, apart: float) -> Built:
-    """A foot of ANYmal B that strikes with two points: they stop a rotation by rows that differ only by their distance."""
     return landing(known_robot("anymal_b"), "LF_FOOT", other, Contact(frame="LF_FOOT", offset=(apart, 0.0, 0.0)))
 
 
-@_family("height over length [-]", {"closed in the plane": ("x", "z"), "closed in space": STICKING}, (0.0, 1e-10, 1.0))
+@_family(
+    "A four-bar linkage almost folded into a line, where a closure row vanishes; closed in space, another row is dependent",
+    "height over length [-]",
+    {"closed in the plane": ("x", "z"), "closed in space": STICKING},
+    (0.0, 1e-10, 1.0),
+)
 def _flat_four_bar(directions: Any, height: float) -> Built:
-    """A four-bar linkage almost folded into a line, where a closure row vanishes; closed in space, another row is dependent."""
     # Drawn closed, so that every angle is zero: ends of crank and coupler, and the rocker's hinge, from the crank's hinge.
     crank, coupler, rocker = 0.5 * X + height * Z, 1.1 * X - 0.7 * height * Z, 1.6 * X
     hinge = -0.8 * X - 0.1 * Z
@@ -281,7 +324,11 @@ def _flat_four_bar(directions: Any, height: float) -> Built:
     return landing(robot_of(links, "four_bar"), foot, closure=(Closure(a=a, b=b, directions=directions),))
 
 
-@_family("distance [m]", {"one foot": "LF_FOOT"}, (1e6, 1e9))
+@_family(
+    "ANYmal B far from the origin of the world: velocities written there multiply every rotation by the distance",
+    "distance [m]",
+    {"one foot": "LF_FOOT"},
+    (1e6, 1e9),
+)
 def _far_from_the_origin(foot: str, away: float) -> Built:
-    """ANYmal B far from the origin of the world: velocities written there multiply every rotation by the distance."""
     return landing(known_robot("anymal_b"), foot, posture=Posture(base_position=(away, -0.3 * away, 0.5)))

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from shockpc import PosedLanding, Robot, Scene, ShockMaps, ShockProfile, SolveError, resolve, shock_maps, shock_profile
+from shockpc import Robot, Scene, ShockMaps, ShockProfile, SolveError, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import Prepared, System, UnsuitedError, double_jumps, system_of
@@ -24,6 +24,7 @@ from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.executor import processes
+from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import dynamics
 from shockpc.show.parts import Parts
 from shockpc.show.tables import Cell, Sheet

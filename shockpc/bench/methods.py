@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc import PosedLanding, Robot, Scene, SceneError, resolve, shock_profile
+from shockpc import Robot, Scene, SceneError, resolve, shock_profile
 from shockpc.core.spatial import Array
+from shockpc.landing import PosedLanding
 from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_axes, block_point
 from shockpc.profile import impact_jumps

@@ -31,7 +31,7 @@ def _model(system: System, tau: float | None = None) -> Any:
         UnsuitedError: MuJoCo is not installed, has no such joint, or refuses the model.
     """
     if mujoco is None:
-        raise UnsuitedError('MuJoCo is not installed; pip install "shockpc[bench]"')
+        raise UnsuitedError("MuJoCo is not installed; pip install mujoco")
     model, spec, data = system.model, mujoco.MjSpec(), system.model.createData()
     pin.forwardKinematics(model, data, system.landing.q)
     spec.option.gravity, spec.option.solver, spec.option.tolerance = np.zeros(3), mujoco.mjtSolver.mjSOL_NEWTON, 1e-12

@@ -3,14 +3,19 @@
 import sys
 from pathlib import Path
 
-from shockpc.cli.declare import takes_options
+from shockpc.cli.declare import command
 from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import scene_file
 
 __all__ = ["analyze"]
 
 
-@takes_options
+@command(
+    "Compute the shock of a landing on every body of a robot.",
+    "shockpc analyze anymal_b --contact LF_FOOT --out out/",
+    'shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60"',
+    "shockpc analyze go2 --contact foot --drop-height 0.3 --pulse half-sine:5ms",
+)
 def analyze(
     *,
     robot: str = ROBOT,
@@ -23,7 +28,6 @@ def analyze(
     force: bool = in_output("Let --save-scene replace a file."),
     explain: bool = EXPLAIN,
 ) -> None:
-    """Compute the shock of a landing on every body of a robot."""
     from shockpc.cli.progress import ShownTrace
 
     trace = ShownTrace()

@@ -9,25 +9,15 @@ import typer
 from typer.core import TyperCommand
 
 from shockpc import __version__
+from shockpc.cli.declare import EXIT_CODES, Help
 
 __all__ = ["COMMANDS", "GroupedCommand", "app_for"]
 
 COMMANDS = (
-    "analyze", "batch", "bench", "check", "compare", "limits", "paper", "place", "robots", "schema", "sensitivity", "sweep",
+    "analyze", "batch", "bench", "check", "compare", "limits", "paper", "place", "quantities", "robots", "schema", "sensitivity",
+    "sweep",
 )  # fmt: skip
 """Each is a function of that name in the module of that name."""
-
-EXAMPLES = """\b
-Examples:
-  shockpc analyze anymal_b --contact LF_FOOT --out out/
-  shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60"
-  shockpc analyze go2 --contact foot --drop-height 0.3 --pulse half-sine:5ms
-
-\b
-Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files,
-3 no verdict (the posture is singular, or the model has no unique solution),
-130 interrupted by Ctrl-C, 143 terminated by SIGTERM.
-"""
 
 
 class GroupedCommand(TyperCommand):
@@ -54,7 +44,7 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     """The command line for these words: if they name a command, it alone is imported and set up, because each takes time."""
     app = typer.Typer(
         help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.",
-        epilog=EXAMPLES,
+        epilog=EXIT_CODES,
         add_completion=False,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -63,9 +53,9 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     )
     named = [word for word in words[:1] if word in COMMANDS]
     for name in named or COMMANDS:
-        module = importlib.import_module(f"shockpc.cli.{name}")
-        epilog = EXAMPLES if name == "analyze" else getattr(module, "EPILOG", None)
-        app.command(name, cls=GroupedCommand, epilog=epilog if named else None)(getattr(module, name))
+        function = getattr(importlib.import_module(f"shockpc.cli.{name}"), name)
+        shown: Help = function.help
+        app.command(name, cls=GroupedCommand, help=shown.text, short_help=shown.summary, epilog=shown.after)(function)
     return app
 
 

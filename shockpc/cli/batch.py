@@ -2,7 +2,7 @@
 
 import functools
 
-from shockpc.cli.declare import argument, group, takes_options
+from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import robot_name
 
@@ -11,7 +11,15 @@ __all__ = ["batch"]
 _in_robots = group("Robots")
 
 
-@takes_options
+@command(
+    "Land many robots on each of their feet, and rank them.",
+    'shockpc batch anymal_c go2 solo12 --armature "*=0.05"',
+    more=(
+        "Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With"
+        " --contact, only matching feet strike; a scene lands as it says. Ends with exit code 3 if some landings cannot"
+        " be computed."
+    ),
+)
 def batch(
     *,
     robots: tuple[str, ...] = argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name),
@@ -21,11 +29,6 @@ def batch(
     output: OutputOptions,
     figures: bool = in_output("Also draw all landings on one contact sheet in that folder."),
 ) -> int:
-    """Land many robots on each of their feet, and rank them.
-
-    Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With --contact, only
-    matching feet strike; a scene lands as it says. Ends with exit code 3 if some landings cannot be computed.
-    """
     from shockpc.cli.output import give
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import scenes_from

@@ -4,7 +4,7 @@ import os
 import sys
 from pathlib import Path
 
-from shockpc.cli.declare import argument, takes_options
+from shockpc.cli.declare import argument, command
 from shockpc.cli.options import SceneOptions, in_output
 from shockpc.cli.parse import out_folder, robot_name
 
@@ -13,7 +13,10 @@ __all__ = ["bench"]
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-@takes_options
+@command(
+    "Measure the error and the run time of several methods.",
+    "shockpc bench anymal_b --contact LF_FOOT",
+)
 def bench(
     *,
     options: SceneOptions,
@@ -24,7 +27,6 @@ def bench(
         "Folder of the report; by default out/bench for the suite, and none for a landing.", "DIR", out_folder
     ),
 ) -> None:
-    """Measure the error and the run time of several methods."""
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
         os.environ[name] = "1"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from shockpc.cli.declare import argument, group, takes_options
+from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import in_output
 from shockpc.cli.parse import out_folder, path, writable
 from shockpc.cli.process import complain
@@ -67,7 +67,11 @@ def report(text: str) -> tuple[str, Path | None]:
     return format_, writable(path(file), "--format") if equals else None
 
 
-@takes_options
+@command(
+    "Compare landings with budgets, as a gate in CI.",
+    "shockpc check budgets.toml --format text --format junit=shock.xml",
+    after=EPILOG,
+)
 def check(
     *,
     budgets: Path | None = argument(
@@ -83,7 +87,6 @@ def check(
     ),
     out: Path | None = in_output("Write JSON, CSV, JUnit and Markdown into this folder.", "DIR", out_folder),
 ) -> int:
-    """Compare landings with budgets, as a gate in CI."""
     from shockpc.cli.progress import progress
     from shockpc.errors import OutputError, StudyError
     from shockpc.show.files import destination, write_file, write_folder

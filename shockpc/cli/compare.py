@@ -1,6 +1,6 @@
 """`shockpc compare`: designs side by side."""
 
-from shockpc.cli.declare import argument, group, takes_options
+from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import robot_name
 
@@ -9,7 +9,15 @@ __all__ = ["compare"]
 _in_designs = group("Designs")
 
 
-@takes_options
+@command(
+    "Compare the shock of designs, or of a design's changes.",
+    'shockpc compare go2 --contact FL_foot --change "mass:*_calf=0.9x"',
+    "shockpc compare anymal_b anymal_c --contact LF_FOOT --out compare/",
+    more=(
+        "The options of the landing hold for every design. One --contact is for all; with as many as there are designs,"
+        " each has its own."
+    ),
+)
 def compare(
     *,
     designs: tuple[str, ...] = argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name, default=...),
@@ -21,10 +29,6 @@ def compare(
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
-    """Compare the shock of designs, or of a design's changes.
-
-    The options of the landing hold for every design. One --contact is for all; with as many as there are designs, each has its own.
-    """
     from shockpc.cli.output import give
     from shockpc.cli.scenes import one_scene
     from shockpc.errors import StudyError

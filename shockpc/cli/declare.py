@@ -1,6 +1,6 @@
-"""How options are declared, and how a command takes those that the fields of a record declare.
+"""How commands and options are declared, and how a command takes those options that the fields of a record declare.
 
-    @takes_options
+    @command("Find joint limits.", "shockpc limits hyq --joint lf_kfe_joint")
     def limits(*, robot: str = ROBOT, joint: str = in_question("The joint.", "JOINT"), options: SceneOptions) -> None: …
 
 A parameter that is called like an option of the record, with an underscore after it, takes its place; the record's is then empty.
@@ -12,14 +12,43 @@ import copy
 import functools
 import inspect
 from collections.abc import Callable
-from typing import Any, get_args
+from typing import Any, NamedTuple, TypeAlias, get_args
 
 import typer
 from typer.models import OptionInfo
 
-__all__ = ["argument", "group", "takes_options"]
+__all__ = ["EXIT_CODES", "Help", "argument", "command", "group"]
 
-Parser = Callable[[str], Any]
+Parser: TypeAlias = Callable[[str], Any]
+Command: TypeAlias = Callable[..., int | None]
+
+EXIT_CODES = """\b
+Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files,
+3 no verdict (the posture is singular, or the model has no unique solution),
+70 an error in shockpc itself, 130 interrupted by Ctrl-C, 143 terminated by
+SIGTERM.
+"""
+
+
+class Help(NamedTuple):
+    """What the help of a command says besides its options.
+
+    Attributes:
+        summary: what the command does, a sentence.
+        examples: command lines.
+        more: a paragraph, or nothing.
+        after: what stands under the options.
+    """
+
+    summary: str
+    examples: tuple[str, ...]
+    more: str
+    after: str
+
+    @property
+    def text(self) -> str:
+        """What stands above the options, as Typer takes it."""
+        return "\n\n".join(filter(None, [self.summary, self.more, "\n  ".join(["\b\nExamples:", *self.examples])]))
 
 
 def group(heading: str) -> Callable[..., Any]:
@@ -43,18 +72,28 @@ def argument(help_: str, form: str, parser: Parser | None = None, *, default: An
     return typer.Argument(default, help=help_, metavar=form, parser=parser, show_default=False)
 
 
-def takes_options(command: Callable[..., int | None]) -> Callable[..., int | None]:
+def command(summary: str, *examples: str, more: str = "", after: str = EXIT_CODES) -> Callable[[Command], Command]:
+    """Make a function a command, which takes the options of records among its parameters after its own; arguments as in `Help`.
+
+    The text is no docstring, because Python can be told to leave those out.
+    """
+
+    def declare(function: Command) -> Command:
+        run = _taking_options(function)
+        vars(run)["help"] = Help(summary, examples, more, after)
+        return run
+
+    return declare
+
+
+def _taking_options(command: Command) -> Command:
     """Replace each parameter of a command whose type is a record of options by the options that the record declares."""
     own = inspect.signature(command).parameters
     records = {name: one.annotation for name, one in own.items() if hasattr(one.annotation, "_fields")}
-    declared: dict[str, tuple[Any, Any]] = {}
-    for name, one in own.items():
-        fields = getattr(one.annotation, "_field_defaults", None)
-        if fields is None:
-            declared[name] = one.annotation, one.default
-        else:
-            kinds = one.annotation.__annotations__
-            declared |= {field: (kinds[field], option) for field, option in fields.items() if f"{field}_" not in own}
+    declared = {name: (one.annotation, one.default) for name, one in own.items() if name not in records}
+    for record in records.values():
+        fields, kinds = record._field_defaults, record.__annotations__
+        declared |= {field: (kinds[field], option) for field, option in fields.items() if f"{field}_" not in own}
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:

@@ -8,12 +8,13 @@ import warnings
 from collections.abc import Sequence
 
 from shockpc.cli.process import complain, deliver, prepare, received
-from shockpc.errors import ShockError
+from shockpc.errors import ShockError, SolveError
 from shockpc.paths import inputs
 
 __all__ = ["entry", "main"]
 
-FAULTY = 3
+DEFECT = 70
+"""An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's own code would be 1, which means that a budget is exceeded."""
 INTERRUPTED = 130
 """Also what Typer returns, without a message, when a command raises KeyboardInterrupt."""
 
@@ -71,12 +72,11 @@ def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
     if isinstance(error, OSError) and error.filename is not None:
         return f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code
     if isinstance(error, MemoryError):
-        return "the memory of this computer does not suffice; give a robot with fewer joints", FAULTY
+        return "the memory of this computer does not suffice; give a robot with fewer joints", SolveError.exit_code
     import traceback
 
     traceback.print_exception(error)
-    # Python's own exit code would be 1, which means that a result exceeds a limit.
-    return "this is an error in shockpc itself, not in your input; please report the lines above", FAULTY
+    return "this is an error in shockpc itself, not in your input; please report the lines above", DEFECT
 
 
 def _usage(text: str, words: Sequence[str]) -> str:

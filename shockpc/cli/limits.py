@@ -2,7 +2,7 @@
 
 import math
 
-from shockpc.cli.declare import group, takes_options
+from shockpc.cli.declare import command, group
 from shockpc.cli.options import ROBOT, OutputOptions, SceneOptions
 from shockpc.cli.parse import Span, finite, span
 
@@ -11,7 +11,10 @@ __all__ = ["limits"]
 _in_question = group("Question")
 
 
-@takes_options
+@command(
+    "Find the joint angles that keep the shock below a bound.",
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max-shock 0.1",
+)
 def limits(
     *,
     robot: str = ROBOT,
@@ -28,7 +31,6 @@ def limits(
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
-    """Find the joint angles that keep the shock below a bound."""
     from shockpc.cli.output import give
     from shockpc.cli.scenes import one_scene
     from shockpc.scene import point_at

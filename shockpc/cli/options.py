@@ -1,4 +1,4 @@
-"""The options that several commands share, declared once: the fields of records, which a command takes by `takes_options`."""
+"""The options that several commands share, declared once: the fields of records, which a command takes by `command`."""
 
 from pathlib import Path
 from typing import Literal, NamedTuple

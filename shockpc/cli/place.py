@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from shockpc.cli.declare import argument, group, takes_options
+from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name, setting, variable
 
@@ -15,7 +15,15 @@ __all__ = ["place"]
 _in_landings, _in_region, _in_sensors = group("Landings"), group("Where a sensor may be"), group("Sensors")
 
 
-@takes_options
+@command(
+    "Find where on a body a sensor sees least shock.",
+    'shockpc place anymal_b --armature "*=0.05" --vary strike-angle=-30:75:4',
+    more=(
+        "A robot without --contact lands on each of its feet alone. What counts is the greatest shock over all "
+        "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
+        "--pulse and --range-g, also how much of a sensor's range is left along each axis, and how to turn it."
+    ),
+)
 def place(
     *,
     scenes: tuple[str, ...] = argument(
@@ -49,12 +57,6 @@ def place(
     ),
     output: OutputOptions,
 ) -> int:
-    """Find where on a body a sensor sees least shock.
-
-    A robot without --contact lands on each of its feet alone. What counts is the greatest shock over all landings. The optimum over
-    the body is exact, with its gap stated; the shock at the places is proven. With --pulse and --range-g, also how much of a
-    sensor's range is left along each axis, and how to turn it.
-    """
     from shockpc.cli.output import file_names, give
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import is_scene_file, scenes_from

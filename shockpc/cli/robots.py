@@ -3,7 +3,7 @@
 import sys
 from typing import TYPE_CHECKING
 
-from shockpc.cli.declare import argument, takes_options
+from shockpc.cli.declare import argument, command
 from shockpc.cli.options import PACKAGE, XACRO
 from shockpc.cli.parse import robot_name
 
@@ -13,14 +13,16 @@ if TYPE_CHECKING:
 __all__ = ["robots"]
 
 
-@takes_options
+@command(
+    "List the robots known by name, or check and show one.",
+    "shockpc robots hyq",
+)
 def robots(
     *,
     robot: str | None = argument("A name from the list, or a robot file.", "ROBOT", robot_name),
     xacro: tuple[tuple[str, str], ...] = XACRO,
     package: tuple[tuple[str, str], ...] = PACKAGE,
 ) -> None:
-    """List the robots known by name, or check and show one."""
     from shockpc.robot.load import load_robot
 
     sys.stdout.write(_all() if robot is None else _one(load_robot(robot, xacro=dict(xacro), packages=dict(package))))

@@ -2,11 +2,13 @@
 
 import sys
 
+from shockpc.cli.declare import command
+
 __all__ = ["schema"]
 
 
+@command("Print the JSON Schema of scene files, for editors.", "shockpc schema > scene.schema.json")
 def schema() -> None:
-    """Print the JSON Schema of scene files, for editors."""
     import json
 
     from shockpc.scene import scene_schema

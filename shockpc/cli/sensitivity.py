@@ -2,13 +2,16 @@
 
 import sys
 
-from shockpc.cli.declare import group, takes_options
+from shockpc.cli.declare import command, group
 from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
 
 __all__ = ["sensitivity"]
 
 
-@takes_options
+@command(
+    "Rank masses, inertias and angles by effect on the shock.",
+    "shockpc sensitivity anymal_b --contact LF_FOOT --at imu_link",
+)
 def sensitivity(
     *,
     robot: str = ROBOT,
@@ -18,7 +21,6 @@ def sensitivity(
     output: OutputOptions,
     explain: bool = EXPLAIN,
 ) -> None:
-    """Rank masses, inertias and angles by effect on the shock."""
     from shockpc.cli.output import give
     from shockpc.cli.progress import ShownTrace
     from shockpc.cli.scenes import one_scene

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import Literal
 
-from shockpc.cli.declare import group, takes_options
+from shockpc.cli.declare import command, group
 from shockpc.cli.options import ROBOT, SceneOptions
 from shockpc.cli.parse import Variable, out_folder, variable
 from shockpc.cli.process import complain
@@ -15,7 +15,10 @@ _in_varied, _in_computed = group("What varies"), group("What is computed")
 _in_run = group("How it is computed, and where it is written")
 
 
-@takes_options
+@command(
+    "Compute landings over many postures, strikes and models.",
+    'shockpc sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:50" --at imu_link --out sweep/',
+)
 def sweep(
     *,
     robot: str = ROBOT,
@@ -48,7 +51,6 @@ def sweep(
     cluster: str | None = _in_run("Compute on a running Dask cluster; DIR has to be shared with its workers.", "ADDRESS"),
     resume: bool = _in_run("Continue a sweep that was interrupted."),
 ) -> int:
-    """Compute landings over many postures, strikes and models."""
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import scenes_from
     from shockpc.errors import SolveError, StudyError

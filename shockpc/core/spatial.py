@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-__all__ = ["Array", "Plane", "cross_matrix", "jump_at", "plane_from", "quaternion_of", "read_only", "velocity_at"]
+__all__ = ["Array", "Plane", "cross_matrix", "freeze", "jump_at", "plane_from", "quaternion_of", "read_only", "velocity_at"]
 
 Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -111,6 +111,15 @@ def quaternion_of(rotation: Array) -> Array:
     found = products[largest] / products[largest, largest]
     whole = np.round(found)
     return np.asarray(np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found))
+
+
+def freeze(*values: Any) -> None:
+    """Let nobody write to arrays, nor to those of tuples, at any depth; other values are left alone."""
+    for value in values:
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        elif isinstance(value, tuple):
+            freeze(*value)
 
 
 def read_only(values: Array | Sequence[Any]) -> Array:

@@ -12,8 +12,9 @@ import numpy as np
 from flint import ctx
 
 from shockpc.core.impulse import RowChoice
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.exact.balls import Balls, PrecisionError, SingularError, radii, to_double
+from shockpc.exact.sensitivity import last_digits_changed
 from shockpc.exact.solution import BallImpact
 from shockpc.landing import PosedLanding
 
@@ -54,6 +55,7 @@ class Proof:
 
     def __init__(self, landing: PosedLanding, choice: RowChoice) -> None:
         self.landing, self.choice = landing, choice
+        freeze(choice)
         self._bits, self._impact = LEAST_BITS, None
         length = landing.robot.rotation_lengths
         self.jumps, self.bounds = map(read_only, self.read(lambda impact: _jumps(impact.jumps[0], length)))
@@ -90,6 +92,17 @@ class Proof:
                             raise
                 self._bits *= 2
                 self._impact = None
+
+    def with_last_digits_changed(self, compute: Callable[[BallImpact], T]) -> T:
+        """The value of a function of the impact when every datum is changed in its last digit.
+
+        Raises:
+            PrecisionError: a ball is too wide.
+            SingularError: that impact has no solution.
+        """
+        with PRECISION, ctx.workprec(self.bits):
+            landing, data = last_digits_changed(self.landing)
+            return compute(BallImpact(landing, self.choice, data))
 
 
 def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:

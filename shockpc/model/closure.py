@@ -94,7 +94,7 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
         points=(a.offset + a.rotation @ np.asarray(closure.a.offset), b.offset + b.rotation @ np.asarray(closure.b.offset)),
         rotations=(a.rotation, b.rotation),
         axes=unit_directions(f'closure "{name}"', closure.directions),
-        turns=closure.kind == "frame",
+        holds_orientation=closure.kind == "frame",
     )
 
 
@@ -111,7 +111,7 @@ def closure_block(loop: Loop) -> Block:
         body=b,
         point=loop.points[1],
         forces=loop.axes @ frame.T,
-        moments=frame.T if loop.turns else np.zeros((0, 3)),
+        moments=frame.T if loop.holds_orientation else np.zeros((0, 3)),
         other=a,
         axes_body=a,
     )
@@ -123,7 +123,7 @@ def closure_gap(state: Dynamics, loop: Loop) -> Array:
     frame = _orientation(state, a, loop.rotations[0])
     apart = point_at(state, b, p_b) - point_at(state, a, p_a)
     gap = np.einsum("nij,ki,nj->nk", np.swapaxes(frame, -1, -2), loop.axes, apart)
-    if not loop.turns:
+    if not loop.holds_orientation:
         return np.asarray(gap)
     other = _orientation(state, b, loop.rotations[1])
     turned = np.stack([pin.log3(R_a.T @ R_b) for R_a, R_b in zip(frame, other, strict=True)])
@@ -185,7 +185,7 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
     state = dynamics(robot, q[None])
     worst = max(loops, key=lambda loop: float(np.abs(closure_gap(state, loop)).max()))
     left, turned = _apart(state, worst)
-    angle = f" and {np.degrees(turned):.3g} deg turned" if worst.turns else ""
+    angle = f" and {np.degrees(turned):.3g} deg turned" if worst.holds_orientation else ""
     listed = ", ".join(f'"{name}"' for name in _movable(robot, held)) or "none"
     raise SceneError(
         f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm apart{angle}; '

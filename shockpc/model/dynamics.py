@@ -34,7 +34,7 @@ class Dynamics(NamedTuple):
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) origins of the body frames, from the base [m].
         origin: (N, 3) position of the base in the world [m].
-        moves: (nb, nv) which joint velocities move which bodies.
+        supports: (nb, nv) which joint velocities move which bodies.
     """
 
     inertia: Inertia
@@ -42,7 +42,7 @@ class Dynamics(NamedTuple):
     rotation: Array
     position: Array
     origin: Array
-    moves: np.ndarray
+    supports: np.ndarray
 
     @property
     def H(self) -> Array:
@@ -91,10 +91,10 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
     rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:
-        turned, offset = robot.body_frames
+        body_rotation, offset = robot.body_frames
         position = position + (rotation @ offset[..., None])[..., 0]
-        rotation = rotation @ turned
-    return Dynamics(inertia, J, rotation, position, origin, robot.moves)
+        rotation = rotation @ body_rotation
+    return Dynamics(inertia, J, rotation, position, origin, robot.supports)
 
 
 @functools.lru_cache(maxsize=16)

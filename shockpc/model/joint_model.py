@@ -73,7 +73,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
             joint locked apart from the one that it follows.
     """
     armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(robot.model.nv)
-    armature[~robot.driven] = 0.0
+    armature[~robot.actuated_dofs] = 0.0
     locked = np.zeros(robot.model.nv, dtype=bool)
     given = dict(joints.armature)
     for pattern, rotor in joints.rotor.items():
@@ -90,25 +90,25 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     for pattern in joints.locked:
         locked[_velocities(robot, pattern)] = True
     if joints.model == "locked":
-        locked |= robot.driven
+        locked |= robot.actuated_dofs
     for pattern in given:
         if locked[_velocities(robot, pattern)].all():
             raise SceneError(
                 f'"{pattern}" is locked, so a reflected inertia changes nothing there; leave out the lock, or the armature or rotor'
             )
     _refuse_split_followers(robot, locked)
-    if joints.model == "geared" and not armature[robot.driven & ~locked].any():
+    if joints.model == "geared" and not armature[robot.actuated_dofs & ~locked].any():
         raise SceneError(
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
-    return JointModel(armature, locked, _named(armature[robot.driven], locked[robot.driven]))
+    return JointModel(armature, locked, _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs]))
 
 
 def _velocities(robot: Robot, pattern: str) -> list[int]:
     """The velocities of the driven joints that a pattern means."""
     names = (pattern,) if pattern == robot.joints[0].name else robot.match_joints(pattern)
-    driven = [k for name in names for k in range(robot.model.nv)[robot.joint(name).v] if robot.driven[k]]
+    driven = [k for name in names for k in range(robot.model.nv)[robot.joint(name).v] if robot.actuated_dofs[k]]
     if not driven:
         raise SceneError(f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one')
     return driven

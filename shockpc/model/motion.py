@@ -32,7 +32,7 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     whole = np.concatenate([before.omega, before.velocity])
     if not before.joint_rates.any():
         return np.broadcast_to(whole, (len(state.J), 6))
-    return np.asarray(whole + state.J @ np.where(state.moves[body], before.joint_rates, 0.0))
+    return np.asarray(whole + state.J @ np.where(state.supports[body], before.joint_rates, 0.0))
 
 
 def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | None) -> Array:

@@ -1,8 +1,9 @@
 """Where the joints and the base stand when the foot strikes: names, angles and limits → q."""
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -11,7 +12,8 @@ from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError, ShockError, UnknownName
 from shockpc.model import Record
-from shockpc.printed import listed
+from shockpc.printed import listed, printable
+from shockpc.robot.mjcf import qpos_order
 from shockpc.robot.record import Joint, Robot
 
 __all__ = [
@@ -19,12 +21,16 @@ __all__ = [
     "Posture",
     "check_rotations",
     "configuration",
+    "configuration_from_mujoco",
     "held_joints",
     "outside_limits",
     "reference_name",
     "set_joints",
     "settable_joints",
 ]
+
+Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
+"""Where the scalar part of a quaternion stands."""
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""
@@ -69,13 +75,34 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
     return wanted
 
 
-def configuration(robot: Robot, posture: Posture) -> Array:
-    """Set every joint of a robot: its configuration (nq,) in Pinocchio's layout.
+def configuration(
+    robot: Robot,
+    posture: Posture | None = None,
+    *,
+    joints: Mapping[str, float | Sequence[float]] | None = None,
+    base: Sequence[float] | None = None,
+    quaternion: Quaternion | None = None,
+) -> Array:
+    """Set every joint of a robot by name: its configuration (nq,) in Pinocchio's layout.
+
+    Args:
+        robot: the robot.
+        posture: what is not given otherwise, as in a scene; by default the robot's standing posture, else the neutral one.
+        joints: values by name or glob [rad; m for a prismatic joint]; of a ball joint its quaternion, of a planar one x, y [m] and
+            angle [rad], of a floating one position [m] and quaternion.
+        base: position (3,) in the world [m], or position and quaternion (7,).
+        quaternion: the order of every quaternion in `joints` and `base`, which has to be said: "xyzw" as in Pinocchio, ROS and
+            SciPy, or "wxyz" as in MuJoCo.
 
     Raises:
         UnknownName: no such posture or joint.
         SceneError: a joint or a base that cannot be set that way.
     """
+    posture = posture or Posture()
+    if base is not None:
+        numbers = _numbers(base, (3, 7), "base")
+        rotation = None if len(numbers) == 3 else tuple(_xyzw(numbers[3:], quaternion, "base"))
+        posture = replace(posture, base_position=tuple(numbers[:3]), base_rpy_deg=None, base_quaternion=rotation)
     name = reference_name(robot, posture.reference)
     # A robot may have a posture that it calls neutral itself; that one is meant then.
     start = robot.postures.get(name, robot.start)
@@ -91,7 +118,33 @@ def configuration(robot: Robot, posture: Posture) -> Array:
         for pattern, value in values.items():
             for joint in settable_joints(robot, pattern):
                 _set(joint, value if joint.kind == "prismatic" else value * unit, q)
+    for pattern, given in (joints or {}).items():
+        if np.ndim(given):
+            _set_several(robot.joint(pattern), given, quaternion, q)
+        else:
+            (number,) = _numbers([given], (1,), f'joint "{pattern}"')
+            for joint in settable_joints(robot, pattern):
+                _set(joint, float(number), q)
     set_joints(robot, (), q)
+    return q
+
+
+def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
+    """The configuration (nq,) of a robot of an MJCF in Pinocchio's layout.
+
+    Args:
+        robot: of an MJCF file.
+        qpos: as in `mujoco.MjData`: of every joint of the file, in its order; a free joint has x, y, z and then the quaternion
+            w, x, y, z [m, rad]. Joints that follow others stay as given.
+
+    Raises:
+        RobotError: the robot is not of an MJCF.
+        SceneError: another number of coordinates, one that is not finite, or a quaternion of length zero.
+    """
+    order, size = qpos_order(robot)
+    q = np.asarray(pin.normalize(robot.model, _numbers(qpos, (size,), "qpos")[order]))
+    if not pin.isNormalized(robot.model, q, 1e-9):
+        raise SceneError("qpos holds a quaternion of length 0; a rotation (w, x, y, z) has length 1")
     return q
 
 
@@ -135,10 +188,41 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         roll, pitch, yaw = np.radians(posture.base_rpy_deg)
         q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, yaw)).coeffs()
     if posture.base_quaternion is not None:
-        length = float(np.linalg.norm(posture.base_quaternion))
-        if not 0.95 < length < 1.05:
-            raise SceneError(f"base_quaternion has length {length:.3g}; a rotation (x, y, z, w) has length 1")
-        q[3:7] = np.asarray(posture.base_quaternion) / length
+        q[3:7] = _xyzw(np.asarray(posture.base_quaternion), "xyzw", "base_quaternion")
+
+
+def _numbers(given: Any, sizes: tuple[int, ...], whose: str) -> Array:
+    """So many finite numbers."""
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        values = np.array(np.nan)
+    if values.ndim != 1 or len(values) not in sizes or not np.isfinite(values).all():
+        wanted = " or ".join(map(str, sizes))
+        raise SceneError(f"{whose} has to be {wanted} finite number{'s' * (sizes != (1,))}, not {printable(repr(given), 80)}")
+    return values
+
+
+def _xyzw(values: Array, order: Quaternion | None, whose: str) -> Array:
+    """A quaternion as x, y, z, w, with length 1."""
+    if order not in ("xyzw", "wxyz"):
+        raise SceneError(f'{whose} holds a quaternion of unknown order; say quaternion="xyzw", or "wxyz" as in MuJoCo')
+    length = float(np.linalg.norm(values))
+    if not 0.95 < length < 1.05:
+        raise SceneError(f"{whose} has length {length:.3g}; a rotation ({', '.join(order)}) has length 1")
+    return np.roll(values, -1 if order == "wxyz" else 0) / length
+
+
+def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -> None:
+    """Set a joint of several degrees of freedom."""
+    whose = f'joint "{joint.name}" ({joint.kind})'
+    values = _numbers(given, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), whose)
+    if joint.kind == "planar":
+        q[joint.q] = (*values[:2], math.cos(values[2]), math.sin(values[2]))
+    elif joint.axis is None:
+        q[joint.q] = (*values[:-4], *_xyzw(values[-4:], order, whose))
+    else:
+        _set(joint, float(values[0]), q)
 
 
 def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneError) -> tuple[Joint, ...]:

@@ -109,7 +109,7 @@ def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
     """
     angular, linear = np.linalg.norm(state.J[:, :3], axis=1), np.linalg.norm(state.J[:, 3:], axis=1)
     # The linear part of a rotating joint is a product of its axis and its place, which may be parallel.
-    place = np.linalg.norm(state.position, axis=-1)[:, np.argmax(state.moves, axis=0)]
+    place = np.linalg.norm(state.position, axis=-1)[:, np.argmax(state.supports, axis=0)]
     linear = np.maximum(linear, angular * place)
     terms = []
     for block in blocks:
@@ -122,7 +122,7 @@ def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
 
 def _moved(state: Dynamics, block: Block) -> Array:
     """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
-    body, other = (np.where(end < 0, 0.0, state.moves[end].astype(float)) for end in (block.body, block.other))
+    body, other = (np.where(end < 0, 0.0, state.supports[end].astype(float)) for end in (block.body, block.other))
     return np.asarray(body - other)
 
 

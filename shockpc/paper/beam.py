@@ -53,76 +53,94 @@ def _percussion() -> float:
     return float(land("fig1_d").copc[0, 0])
 
 
-@zero("range of the shock over the beam [1]")
+@zero(
+    "Figure 1, beam A: an impact at the centre of mass causes a purely translational shock", "range of the shock over the beam [1]"
+)
 def _a() -> float:
-    """Figure 1, beam A: an impact at the centre of mass causes a purely translational shock."""
     return float(np.ptp(along(land("fig1_a"), "beam")))
 
 
-@zero("shock at O [1]")
+@zero("Figure 1, beam C: an impact at the CoPc of O causes no shock at the slider", "shock at O [1]")
 def _c() -> float:
-    """Figure 1, beam C: an impact at the CoPc of O causes no shock at the slider."""
     return _shock("c")
 
 
-@BEAM.claim("shock at O [1]", above=ROUNDING, interpretation=ELSEWHERE)
+@BEAM.claim(
+    "Figure 1, beam B: an impact anywhere else causes a shock at the slider",
+    "shock at O [1]",
+    above=ROUNDING,
+    interpretation=ELSEWHERE,
+)
 def _b() -> float:
-    """Figure 1, beam B: an impact anywhere else causes a shock at the slider."""
     return _shock("b")
 
 
-@zero("shock at 2/3 of the length [1]")
+@zero(
+    "Figure 1, beam D: an impact at O causes no shock at the CoPc: the two points can be interchanged",
+    "shock at 2/3 of the length [1]",
+)
 def _d() -> float:
-    """Figure 1, beam D: an impact at O causes no shock at the CoPc: the two points can be interchanged."""
     return _shock("d", 2)
 
 
-@zero("deviation of p, the distance of the CoPc from O for an impact at O, over the length [1]")
+@zero(
+    "Eq. 1: c (p − c) = r_g²: p = 2/3 l for a slender uniform beam",
+    "deviation of p, the distance of the CoPc from O for an impact at O, over the length [1]",
+)
 def _eq_1() -> float:
-    """Eq. 1: c (p − c) = r_g²: p = 2/3 l for a slender uniform beam."""
     return abs(_percussion() - (C + R_G2 / C))
 
 
-@BEAM.claim("product of their signed distances from it, over r_g² [1]", below=0.0, interpretation="impact at O")
+@BEAM.claim(
+    "Section 2.1: pivot and CoPc lie on opposite sides of the centre of mass",
+    "product of their signed distances from it, over r_g² [1]",
+    below=0.0,
+    interpretation="impact at O",
+)
 def _opposite_sides() -> float:
-    """Section 2.1: pivot and CoPc lie on opposite sides of the centre of mass."""
     return -C * (_percussion() - C) / R_G2
 
 
-@zero("largest change of CoPc and RoPc [m]", interpretation="beams B to D at 1000 m/s instead of 1 m/s")
+@zero(
+    "Section 2.1: the magnitude of the applied impulse is irrelevant",
+    "largest change of CoPc and RoPc [m]",
+    interpretation="beams B to D at 1000 m/s instead of 1 m/s",
+)
 def _change_with_speed() -> float:
-    """Section 2.1: the magnitude of the applied impulse is irrelevant."""
     pairs = zip(_turning(), _turning(strike=Strike(speed=1000.0)), strict=True)
     return max(float(np.abs([*(a.copc - b.copc).ravel(), *(a.ropc - b.ropc)]).max()) for a, b in pairs)
 
 
 @BEAM.claim(
+    "Section 2.1: in 3D there is an axis of minimum, but not zero, shock",
     "shock on the screw axis of the velocity change [1]",
     above=ROUNDING,
     interpretation="impact at an edge of the tip, oblique in space",
     options={"impact in a plane with the beam": {"at": (1.0,), "velocity": (0.3, 0.0, -1.0)}},
 )
 def _on_screw_axis(at: tuple[float, ...] = (1.0, 0.04, 0.04), velocity: tuple[float, ...] = (0.3, 0.4, -1.0)) -> float:
-    """Section 2.1: in 3D there is an axis of minimum, but not zero, shock."""
     profile = beam(*at, velocity=velocity, directions=STICKING)
     omega, v = profile.delta_omega[0], profile.delta_v[0]
     return float(profile.shock_at("beam", np.cross(omega, v) / (omega @ omega)))
 
 
-@zero("largest deviation [1]", interpretation="beams B to D, 41 points each")
+@zero(
+    "Eq. 2: shock is proportional to the distance from the CoPc: Δ|ṽ| = r / r_p",
+    "largest deviation [1]",
+    interpretation="beams B to D, 41 points each",
+)
 def _off_eq_2() -> float:
-    """Eq. 2: shock is proportional to the distance from the CoPc: Δ|ṽ| = r / r_p."""
     x = np.linspace(0.0, 1.0, 41)
     return max(float(np.abs(along(p, "beam") - np.abs(x - p.copc[0, 0]) / p.ropc[0]).max()) for p in _turning())
 
 
 @zero(
+    "Eq. 3: r_p = |d + r_g² / d|, d the distance of the centre of mass from the line of the impact",
     "largest deviation for impacts at O, 1/3, 2/3 and the tip, over the length [1]",
     interpretation="impact across the beam; the contact slides along it",
     options={"sticking contact, impact 45° from across the beam": {"directions": STICKING, "angle": 45.0}},
 )
 def _off_eq_3(directions: tuple[str, ...] = ("z",), angle: float = 0.0) -> float:
-    """Eq. 3: r_p = |d + r_g² / d|, d the distance of the centre of mass from the line of the impact."""
     off = []
     for at in (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0):
         d = (at - C) * math.cos(math.radians(angle))
@@ -130,19 +148,18 @@ def _off_eq_3(directions: tuple[str, ...] = ("z",), angle: float = 0.0) -> float
     return max(map(abs, off))
 
 
-@zero("largest deviation, over the length [1]")
+@zero("Figure 1: r_p = p for beams B, C and D", "largest deviation, over the length [1]")
 def _same_radius() -> float:
-    """Figure 1: r_p = p for beams B, C and D."""
     return max(abs(float(p.ropc[0]) - _percussion()) for p in _turning())
 
 
 @BEAM.claim(
+    "Eq. 12: r_p = v_in / Δω_z is a radius, so it is positive",
     "smallest r_p of beams B to D [m]",
     above=0.0,
     interpretation="as printed",
     options={"with the absolute value of Δω_z": {"absolute": True}},
 )
 def _eq_12(absolute: bool = False) -> float:
-    """Eq. 12: r_p = v_in / Δω_z is a radius, so it is positive."""
     turns = [float(p.delta_omega[0] @ (p.plane.normal @ p.rotation[0])) / p.v_in for p in _turning()]
     return min(1.0 / (abs(turn) if absolute else turn) for turn in turns)

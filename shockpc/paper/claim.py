@@ -95,11 +95,11 @@ class PaperFigure:
         """The shock profile of every panel."""
         return [land(panel.scene) for panel in self.panels]
 
-    def claim(self, quantity: str, **record: Any) -> Callable[[Compute], Compute]:
-        """Make a function that computes a value a claim, whose statement is its docstring; other arguments as in `Claim`."""
+    def claim(self, statement: str, quantity: str, **record: Any) -> Callable[[Compute], Compute]:
+        """Make a function that computes a value a claim; arguments as in `Claim`."""
 
         def add(compute: Compute) -> Compute:
-            self.claims.append(Claim((compute.__doc__ or "").removesuffix("."), quantity, compute, **record))
+            self.claims.append(Claim(statement, quantity, compute, **record))
             return compute
 
         return add

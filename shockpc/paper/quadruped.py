@@ -66,44 +66,53 @@ def _torso(*angles: float, **how: Any) -> float:
 
 
 @drawn(
+    "Section 4.3: the torso is relatively free of shock",
     "largest shock on the middle line of the torso [1]",
     below=0.25,
     interpretation="legs bent by 20° and 30°; the paper itself excepts 10° and 0°",
     options=OPEN | {"legs bent by 10°": {"angles": (10.0,)}, "legs bent by 0°": {"angles": (0.0,)}},
 )
 def _free_of_shock(angles: Sequence[float] = (20.0, 30.0), **how: Any) -> float:
-    """Section 4.3: the torso is relatively free of shock."""
     return _torso(*angles, **how)
 
 
-@drawn("smallest ratio of the torso's largest shock to that with legs bent by 10° more [1]", above=1.0)
+@drawn(
+    "Section 4.3: this changes as the legs approach a singular configuration",
+    "smallest ratio of the torso's largest shock to that with legs bent by 10° more [1]",
+    above=1.0,
+)
 def _near_singular(**how: Any) -> float:
-    """Section 4.3: this changes as the legs approach a singular configuration."""
     return min(_torso(a, **how) / _torso(b, **how) for a, b in itertools.pairwise(ANGLES))
 
 
-@drawn("smallest step of the CoPc to the front from one panel to the next, over the torso's length [1]", above=0.0)
+@drawn(
+    "Section 4.3: the CoPc of the torso moves towards the front as the robot lands with more extended legs",
+    "smallest step of the CoPc to the front from one panel to the next, over the torso's length [1]",
+    above=0.0,
+)
 def _step_forward(**how: Any) -> float:
-    """Section 4.3: the CoPc of the torso moves towards the front as the robot lands with more extended legs."""
     profiles = [quadruped(angle, **how) for angle in reversed(ANGLES)]
     places = [float((p.copc_world - p.position)[p.bodies.index("torso"), 0]) / 0.8 for p in profiles]
     return min(b - a for a, b in itertools.pairwise(places))
 
 
-@drawn("shock at the back end of the torso over that at its front end [1]", above=2.0)
+@drawn(
+    "Section 4.3: at 10° the shock in the front side is more than a factor of two lower than in the back side",
+    "shock at the back end of the torso over that at its front end [1]",
+    above=2.0,
+)
 def _back_over_front(**how: Any) -> float:
-    """Section 4.3: at 10° the shock in the front side is more than a factor of two lower than in the back side."""
     return float(np.divide(*along(quadruped(10.0, **how), "torso", 2)))
 
 
 @QUADRUPED.claim(
+    "Section 4.3: the front leg does not significantly influence shock in the rest of the robot",
     "largest relative change of shock when the front leg is left out [1]",
     below=0.05,
     interpretation="both ends of the torso and the hind leg; a change of 5 % counts as an influence",
     options={place: {"places": (place,)} for place in PLACES},
 )
 def _without_front(places: Sequence[str] = PLACES) -> float:
-    """Section 4.3: the front leg does not significantly influence shock in the rest of the robot."""
     changes = []
     for angle in ANGLES:
         shocks = []
@@ -115,6 +124,7 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
 
 
 @QUADRUPED.claim(
+    "Section 3.1.2: gearbox and rotor inertia will in most cases not have to be included",
     "largest shock of the torso over that with free joints [1]",
     below=1.05,
     interpretation="0.05 kg m² reflected at every joint, legs bent by 30°; a change of 5 % counts",
@@ -125,15 +135,17 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
     },
 )
 def _geared(angle: float = 30.0, **joints: Any) -> float:
-    """Section 3.1.2: gearbox and rotor inertia will in most cases not have to be included."""
     free = quadruped(angle)
     resisting = land(free.scene, joints=Joints(**joints or {"armature": {"*": 0.05}}))
     return float(along(resisting, "torso", 2).max() / along(free, "torso", 2).max())
 
 
-@drawn("largest difference of the torso's shock from the mirrored landing [1]", below=ROUNDING)
+@drawn(
+    "Section 4.3: the pattern is mirrored when the robot lands on its front legs",
+    "largest difference of the torso's shock from the mirrored landing [1]",
+    below=ROUNDING,
+)
 def _mirrored(hind: float = 1.0, nose: float = 15.0, front: float = -1.0) -> float:
-    """Section 4.3: the pattern is mirrored when the robot lands on its front legs."""
     # Turned about on its front leg: hind becomes front, nose up nose down.
     one = [along(quadruped(angle, hind, nose, front), "torso", 21) for angle in ANGLES]
     other = [along(quadruped(angle, -front, -nose, -hind, "front_foot"), "torso", 21) for angle in ANGLES]

@@ -91,46 +91,62 @@ def _at_imus(*profiles: ShockProfile) -> float:
     return 100.0 * max(point.shock for profile in profiles for point in profile.points)
 
 
-@drawn("RoPc of the torso [m]", above=10.0)
+@drawn("Section 4.2: the radius of percussion of the torso is as large as 10 m", "RoPc of the torso [m]", above=10.0)
 def _radius(**how: Any) -> float:
-    """Section 4.2: the radius of percussion of the torso is as large as 10 m."""
     return float(skippy(**how).ropc[0])
 
 
-@drawn("largest shock on the middle line of the torso [%]", below=6.0)
+@drawn(
+    "Section 4.2: nowhere on the torso does shock exceed 6 % of the applied shock",
+    "largest shock on the middle line of the torso [%]",
+    below=6.0,
+)
 def _on_torso(**how: Any) -> float:
-    """Section 4.2: nowhere on the torso does shock exceed 6 % of the applied shock."""
     return 100.0 * _torso(**how)
 
 
-@drawn("larger shock of the middle and 3/4 of the torso [%]", below=2.0)
+@drawn(
+    "Section 4.2: two mounting locations near the CoPc receive less than 2 % of the applied shock",
+    "larger shock of the middle and 3/4 of the torso [%]",
+    below=2.0,
+)
 def _mounted(**how: Any) -> float:
-    """Section 4.2: two mounting locations near the CoPc receive less than 2 % of the applied shock."""
     return _at_imus(skippy(**how))
 
 
-@drawn("distance of the CoPc from the middle line over half the thickness of the torso [1]", above=1.0)
+@drawn(
+    "Section 4.2: the CoPc of the torso falls outside the physical body",
+    "distance of the CoPc from the middle line over half the thickness of the torso [1]",
+    above=1.0,
+)
 def _outside(**how: Any) -> float:
-    """Section 4.2: the CoPc of the torso falls outside the physical body."""
     profile = skippy(**how)
     x, _, z = profile.copc[0]
     _, top = middle_lines(profile)["torso"]
     return math.hypot(x, max(z - float(top[2]), -z, 0.0)) / (0.5 * float(profile.scene.xacro["side"]))
 
 
-@drawn("largest shock on the torso with 30° between foot and leg, over that as drawn [1]", above=2.0)
+@drawn(
+    "Section 4.2: so little shock reaches the torso because foot and leg are nearly perpendicular",
+    "largest shock on the torso with 30° between foot and leg, over that as drawn [1]",
+    above=2.0,
+)
 def _perpendicular(**how: Any) -> float:
-    """Section 4.2: so little shock reaches the torso because foot and leg are nearly perpendicular."""
     return _torso(**how | {"ankle": 30.0}) / _torso(**how)
 
 
-@drawn("larger shock of the two [%]", below=2.0, interpretation=EXTREME)
+@drawn(
+    "Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two locations significantly",
+    "larger shock of the two [%]",
+    below=2.0,
+    interpretation=EXTREME,
+)
 def _extreme_landings(**how: Any) -> float:
-    """Section 4.2: other extreme landings, such as a somersault, do not change the shock at the two locations significantly."""
     return _at_imus(*(_landing(*landing, **how) for landing in LANDINGS))
 
 
 @SKIPPY.claim(
+    "Footnote 5: an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration",
     "largest reading of its axes in a vertical jump over that of the rotated IMU [1]",
     above=1.0,
     below=math.sqrt(2.0) * (1.0 + 1e-12),
@@ -138,7 +154,6 @@ def _extreme_landings(**how: Any) -> float:
     options={"torso leaning, rotated about the axis across the sagittal plane": {"leaning": True, "axes": (2, 0)}},
 )
 def _rotated_imu(axes: tuple[int, int] = (1, 2), leaning: bool = False) -> float:
-    """Footnote 5: an IMU rotated by 45° about the sagittal axis has up to √2 times the limit for vertical acceleration."""
     reading = land("fig3").rotation[0][2] if leaning else np.array([0.0, 0.0, 1.0])
     rotated = reading.copy()
     i, j = axes

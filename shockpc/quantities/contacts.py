@@ -107,13 +107,23 @@ def _impulse_size(impact: Impact, values: Array) -> float:
     return float(np.abs(impact.along(impact.impulse).astype(float)).max(initial=0.0))
 
 
-def _resistance(impact: Impact, places: Places, read: Callable[["_Resistance"], float]) -> Array:
-    """Effective masses, or mitigation factors (1, 1, n), of contacts in one posture; NaN of a standing foot."""
-    assert isinstance(impact, BallImpact)
-    for k in range(len(impact.contacts)):
-        impact.resistances.setdefault(k, _Resistance(impact, k))
-    values = [read(impact.resistances[p.number]) if p.number in impact.resistances else np.nan for p in places]
-    return np.array(values, dtype=float)[None, None]
+def _resistance(part: str) -> Callable[[Impact, Places], Array]:
+    """The formula for effective masses, or mitigation factors (1, 1, n), of contacts in one posture; NaN of a standing foot."""
+
+    def compute(impact: Impact, places: Places) -> Array:
+        assert isinstance(impact, BallImpact)
+        for k in range(len(impact.contacts)):
+            impact.resistances.setdefault(k, _Resistance(impact, k))
+        values = [getattr(impact.resistances[p.number], part) if p.number in impact.resistances else np.nan for p in places]
+        return np.array(values, dtype=float)[None, None]
+
+    return compute
+
+
+def _fastest(impact: Impact, values: Array) -> float:
+    """The largest component of the motion before the impact [m/s, rad/s]."""
+    del values
+    return float(np.abs(np.concatenate(impact.landing.before)).max())
 
 
 class _Resistance:
@@ -212,79 +222,19 @@ def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
 
 CONTACTS = (
     Quantity("point", "contact", "contact point, world", "m", "neither", _point, reach, vector=True),
-    Quantity(
-        "impulse",
-        "contact",
-        "impulse of the ground on the robot, world axes",
-        "N s",
-        "greater",
-        _impulse,
-        _impulse_size,
-        REDUNDANT,
-        vector=True,
-    ),
+    Quantity("impulse", "contact", "impulse of the ground on the robot, world axes", "N s", "greater", _impulse, _impulse_size,
+        REDUNDANT, vector=True),
     Quantity("friction_needed", "contact", "friction to stick", "1", "greater", _friction, lambda i, x: 1.0, PULLED),
-    Quantity(
-        "approach",
-        "contact",
-        "velocity before the impact, world axes",
-        "m/s",
-        "neither",
-        _approach,
-        lambda i, x: float(np.abs(np.concatenate(i.landing.before)).max()),
-        STANDS,
-        vector=True,
-    ),
-    Quantity(
-        "mass_sticking",
-        "contact",
-        "effective mass if it sticks",
-        "kg",
-        "greater",
-        lambda i, p: _resistance(i, p, lambda r: r.sticking),
-        missing=STANDS,
-        posed=True,
-    ),
-    Quantity(
-        "mass_frictionless",
-        "contact",
-        "effective mass if it slides",
-        "kg",
-        "greater",
-        lambda i, p: _resistance(i, p, lambda r: r.frictionless),
-        missing=STANDS,
-        posed=True,
-    ),
-    Quantity(
-        "effective_mass",
-        "contact",
-        "effective mass",
-        "kg",
-        "greater",
-        lambda i, p: _resistance(i, p, lambda r: r.effective),
-        missing=STANDS,
-        posed=True,
-    ),
-    Quantity(
-        "mitigation",
-        "contact",
-        "impact mitigation factor",
-        "1",
-        "less",
-        lambda i, p: _resistance(i, p, lambda r: r.mitigation),
-        missing=MITIGATION,
-        posed=True,
-    ),
-    Quantity(
-        "moment",
-        "contact",
-        "moment about the contact point, world axes",
-        "N m s",
-        "greater",
-        _moment,
-        _impulse_size,
-        f"{REDUNDANT}; or it is a point",
-        vector=True,
-    ),
+    Quantity("approach", "contact", "velocity before the impact, world axes", "m/s", "neither", _approach, _fastest, STANDS,
+        vector=True),
+    Quantity("mass_sticking", "contact", "effective mass if it sticks", "kg", "greater", _resistance("sticking"), missing=STANDS,
+        posed=True),
+    Quantity("mass_frictionless", "contact", "effective mass if it slides", "kg", "greater", _resistance("frictionless"),
+        missing=STANDS, posed=True),
+    Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True),
+    Quantity("mitigation", "contact", "impact mitigation factor", "1", "less", _resistance("mitigation"), missing=MITIGATION,
+        posed=True),
+    Quantity("moment", "contact", "moment about the contact point, world axes", "N m s", "greater", _moment, _impulse_size,
+        f"{REDUNDANT}; or it is a point", vector=True),
     Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", _pull, missing=REDUNDANT),
-)
+)  # fmt: skip

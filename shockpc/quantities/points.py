@@ -1,5 +1,6 @@
 """What a point of a body feels: its jump of velocity, the shock, and the most and least severe impact directions."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -57,42 +58,23 @@ def directions(impact: Impact, places: Places) -> ExtremeDirections:
     return ExtremeDirections(*(part.reshape(jumps.shape[0], 1, *jumps.shape[1:2], *part.shape[1:]) for part in parts))
 
 
+def _extreme(part: str) -> Callable[[Impact, Places], Array]:
+    """The formula for a part of the extreme directions."""
+    return lambda impact, places: np.asarray(getattr(directions(impact, places), part))
+
+
 POINTS = (
     Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock),
     Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True),
     Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse"),
-    Quantity(
-        "most_severe", "point", "shock of the most severe strike", "1", "greater", lambda i, p: directions(i, p).most_severe_shock
-    ),
-    Quantity(
-        "most_severe_direction",
-        "point",
-        "most severe strike, world axes",
-        "1",
-        "neither",
-        lambda i, p: directions(i, p).most_severe,
-        vector=True,
-    ),
-    Quantity(
-        "least_severe",
-        "point",
-        "shock of the least severe strike",
-        "1",
-        "greater",
-        lambda i, p: directions(i, p).least_severe_shock,
-    ),
-    Quantity(
-        "least_severe_direction",
-        "point",
-        "least severe strike, world axes",
-        "1",
-        "neither",
-        lambda i, p: directions(i, p).least_severe,
-        vector=True,
-    ),
+    Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", _extreme("most_severe_shock")),
+    Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", _extreme("most_severe"),
+        vector=True),
+    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", _extreme("least_severe_shock")),
+    Quantity("least_severe_direction", "point", "least severe strike, world axes", "1", "neither", _extreme("least_severe"),
+        vector=True),
     Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True),
     Quantity("shock_free", "point", "shock with free joints", "1", "greater", missing="not solvable with free joints", posed=True),
-    Quantity(
-        "shock_locked", "point", "shock with locked joints", "1", "greater", missing="not solvable with locked joints", posed=True
-    ),
-)
+    Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", missing="not solvable with locked joints",
+        posed=True),
+)  # fmt: skip

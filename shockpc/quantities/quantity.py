@@ -44,6 +44,18 @@ class Quantity(NamedTuple):
     posed: bool = False
     shared: bool = False
 
+    @property
+    def note(self) -> str:
+        """What else a user has to know of it."""
+        remarks = {
+            "vector": self.vector,
+            "computed with a proof": self.posed,
+            "of least norm where rows are redundant": self.shared,
+        }
+        return "; ".join(
+            [*(text for text, holds in remarks.items() if holds), *([f"no value: {self.missing}"] if self.missing else [])]
+        )
+
 
 def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
     """The values (N, S, n, ...) of a quantity at some places, as doubles.

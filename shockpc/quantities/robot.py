@@ -54,43 +54,19 @@ def _moment_size(impact: Impact, values: Array) -> Any:
 
 
 ROBOT = (
-    Quantity(
-        "v_in",
-        "robot",
-        "speed that shock is relative to",
-        "m/s",
-        "neither",
-        lambda i, p: _one(i.v_in),
-        lambda i, x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max()),
-    ),
+    Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
+        x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max())),
     Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size),
-    Quantity(
-        "energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0, UNKNOWN
-    ),
-    Quantity(
-        "total_impulse",
-        "robot",
-        "impulse of the ground, world axes",
-        "N s",
-        "greater",
-        lambda i, p: _one(i.ground_impulse[0]),
-        _force_size,
-        vector=True,
-    ),
-    Quantity(
-        "total_moment",
-        "robot",
-        "its moment about the centre of mass, world axes",
-        "N m s",
-        "greater",
-        lambda i, p: _one(i.ground_impulse[1]),
-        _moment_size,
-        vector=True,
-    ),
+    Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
+        UNKNOWN),
+    Quantity("total_impulse", "robot", "impulse of the ground, world axes", "N s", "greater", lambda i,
+        p: _one(i.ground_impulse[0]), _force_size, vector=True),
+    Quantity("total_moment", "robot", "its moment about the centre of mass, world axes", "N m s", "greater", lambda i,
+        p: _one(i.ground_impulse[1]), _moment_size, vector=True),
     Quantity("rank", "robot", "independent contact and closure rows", "1", posed=True),
     Quantity("rows", "robot", "contact and closure rows", "1", posed=True),
     Quantity("error_bound", "robot", "proven error of the jumps, for the robot as loaded", "1", "greater", posed=True),
     Quantity("double_error", "robot", "error of double precision", "1", "greater", posed=True),
     Quantity("data_sensitivity", "robot", "effect of the last digit of the data", "1", "greater", posed=True),
     Quantity("bits", "robot", "precision of the proof", "bit", posed=True),
-)
+)  # fmt: skip

@@ -123,8 +123,8 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
     if (has_separator or path.suffix) and os.path.exists(path):
         return path, None
     if has_separator or path.suffix.casefold() in _SUFFIXES:
-        instead = "Give the path of a robot file, or the name of a known robot: shockpc robots"
-        raise RobotError(f'no file "{name_or_path}" (looked in {Path.cwd()}). {instead}')
+        remedy = "Give the path of a robot file, or the name of a known robot: shockpc robots"
+        raise RobotError(f'no file "{name_or_path}" (looked in {Path.cwd()}). {remedy}')
     known = {name: entry for entry in catalogue() for name in (entry.name, *entry.aliases)}
     entry = known.get(_normalised(name_or_path))
     if entry is None:
@@ -144,14 +144,14 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     stem = _stem(robot_path).casefold()
     folder = robot_path.parent
     for place in (folder, folder / "srdf", folder.parent / "srdf"):
-        found = {f.stem.casefold(): f for f in sorted(place.glob("*.srdf"))}
+        files = {f.stem.casefold(): f for f in sorted(place.glob("*.srdf"))}
         for name in (stem, robot_name_in_file.casefold()):
-            prefixes = [s for s in found if s and name.startswith(s)]
+            prefixes = [s for s in files if s and name.startswith(s)]
             if prefixes:
-                return found[max(prefixes, key=len)]
-        longer = [s for s in found if s.startswith(stem + "_")]
+                return files[max(prefixes, key=len)]
+        longer = [s for s in files if s.startswith(stem + "_")]
         if len(longer) == 1:
-            return found[longer[0]]
+            return files[longer[0]]
     return None
 
 

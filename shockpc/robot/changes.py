@@ -56,9 +56,9 @@ class Change:
                 (self.value < 0.0 and not com) or (self.value == 0.0 and what == "inertia")
             ),
         }
-        for said, wrong in faults.items():
+        for message, wrong in faults.items():
             if wrong:
-                raise StudyError(f"change {self}: {said}")
+                raise StudyError(f"change {self}: {message}")
 
     def __str__(self) -> str:
         return f"{self.what}:{self.pattern}={self.value:g}{'x' * self.factor}"
@@ -70,25 +70,25 @@ def read_changes(text: str) -> tuple[Change, ...]:
     Raises:
         StudyError: it is not of that form.
     """
-    found = []
+    changes = []
     for part in filter(None, map(str.strip, text.split(";"))):
-        what, colon, rest = part.partition(":")
+        written, colon, rest = part.partition(":")
         pattern, equals, number = (piece.strip() for piece in rest.rpartition("="))
         factor = number.endswith("x")
         try:
             value = float(number.removesuffix("x"))
         except ValueError:
             value = math.nan
-        kind = next((kind for kind in get_args(Property) if kind == what.strip()), None)
+        kind = next((kind for kind in get_args(Property) if kind == written.strip()), None)
         if kind is None or not (colon and equals and pattern) or math.isnan(value):
             kinds = ", ".join(get_args(Property))
             raise StudyError(
                 f'"{part}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as {EXAMPLE}; properties are {kinds}'
             )
-        found.append(Change(kind, pattern, value, factor))
-    if not found:
+        changes.append(Change(kind, pattern, value, factor))
+    if not changes:
         raise StudyError(f'"{text}" holds no change; give for example {EXAMPLE}')
-    return tuple(found)
+    return tuple(changes)
 
 
 def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
@@ -112,38 +112,38 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
             raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
         for name in names:
             _change_link(robot, model, name, change)
-    found = replace(robot, model=model)
-    for body in found.bodies:
+    result = replace(robot, model=model)
+    for body in result.bodies:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
-    return found
+    return result
 
 
 def _change_armature(robot: Robot, model: pin.Model, change: Change) -> None:
     """Change the reflected inertia of some joints."""
     chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
     if change.factor and not model.armature[chosen].any():
-        said = f'the file of robot "{robot.name}" gives these joints no reflected inertia'
-        raise StudyError(f"change {change} has no effect, because {said}; give a number, such as armature:{change.pattern}=0.01")
+        reason = f'the file of robot "{robot.name}" gives these joints no reflected inertia'
+        raise StudyError(f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01")
     model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
 
 
 def _change_link(robot: Robot, model: pin.Model, link: str, change: Change) -> None:
     """Change one link, and with it the body that it belongs to."""
     frame = model.frames[_link(robot, link)]
-    own = frame.inertia.copy()
-    if not own.mass > 0.0:
+    inertia = frame.inertia.copy()
+    if not inertia.mass > 0.0:
         raise RobotError(
             f'link "{link}" of robot "{robot.name}" has no mass, so its inertia cannot be varied; name a link with mass'
         )
     if change.what == "mass":
-        factor = change.value if change.factor else change.value / own.mass
-        own.mass, own.inertia = own.mass * factor, own.inertia * factor
+        factor = change.value if change.factor else change.value / inertia.mass
+        inertia.mass, inertia.inertia = inertia.mass * factor, inertia.inertia * factor
     elif change.what == "inertia":
-        own.inertia = own.inertia * change.value
+        inertia.inertia = inertia.inertia * change.value
     else:
-        own.lever = own.lever + change.value * np.eye(3)["xyz".index(change.what[-1])]
-    frame.inertia = own
+        inertia.lever = inertia.lever + change.value * np.eye(3)["xyz".index(change.what[-1])]
+    frame.inertia = inertia
     whole = pin.Inertia.Zero()
     for part in model.frames:
         if part.parentJoint == frame.parentJoint and (part.type == pin.FrameType.BODY or part.inertia.mass):

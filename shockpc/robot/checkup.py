@@ -1,6 +1,6 @@
-"""The check-up of a robot: all that is odd in its file but does not keep it from being computed, each with its consequence.
+"""The check-up of a robot: what is implausible in its file but can be computed, each with its consequence.
 
-What does keep it is refused while it is read. Nothing is corrected here.
+What cannot be computed is refused while the file is read. Nothing is corrected here.
 """
 
 from collections.abc import Iterator
@@ -43,41 +43,43 @@ class Finding(NamedTuple):
 def check_robot(robot: Robot) -> tuple[Finding, ...]:
     """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
     root = shared_xml(robot.source.xml, robot.source.path.name)
-    places: dict[tuple[Level, str, str], list[str]] = {}
-    odd = (*_read(robot), *_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root))
-    for level, kind, name, text in odd:
-        places.setdefault((level, kind, text), []).append(name)
-    found = []
-    for (level, kind, text), names in places.items():
-        called = kind if len(names) == 1 else "bodies" if kind == "body" else f"{kind}s"
-        found.append(Finding(level, f"{called} {listed(names, 3)}" if kind else names[0], text))
-    return tuple(sorted(found, key=lambda finding: ("error", "warning", "note").index(finding.level)))
+    names_by_text: dict[tuple[Level, str, str], list[str]] = {}
+    implausible = (*_read(robot), *_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root))
+    for level, kind, name, text in implausible:
+        names_by_text.setdefault((level, kind, text), []).append(name)
+    findings = []
+    for (level, kind, text), names in names_by_text.items():
+        subject = kind if len(names) == 1 else "bodies" if kind == "body" else f"{kind}s"
+        findings.append(Finding(level, f"{subject} {listed(names, 3)}" if kind else names[0], text))
+    return tuple(sorted(findings, key=lambda finding: ("error", "warning", "note").index(finding.level)))
 
 
 def _read(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """What the file's reader warned of."""
     file = robot.source.path.name
-    for said in (*robot.source.warnings, *robot.notes):
-        yield "warning", "", file, said.removeprefix(f"{file}: ")
+    for warning in (*robot.source.warnings, *robot.notes):
+        yield "warning", "", file, warning.removeprefix(f"{file}: ")
 
 
 def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """Moving bodies without mass, and masses far from all the others."""
     masses = robot.masses
-    beyond = masses @ robot.moves[:, [joint.v.start for joint in robot.joints]]  # with all that hangs on each body
+    carried = masses @ robot.supports[:, [joint.v.start for joint in robot.joints]]  # with all that each body carries
     for k, (body, mass) in enumerate(zip(robot.bodies, masses, strict=True)):
-        following = float(np.delete(masses, k).max(initial=0.0)) or mass
-        if beyond[k] == 0:
-            said = "no mass here nor on what hangs there, so the inertia matrix cannot be inverted"
-            yield "error", "body", body.name, f"{said}; give mass, or make the joint fixed"
+        next_heaviest = float(np.delete(masses, k).max(initial=0.0)) or mass
+        if carried[k] == 0:
+            text = "no mass here nor on what it carries, so the inertia matrix cannot be inverted"
+            yield "error", "body", body.name, f"{text}; give mass, or make the joint fixed"
         elif mass == 0:
-            yield "note", "body", body.name, "no mass here; the shock follows from what hangs on the joints beyond"
-        elif mass > _HEAVY * following:
-            said = f"{mass:g} kg is {mass / following:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
-            yield "warning", "body", body.name, said
+            yield "note", "body", body.name, "no mass here; the shock follows from what the joints beyond carry"
+        elif mass > _HEAVY * next_heaviest:
+            text = (
+                f"{mass:g} kg is {mass / next_heaviest:.0f} times the next heaviest; if it is meant in grams, every shock is wrong"
+            )
+            yield "warning", "body", body.name, text
         elif mass < _LIGHT * robot.mass:
-            said = f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg"
-            yield "warning", "body", body.name, f"{said}; if it is a placeholder, its shock has no meaning"
+            text = f"{mass:g} kg is less than a millionth of the robot's {robot.mass:g} kg"
+            yield "warning", "body", body.name, f"{text}; if it is a placeholder, its shock has no meaning"
 
 
 def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
@@ -95,40 +97,40 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
 def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Missing armature, followers, limits, and axes that are no unit vectors."""
     if not robot.model.armature.any():
-        why = "URDF has no place for it" if robot.source.kind == "urdf" else "no joint gives one"
-        said = f"zero armature ({why}): joints are computed without the inertia of their motors"
-        yield "note", "", "every joint", f"{said}; with geared or locked joints the shock is different"
+        reason = "URDF has no place for it" if robot.source.kind == "urdf" else "no joint gives one"
+        text = f"zero armature ({reason}): joints are computed without the inertia of their motors"
+        yield "note", "", "every joint", f"{text}; with geared or locked joints the shock is different"
     for mimic in robot.mimics:
         rule = "".join(f"multiplier {multiplier:g} and " for multiplier in mimic.leaders.values()) + f"offset {mimic.offset:g}"
         yield "note", "joint", mimic.joint, f"mimics {mimic.led} with {rule}; it adds no freedom of its own"
     for joint in robot.single_joints:
         lower, upper = joint.limits
         if lower > upper:
-            said = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"
-            yield "warning", "joint", joint.name, said
+            text = f"its lower limit {lower:g} is above its upper limit {upper:g}, so every posture is outside them"
+            yield "warning", "joint", joint.name, text
         elif lower == upper:
-            said = f"both its limits are {lower:g}, so every other posture is outside them; it is computed all the same"
-            yield "note", "joint", joint.name, said
+            text = f"both its limits are {lower:g}, so every other posture is outside them; it is computed all the same"
+            yield "note", "joint", joint.name, text
     for element in root.findall("joint"):
         axis = element.find("axis")
         direction = vector(axis.get("xyz"), 3) if axis is not None and element.get("type") != "fixed" else None
         if direction is not None and axis is not None and abs((length := float(np.linalg.norm(direction))) - 1) > 1e-3:
-            said = f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
-            yield "note", "joint", element.get("name", ""), said
+            text = f"its axis {axis.get('xyz')} is {length:g} long, not 1; only its direction is used"
+            yield "note", "joint", element.get("name", ""), text
 
 
 def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Meshes that cannot be read."""
     uris = {uri: None for mesh in root.iter("mesh") for key in ("filename", "file") if (uri := mesh.get(key))}
-    lost: list[str] = []
+    missing: list[str] = []
     for uri in uris:
         try:
             source.folders.asset(uri)
         except RobotError:
-            lost.append(uri.rpartition("/")[2])
-    if lost:
-        said = (
-            f"missing, or outside the folders that may be read: {listed(lost, 3)}; figures draw boxes of equal inertia instead, "
+            missing.append(uri.rpartition("/")[2])
+    if missing:
+        text = (
+            f"missing, or outside the folders that may be read: {listed(missing, 3)}; figures draw boxes of equal inertia instead, "
             "no number changes. If they lie in a package, say where: --package NAME=DIR"
         )
-        yield "warning", "", f"{len(lost)} of {len(uris)} meshes", said
+        yield "warning", "", f"{len(missing)} of {len(uris)} meshes", text

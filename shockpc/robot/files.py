@@ -26,8 +26,9 @@ _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
 
-_State: TypeAlias = bytes | tuple[int, int, int] | None
-"""What tells a file from a later version: its bytes, or its inode, size and time of change [ns]; None if it does not exist."""
+_State: TypeAlias = tuple[int, int, int, int, bytes | None] | None
+"""What tells a file from others and from a later version: device, inode, size, time of change [ns], and its bytes if they are
+compared too; None if it does not exist."""
 
 
 class OpenFolders(NamedTuple):
@@ -51,7 +52,7 @@ class OpenFolders(NamedTuple):
 
     def unchanged(self) -> bool:
         """Whether all that was read is still as it was."""
-        return all(state == _state(path, isinstance(state, bytes)) for path, state in self.seen.items())
+        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in self.seen.items())
 
     def contain(self, path: Path) -> bool:
         """Whether a path, after following `..` and symbolic links, lies inside the folders."""
@@ -113,8 +114,8 @@ class OpenFolders(NamedTuple):
         """The name that a folder's package.xml gives to the package; None without one, or outside the open folders."""
         path = folder / "package.xml"
         readable = os.path.isfile(path) and self.contain(path)
-        found = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
-        return found[1].decode(errors="replace") if found else None
+        match = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
+        return match[1].decode(errors="replace") if match else None
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
@@ -140,14 +141,18 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
 
 
 def _state(path: Path, whole: bool) -> _State:
-    """The state of a file or folder, by its bytes if they are to be compared as a whole."""
+    """The state of a file or folder, with its bytes if they are to be compared as a whole."""
     try:
-        if whole:
-            return read_file(path, "file", RobotError)
         status = os.stat(path)
+        return (
+            status.st_dev,
+            status.st_ino,
+            status.st_size,
+            status.st_mtime_ns,
+            read_file(path, "file", RobotError) if whole else None,
+        )
     except (OSError, RobotError):
         return None
-    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def _ros_package_path() -> list[Path]:
@@ -221,8 +226,8 @@ def parse_xml(text: str, name: str) -> Element:
         ended = builder.end(tag)
 
     def doctype(*_: object) -> None:
-        said = "a DOCTYPE can define entities, and those are never expanded here; delete it and write out what they stand for"
-        raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {said}")
+        remedy = "a DOCTYPE can define entities, and those are never expanded here; delete it and write out what they stand for"
+        raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {remedy}")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = builder.data, doctype

@@ -19,9 +19,9 @@ def feet(robot: Robot) -> tuple[str, ...]:
 
     The end of a limb is the site or geom of its last body that is farthest from the body's origin, or else the body's last link.
     """
-    named = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
-    if named:
-        return named
+    links = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
+    if links:
+        return links
     places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not re.search(SENSOR, f.name)]
     feet = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
     if feet:
@@ -30,8 +30,8 @@ def feet(robot: Robot) -> tuple[str, ...]:
     ends = [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])] or ends
     tips = {i: [place for place in places if place.body == i] for i in ends}
     return tuple(
-        max(own, key=lambda place: float(np.linalg.norm(place.offset))).name if own else robot.bodies[i].links[-1]
-        for i, own in tips.items()
+        max(candidates, key=lambda place: float(np.linalg.norm(place.offset))).name if candidates else robot.bodies[i].links[-1]
+        for i, candidates in tips.items()
     )
 
 
@@ -42,7 +42,9 @@ def each_foot(robot: Robot) -> tuple[str, ...]:
         links.setdefault(robot.frames[link].body, []).append(link)
     carried = {robot.parents[body] for body in links}
     return tuple(
-        next((link for link in own if "sole" in link.casefold()), own[0]) for body, own in links.items() if body not in carried
+        next((link for link in names if "sole" in link.casefold()), names[0])
+        for body, names in links.items()
+        if body not in carried
     )
 
 

@@ -18,15 +18,15 @@ _NOTHING = 1e-9  # relative to the largest principal moment
 POINT = 1e-12  # m²; a radius of gyration of a micrometre, beyond which moments are left over by an exporter
 
 
-def refuse_number(whose: str, what: str, value: float, unit: str) -> None:
-    """Refuse a number whose magnitude is above 1e24, or a mass [kg] other than 0 below 1e-15 kg; `whose` and `what` name it.
+def refuse_number(subject: str, what: str, value: float, unit: str) -> None:
+    """Refuse a number whose magnitude is above 1e24, or a mass [kg] other than 0 below 1e-15 kg; `subject` and `what` name it.
 
     Raises:
         RobotError: with the element and the number.
     """
     if not abs(value) <= _LARGEST or (unit == "kg" and 0.0 < value < _LIGHTEST):
         raise RobotError(
-            f"{whose}: {what} is {value:g} {unit}, which cannot be computed with; give numbers up to {_LARGEST:g}, and masses "
+            f"{subject}: {what} is {value:g} {unit}, which cannot be computed with; give numbers up to {_LARGEST:g}, and masses "
             f"of at least {_LIGHTEST:g} kg, or 0"
         )
 
@@ -53,9 +53,9 @@ def inertia_fault(mass: float, inertia: Array) -> str | None:
         return "the inertia is zero, that of a point"
     if (inertia == inertia[0, 0]).all():
         return f"all six entries of the inertia are {inertia[0, 0]:g} kg m², which no body has; they look like a placeholder"
-    shown = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
+    moments = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
     if least < -_NOTHING * abs(most):
-        return f"{shown}, and no body has a negative one"
+        return f"{moments}, and no body has a negative one"
     if least + middle < _FLAT * most:
-        return f"{shown}, and no body has one above the sum of the other two"
+        return f"{moments}, and no body has one above the sum of the other two"
     return None

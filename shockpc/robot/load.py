@@ -140,12 +140,13 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
     for mimic in robot.mimics:
         for name in (mimic.joint, *mimic.leaders):
             if freedom.get(name, 1) != 1:
-                many = f"{freedom[name]} degrees of freedom, and only a joint with one can follow or lead; give it one axis"
-                said = f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {many}'
-                raise RobotError(f"{said}, or take the coupling out")
+                raise RobotError(
+                    f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees of freedom, and '
+                    "only a joint with one can follow or lead; give it one axis, or take the coupling out"
+                )
     followers = {}
     for mimic in robot.mimics:
-        leaders = {name: by for name, by in mimic.leaders.items() if name in freedom}
+        leaders = {name: multiplier for name, multiplier in mimic.leaders.items() if name in freedom}
         followers[mimic.joint] = mimic._replace(leaders=leaders)
     try:
         order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())

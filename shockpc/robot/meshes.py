@@ -83,8 +83,8 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
         raise ValueError("a triangle refers to a vertex that does not exist")
     # STL files repeat a vertex for every triangle. Adding zero turns −0 into 0, so that equal numbers are equal bytes.
     rows = np.ascontiguousarray(vertices + 0.0).view(np.dtype((np.void, 24))).ravel()
-    _, first, which = np.unique(rows, return_index=True, return_inverse=True)
-    return Mesh(vertices[first], which[triangles], y_up)
+    _, first, index = np.unique(rows, return_index=True, return_inverse=True)
+    return Mesh(vertices[first], index[triangles], y_up)
 
 
 def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
@@ -103,12 +103,12 @@ def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
             # NumPy's report of a word among numbers, a warning in its older versions.
             warnings.filterwarnings("error", "string or file could not be read to its end")
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
-            found = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
-            vertices, triangles = _joined(found)
+            content = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
+            vertices, triangles = _joined(content)
             return np.asarray(vertices, dtype=float) * unit, triangles, y_up
     except Exception as refusal:  # of many kinds, and the robot is computed without the mesh
-        why = " ".join(str(refusal).split()) or type(refusal).__name__
-        raise ValueError(f"it is not a valid {suffix.upper()} file ({why})") from None
+        reason = " ".join(str(refusal).split()) or type(refusal).__name__
+        raise ValueError(f"it is not a valid {suffix.upper()} file ({reason})") from None
 
 
 def hull(points: Array) -> Any | None:
@@ -126,8 +126,8 @@ def hull_corners(vertices: Array) -> Array:
 
     The hull takes a few milliseconds and leaves a small part of the vertices, over which every analysis evaluates the extremes.
     """
-    found = hull(vertices) if len(vertices) > 4 else None
-    return vertices if found is None else np.asarray(vertices[found.vertices])
+    convex = hull(vertices) if len(vertices) > 4 else None
+    return vertices if convex is None else np.asarray(vertices[convex.vertices])
 
 
 def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
@@ -177,13 +177,13 @@ def _refuse_growth(root: ElementTree.Element) -> None:
         raise ValueError(f"with every instance written out it has {characters:.2g} characters, and up to {_LONGEST:.2g} are read")
 
 
-def _joined(found: dict[str, Any]) -> tuple[Array, np.ndarray]:
+def _joined(content: dict[str, Any]) -> tuple[Array, np.ndarray]:
     """Join the parts of a file, each placed in its scene, as trimesh's loaders return them."""
     from trimesh.geometry import triangulate_quads
 
-    parts = found.get("geometry", {"": found} if "faces" in found else {})
+    parts = content.get("geometry", {"": content} if "faces" in content else {})
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
-    for node in found.get("graph", [{"geometry": name} for name in parts]):
+    for node in content.get("graph", [{"geometry": name} for name in parts]):
         part, place = parts[node["geometry"]], node.get("matrix", np.eye(4))
         vertices.append(part["vertices"] @ place[:3, :3].T + place[:3, 3])
         triangles.append(triangulate_quads(part["faces"]) + count)

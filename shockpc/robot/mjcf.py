@@ -21,7 +21,7 @@ from shockpc.robot.mjcf_compiled import Compiled, compiled
 from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
 
-__all__ = ["RobotBodies", "build_mjcf", "robot_bodies"]
+__all__ = ["RobotBodies", "build_mjcf", "qpos_order", "robot_bodies"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
@@ -52,19 +52,19 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     Raises:
         RobotError: MuJoCo refuses the file, or it holds a coupling that cannot be computed.
     """
-    found = compiled(source)
-    m = found.model
+    file = compiled(source)
+    m = file.model
     names = [m.body(body).name if body else "" for body in range(m.nbody)]
     refuse_tree({names[body]: names[m.body_parentid[body]] for body in range(1, m.nbody)})
     for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
         for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
             refuse_number(f'body "{name}"', what, value, unit)
-    kept, notes = bodies
-    model = _model(m, kept)
+    numbers, notes = bodies
+    model = _model(m, numbers)
     model.name = source.robot_name
     # Both count bodies, and the joints of a body, in the same order.
-    joints = np.flatnonzero(np.isin(m.jnt_bodyid, kept)).tolist()
-    order = np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
+    joints = np.flatnonzero(np.isin(m.jnt_bodyid, numbers)).tolist()
+    order = _order(m, joints)
     limited = np.flatnonzero(m.jnt_limited & (m.jnt_type >= _SLIDE))
     limits = np.tile([-np.inf, np.inf], (m.nq, 1))
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
@@ -83,23 +83,43 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
                 f'{extra:g} kg m² to the base, as in MuJoCo; if that is not meant, set armature="0" there or use a <freejoint/>',
             )
     start = pin.neutral(model)
-    postures, more = _postures(found, order)
-    robot = Robot(source, model, start, postures, (), (), (*found.warnings, *notes, *more))
-    equalities = [equality for equality in _equalities(m) if set(equality[2]) <= set(kept)]
+    postures, left_out = _postures(file, order)
+    robot = Robot(source, model, start, postures, (), (), (*file.warnings, *notes, *left_out))
+    equalities = [equality for equality in _equalities(m) if set(equality[2]) <= set(numbers)]
     loops = tuple(_loops(m, robot, equalities))
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
     return replace(robot, start=read_only(start), loops=loops, mimics=_mimics(m, equalities))
 
 
+def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
+    """Where the coordinates q (nq,) of a robot of an MJCF stand in MuJoCo's qpos, and the length of qpos.
+
+    Raises:
+        RobotError: the robot is not of an MJCF.
+    """
+    if robot.source.kind != "mjcf":
+        raise RobotError(
+            f'robot "{robot.name}" is not of an MJCF, so the order of a qpos is not known; give the joints by name: '
+            'configuration(robot, joints={"knee": 0.3}, base=qpos[:7], quaternion="wxyz")'
+        )
+    m = compiled(robot.source).model
+    return _order(m, [m.joint(joint.name).id for joint in robot.single_joints]), int(m.nq)
+
+
+def _order(m: Any, joints: Sequence[int]) -> np.ndarray:
+    """Where the coordinates of some joints stand in qpos."""
+    return np.array([m.jnt_qposadr[joint] + k for joint in joints for k in _COORDINATES[int(m.jnt_type[joint])]])
+
+
 def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
     """The model of some bodies, carriers first, with their sites and named collision geoms (many are feet)."""
     model = pin.Model()
-    at: dict[int, tuple[int, pin.SE3]] = {}
+    places: dict[int, tuple[int, pin.SE3]] = {}
     for body in bodies:
         joint, place = 0, pin.SE3.Identity()
         if body:
-            (joint, carrier), first = at[int(m.body_parentid[body])], int(m.body_jntadr[body])
+            (joint, carrier), first = places[int(m.body_parentid[body])], int(m.body_jntadr[body])
             place = carrier * _place(m.body_pos[body], m.body_quat[body])
             if m.body_jntnum[body]:
                 joint, place = _add_joint(m, model, joint, place, range(first, first + int(m.body_jntnum[body])))
@@ -107,12 +127,14 @@ def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
             moments = R @ np.diag(m.body_inertia[body]) @ R.T
             inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
             model.addFrame(pin.Frame(m.body(body).name, joint, 0, place, pin.FrameType.BODY, inertia))
-        at[body] = joint, place
-        named = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
+        places[body] = joint, place
+        items = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
         solid = (m.geom_bodyid == body) & (m.geom_type != _MESH) & ((m.geom_contype | m.geom_conaffinity) != 0)
-        named += [(m.geom(number), pin.FrameType.SENSOR) for number in np.flatnonzero(solid)]
-        for item, kind in named:
-            if item.name and not any(model.existFrame(item.name, one) for one in (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)):
+        items += [(m.geom(number), pin.FrameType.SENSOR) for number in np.flatnonzero(solid)]
+        for item, kind in items:
+            if item.name and not any(
+                model.existFrame(item.name, other) for other in (pin.FrameType.OP_FRAME, pin.FrameType.SENSOR)
+            ):
                 model.addFrame(pin.Frame(item.name, joint, 0, place * _place(item.pos, item.quat), kind), False)
     return model
 
@@ -162,8 +184,8 @@ def _armature(m: Any) -> Array:
             armature[m.jnt_dofadr[joint]] += m.actuator_armature[number] * m.actuator_gear[number, 0] ** 2
     refused += [("joint", m.joint(m.dof_jntid[dof]).name) for dof in np.flatnonzero(armature < 0)]
     for kind, name in refused:
-        instead = "give one not below zero to the hinge or slide joints, that of an actuator times gear², or set it to 0"
-        raise RobotError(f'{kind} "{name}" has an armature that is not computed; {instead}')
+        remedy = "give one not below zero to the hinge or slide joints, that of an actuator times gear², or set it to 0"
+        raise RobotError(f'{kind} "{name}" has an armature that is not computed; {remedy}')
     return armature
 
 
@@ -201,21 +223,21 @@ def robot_bodies(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
     largest = max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))  # a box may weigh more
     chosen = next((root for root in asked if root in mass), largest)
     kept = {chosen}
-    ties = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
-    while any(tie & kept and not tie <= kept for tie in ties):
-        kept |= set().union(*(tie for tie in ties if tie & kept))
+    couplings = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
+    while any(coupling & kept and not coupling <= kept for coupling in couplings):
+        kept |= set().union(*(coupling for coupling in couplings if coupling & kept))
     if len(kept) > 1 and any(m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE for root in kept):
-        tied = listed(m.body(root).name for root in sorted(kept))
+        coupled = listed(m.body(root).name for root in sorted(kept))
         alone = 'with a floating base only one top-level body that moves can be computed; set active="false" on them'
-        raise RobotError(f"equalities tie {tied} together, and {alone}")
-    left = [root for root in mass if root not in kept]
-    bodies = tuple(np.flatnonzero(~np.isin(m.body_rootid, left)).tolist())
-    if not left:
+        raise RobotError(f"equalities couple {coupled}, and {alone}")
+    others = [root for root in mass if root not in kept]
+    bodies = tuple(np.flatnonzero(~np.isin(m.body_rootid, others)).tolist())
+    if not others:
         return RobotBodies(bodies, ())
-    others = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in left)
-    own = " and ".join(f'"{m.body(root).name}"' for root in sorted(kept))
-    computed = f"{own}, {'which has the contact' if chosen in asked else 'with the most joints'}, is computed"
-    return RobotBodies(bodies, (f"it holds {len(mass)} robots that move on their own: {computed}, and {others} left out",))
+    left_out = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in others)
+    names = " and ".join(f'"{m.body(root).name}"' for root in sorted(kept))
+    computed = f"{names}, {'which has the contact' if chosen in asked else 'with the most joints'}, is computed"
+    return RobotBodies(bodies, (f"it holds {len(mass)} robots that move on their own: {computed}, and {left_out} left out",))
 
 
 def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loop]:
@@ -240,26 +262,26 @@ def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loo
             points=(read_only(first.translation), read_only(second.translation)),
             rotations=(read_only(first.rotation), read_only(second.rotation)),
             axes=np.eye(3),
-            turns=bool(weld and data[10] != 0.0),
+            holds_orientation=bool(weld and data[10] != 0.0),
         )
 
 
 def _mimics(m: Any, equalities: Sequence[Equality]) -> tuple[Mimic, ...]:
     """The joints that equalities of joints and tendons couple: x₁ − x₁₀ = a₀ + a₁ (x₂ − x₂₀), or a constant without x₂."""
-    found: list[Mimic] = []
+    mimics: list[Mimic] = []
     for number, ends, _ in equalities:
-        kind, called = int(m.eq_type[number]), m.equality(number).name
-        called = f' "{called}"' if called else ""
+        kind, title = int(m.eq_type[number]), m.equality(number).name
+        title = f' "{title}"' if title else ""
         if kind < _JOINT:
             continue
         if kind > _TENDON or any(_terms(m, kind, end) is None for end in ends):
             valid = 'valid are connect, weld, joint, and fixed tendons; set active="false" to do without it on purpose'
-            raise RobotError(f"the equality{called} couples tendons that are not fixed, or flexible parts; {valid}")
+            raise RobotError(f"the equality{title} couples tendons that are not fixed, or flexible parts; {valid}")
         polynomial = [float(value) for value in m.eq_data[number, :5]]
         if any(polynomial[2:]) and ends[1] >= 0:
-            instead = "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
+            remedy = "only proportion can be computed: give it as a0 a1 0 0 0, the slope at the posture of interest"
             curve = " ".join(f"{a:g}" for a in polynomial)
-            raise RobotError(f"the equality{called} couples joints by a curve, polycoef {curve}; {instead}")
+            raise RobotError(f"the equality{title} couples joints by a curve, polycoef {curve}; {remedy}")
         # x is the value of a joint, or the length of a fixed tendon, a sum of multiples of such values. The equality is solved for
         # a joint that does not follow yet, of the first object if there is one, with the largest multiple.
         sums: dict[str, float] = {}
@@ -270,14 +292,14 @@ def _mimics(m: Any, equalities: Sequence[Equality]) -> tuple[Mimic, ...]:
                 sums[name] = sums.get(name, 0.0) + factor * multiple
                 constant += factor * multiple * float(m.qpos0[m.jnt_qposadr[joint]])
         first = [m.joint(joint).name for joint in _terms(m, kind, ends[0]) or ()]
-        free = [name for name, by in sums.items() if by and all(mimic.joint != name for mimic in found)]
+        free = [name for name, multiple in sums.items() if multiple and all(mimic.joint != name for mimic in mimics)]
         if not free:
-            instead = 'and a joint can follow only once; set active="false" on one of them to do without it'
-            raise RobotError(f"the equality{called} ties {listed(sums)}, but each of these follows already, {instead}")
-        own = max(free, key=lambda name: (name in first, abs(sums[name])))
-        leaders = {name: -by / sums[own] for name, by in sums.items() if by and name != own}
-        found.append(Mimic(own, leaders, constant / sums[own]))
-    return tuple(found)
+            remedy = 'and a joint can follow only once; set active="false" on one of them to do without it'
+            raise RobotError(f"the equality{title} couples {listed(sums)}, but each of these follows already, {remedy}")
+        follower = max(free, key=lambda name: (name in first, abs(sums[name])))
+        leaders = {name: -multiple / sums[follower] for name, multiple in sums.items() if multiple and name != follower}
+        mimics.append(Mimic(follower, leaders, constant / sums[follower]))
+    return tuple(mimics)
 
 
 def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:
@@ -289,14 +311,14 @@ def _terms(m: Any, kind: int, number: int) -> dict[int, float] | None:
     return {int(m.wrap_objid[wrap]): float(m.wrap_prm[wrap]) for wrap in wraps} if fixed else None
 
 
-def _postures(found: Compiled, order: Array) -> tuple[dict[str, Array], tuple[str, ...]]:
+def _postures(file: Compiled, order: Array) -> tuple[dict[str, Array], tuple[str, ...]]:
     """The keyframes as configurations (nq,), and a warning for each that does not fit the model."""
     from mujoco import mj_normalizeQuat
 
     postures: dict[str, Array] = {}
     warnings: list[str] = []
-    m = found.model
-    for name, values in found.keys:
+    m = file.model
+    for name, values in file.keys:
         qpos = np.array(values or m.qpos0)
         if len(qpos) != m.nq or not np.isfinite(qpos).all():
             warnings.append(f'keyframe "{name}" does not hold {m.nq} finite numbers; the posture is left out')

@@ -92,10 +92,10 @@ def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
         if child.tag != "include":
             _include(child, folders, opened)
             continue
-        named = child.get("file", "")
-        path = folders.asset(named)
+        uri = child.get("file", "")
+        path = folders.asset(uri)
         if path in opened:
-            raise RobotError(f'{folders.file.name} includes "{named}" twice; MuJoCo allows a file once, so save it under two names')
+            raise RobotError(f'{folders.file.name} includes "{uri}" twice; MuJoCo allows a file once, so save it under two names')
         opened.append(path)
         part = read_xml(path)
         _include(part, folders, opened)
@@ -113,20 +113,20 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
     """The text of a model without textures, height fields and all else that moves no mass; `parts` receives models attached."""
     size = _size(root)
     if size > _LARGEST:
-        instead = "lower the count of <replicate>, <composite> or <flexcomp>"
-        raise RobotError(f"{size} elements after replication, and up to {_LARGEST} are read; {instead}")
+        remedy = "lower the count of <replicate>, <composite> or <flexcomp>"
+        raise RobotError(f"{size} elements after replication, and up to {_LARGEST} are read; {remedy}")
     root[:] = [section for section in root if section.tag not in _UNUSED_SECTIONS]
     for element in root.iter():
         element[:] = [child for child in element if child.tag not in _UNUSED_ELEMENTS]
         for key in _UNUSED_ATTRIBUTES:
             element.attrib.pop(key, None)
         for key, value in element.attrib.items():
-            called = f' "{element.get("name")}"' if "name" in element.attrib else ""
-            whose = f'{element.tag}{called}: {key} is "{value}"'
+            title = f' "{element.get("name")}"' if "name" in element.attrib else ""
+            subject = f'{element.tag}{title}: {key} is "{value}"'
             if element.tag != "key" and key not in ("name", "model") and any(map(_NOT_FINITE.fullmatch, value.split())):
-                raise RobotError(f"{whose}; it has to be finite numbers")
+                raise RobotError(f"{subject}; it has to be finite numbers")
             if key == "file" and element.tag not in ("mesh", "model"):
-                raise RobotError(f"{whose}, a file that is not read here; write out what it stands for")
+                raise RobotError(f"{subject}, a file that is not read here; write out what it stands for")
     for model in root.findall("asset/model[@file]"):
         path = folders.asset(model.get("file", ""))
         inner = folders._replace(file=path)
@@ -154,7 +154,7 @@ def compiled(source: RobotSource) -> Compiled:
     try:
         import mujoco
     except ImportError:
-        raise RobotError('an MJCF file is read by MuJoCo. Install it: pip install "shockpc[mjcf]"') from None
+        raise RobotError("an MJCF file is read by MuJoCo. Install it: pip install mujoco") from None
     answer = in_child(functools.partial(_compile, mujoco, source))
     if answer is None:
         raise RobotError(_TOO_LARGE)
@@ -183,10 +183,10 @@ def _compile(mujoco: Any, source: RobotSource) -> tuple[Compiled, bytes, Mapping
     except (MemoryError, RuntimeError):  # the latter when an array is too large, or a model is attached to itself
         raise RobotError(_TOO_LARGE) from None
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
-        said = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
+        message = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
         # The line numbers are not those of the user's file.
-        said = re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", said)
-        raise RobotError(f"MuJoCo cannot compile it: {said}") from None
+        message = re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", message)
+        raise RobotError(f"MuJoCo cannot compile it: {message}") from None
     notes += [str(warning.message) for warning in caught]
     messages = dict.fromkeys(f"MuJoCo: {' '.join(note.split())}" for note in notes)
     binary = np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8)
@@ -214,10 +214,10 @@ def _name(mujoco: Any, spec: Any) -> None:
 
 def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any, MeshFile]]:
     """Read the meshes that give mass; the geoms of others, returned with their files, become boxes without mass in their places."""
-    named, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
+    meshes, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
     needed: dict[str, str] = {}
     for geom in list(spec.geoms):
-        mesh = named.get(geom.meshname)
+        mesh = meshes.get(geom.meshname)
         if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD:  # the ground
             spec.delete(geom)
         elif mesh is not None and mesh.file:
@@ -228,7 +228,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any,
                 boxes.append((geom, MeshFile(mesh.name, mesh.file, *map(np.array, (mesh.scale, mesh.refpos, mesh.refquat)))))
                 geom.type, geom.size, geom.mass = mujoco.mjtGeom.mjGEOM_BOX, [1e-3] * 3, 0.0
                 geom.name = geom.meshname = ""
-    for number, mesh in enumerate(named.values()):
+    for number, mesh in enumerate(meshes.values()):
         if mesh.file and mesh.name not in needed:
             spec.delete(mesh)
         elif mesh.file:
@@ -248,8 +248,8 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any,
 def _weighs(mujoco: Any, spec: Any, geom: Any) -> bool:
     """Whether MuJoCo takes part of a body's mass from a geom."""
     rule, (low, high) = spec.compiler.inertiafromgeom, spec.compiler.inertiagrouprange
-    own = rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE or not geom.parent.explicitinertial
-    if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE or not own or not low <= geom.group <= high:
+    from_geoms = rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE or not geom.parent.explicitinertial
+    if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE or not from_geoms or not low <= geom.group <= high:
         return False
     body, moves = geom.parent, spec.compiler.settotalmass > 0
     while body is not None and not moves:

@@ -35,13 +35,15 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
     _check_joints(model)
     _complete_frames(model)
     for k in range(1, model.njoints):
-        whose, inertia = f'joint "{model.names[k]}"', model.inertias[k]
+        subject, inertia = f'joint "{model.names[k]}"', model.inertias[k]
         if not inertia.mass >= 0.0:
-            raise RobotError(f"{whose}: mass {inertia.mass:g} kg is negative or not finite; give the mass that the body has, or 0")
+            raise RobotError(
+                f"{subject}: mass {inertia.mass:g} kg is negative or not finite; give the mass that the body has, or 0"
+            )
         place = model.jointPlacements[k]
         parts = (("mass", inertia.mass, "kg"), ("centre of mass", inertia.lever, "m"), ("inertia", inertia.inertia, "kg m²"))
         for what, values, unit in (*parts, ("placement", place.translation, "m"), ("rotation", place.rotation, "1")):
-            refuse_number(whose, what, float(np.abs(values).max()), unit)
+            refuse_number(subject, what, float(np.abs(values).max()), unit)
     if not any(inertia.mass for inertia in model.inertias):
         raise RobotError("no joint carries mass, so the robot has no mass; give at least one body an inertia")
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
@@ -73,8 +75,8 @@ def _check_joints(model: pin.Model) -> None:
         parts = list(joint.extract().joints) if joint.shortname() == "JointModelComposite" else []
         for part in (joint, *parts):
             if not _JOINTS.fullmatch(part.shortname()):
-                instead = "; load the URDF file itself, of which mimic joints are read" if "Mimic" in part.shortname() else ""
-                raise RobotError(f'joint "{name}" is a {part.shortname()}, which is not computed{instead}')
+                remedy = "; load the URDF file itself, of which mimic joints are read" if "Mimic" in part.shortname() else ""
+                raise RobotError(f'joint "{name}" is a {part.shortname()}, which is not computed{remedy}')
         if parts:
             model.names[k] = "+".join(f"{name}_{number}" for number in range(1, len(parts) + 1))
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.errors import UnknownName
 from shockpc.printed import few, listed
 from shockpc.robot.files import OpenFolders
@@ -160,7 +160,7 @@ class Mimic(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """Two bodies that are held together.
+    """Two bodies that a joint outside the tree holds together.
 
     Attributes:
         name: of the two ends.
@@ -168,7 +168,7 @@ class Loop(NamedTuple):
         points: (3,) each end in its body's frame [m].
         rotations: (3, 3) each end's frame in its body's frame.
         axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
-        turns: whether the orientations are held too.
+        holds_orientation: whether the orientations are held too.
     """
 
     name: str
@@ -176,7 +176,7 @@ class Loop(NamedTuple):
     points: tuple[Array, Array]
     rotations: tuple[Array, Array]
     axes: Array
-    turns: bool
+    holds_orientation: bool
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -222,19 +222,19 @@ class Robot:
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Of the file's reader, and one for all bodies whose inertia, with that of all that is fixed to them, no body has."""
-        odd = []
+        implausible = []
         for body in self.bodies:
             if body.mass > 0 and inertia_fault(body.mass, body.inertia):
                 moments = np.linalg.eigvalsh(body.inertia)
-                shown = ", ".join(f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}" for moment in moments)
-                odd.append(f'"{body.name}" ({shown} kg m²)')
-        said = (
-            f"no body has such principal moments: {few(odd, 4)}. None can be negative or above the sum of the other two, and not "
-            "all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+                listed_moments = ", ".join(f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}" for moment in moments)
+                implausible.append(f'"{body.name}" ({listed_moments} kg m²)')
+        message = (
+            f"no body has such principal moments: {few(implausible, 4)}. None can be negative or above the sum of the other two, "
+            "and not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
             f"shockpc robots {self.label}"
         )
         file = self.source.path.name
-        return (*self.source.warnings, *(f"{file}: {note}" for note in (*self.notes, *([said] if odd else []))))
+        return (*self.source.warnings, *(f"{file}: {note}" for note in (*self.notes, *([message] if implausible else []))))
 
     @cached_property
     def free_base(self) -> bool:
@@ -305,9 +305,11 @@ class Robot:
         return joint
 
     @cached_property
-    def driven(self) -> np.ndarray:
+    def actuated_dofs(self) -> np.ndarray:
         """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
-        return np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
+        driven = np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
+        freeze(driven)
+        return driven
 
     @cached_property
     def mass(self) -> float:
@@ -343,8 +345,8 @@ class Robot:
     @cached_property
     def body_frames(self) -> tuple[Array, Array] | None:
         """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
-        turned, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
-        return (turned, offset) if offset.any() or (turned != np.eye(3)).any() else None
+        rotation, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
+        return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
@@ -352,13 +354,14 @@ class Robot:
         return tuple(joint.parent for joint in self.joints)
 
     @cached_property
-    def moves(self) -> np.ndarray:
-        """Which joint velocities (columns) move which bodies (rows): those of the body's own joint and of the joints before it."""
-        moves = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
+    def supports(self) -> np.ndarray:
+        """Which joint velocities (columns) move which bodies (rows): those of the joints from the base to the body."""
+        supports = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
         for i, joint in enumerate(self.joints):
-            moves[i] = moves[joint.parent]
-            moves[i, joint.v] = True
-        return moves[:-1]
+            supports[i] = supports[joint.parent]
+            supports[i, joint.v] = True
+        freeze(supports)
+        return supports[:-1]
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.

@@ -55,13 +55,13 @@ def read_source(
     elif xacro:
         raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
     elif prefixed:
-        said = f"{', '.join(prefixed)} ignored, because the links are complete without xacro; if not, name the file .xacro"
-        warnings = (f"{path.name}: {said}",)
+        reason = f"{', '.join(prefixed)} ignored, because the links are complete without xacro; if not, name the file .xacro"
+        warnings = (f"{path.name}: {reason}",)
     robot_name = root.get("name" if root.tag == "robot" else "model") or path.name.split(".")[0]
     if root.tag == "mujoco":
         if srdf is not None:
-            instead = "leave it out, or write its postures as <key> elements of a <keyframe>"
-            raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {instead}")
+            remedy = "leave it out, or write its postures as <key> elements of a <keyframe>"
+            raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {remedy}")
         return RobotSource(name, "mjcf", insert_includes(parse_xml(text, path.name), folders), robot_name, None, folders, warnings)
     if root.tag != "robot":
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")

@@ -37,8 +37,8 @@ def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
             if joint.nq == 2 and angle is not None:  # a continuous joint, given by its angle
                 values = np.array([math.cos(angle[0]), math.sin(angle[0])])
             if values is None:
-                called = f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the value "{text}"'
-                raise RobotError(f"{called}, but it takes {joint.nq} numbers")
+                message = f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the value "{text}"'
+                raise RobotError(f"{message}, but it takes {joint.nq} numbers")
             q[joint.idx_q : joint.idx_q + joint.nq] = values
     for entry in root.iterfind("rotor_params/joint"):
         name = entry.get("name", "")

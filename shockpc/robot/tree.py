@@ -13,9 +13,11 @@ __all__ = ["add_joint", "axis_joint", "rotation"]
 def axis_joint(kind: str, axis: Array) -> Any:
     """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""
     # By the parser, because a continuous joint about any axis has no constructor in Python.
-    of = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
+    axis_and_limit = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
     links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
-    return pin.buildModelFromXML(f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{of}</joint></robot>').joints[1]
+    return pin.buildModelFromXML(
+        f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{axis_and_limit}</joint></robot>'
+    ).joints[1]
 
 
 def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:

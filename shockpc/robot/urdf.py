@@ -47,12 +47,12 @@ def build_urdf(source: RobotSource) -> Robot:
     root = shared_xml(source.xml, source.path.name)
     links, joints = (_named(root.findall(kind), kind) for kind in ("link", "joint"))
     if not links:
-        instead = "if it defines macros, give the file that uses them; if it is an SRDF, give the URDF, and this file with --srdf"
-        raise RobotError(f"it has no <link>, so there is no robot in it; {instead}")
+        remedy = "if it defines macros, give the file that uses them; if it is an SRDF, give the URDF, and this file with --srdf"
+        raise RobotError(f"it has no <link>, so there is no robot in it; {remedy}")
     order = _carriers_first(links, joints)
     inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
     if not any(inertia.mass > 0 for inertia in inertias.values()):
-        raise RobotError("no link has mass, so nothing in it can be struck; give at least one link an <inertial>")
+        raise RobotError("no link has mass, so the robot has no mass; give at least one link an <inertial>")
     model = _model(order, joints, inertias)
     mimics, notes = _mimics(joints)
     carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
@@ -92,14 +92,14 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
     above: _Order = {}
     below: dict[str, list[str]] = {link: [] for link in links}
     for name, joint in sorted(joints.items(), reverse=True):
-        kind, whose = joint.get("type", ""), f'joint "{name}"'
+        kind, subject = joint.get("type", ""), f'joint "{name}"'
         if kind not in _JOINT_TYPES:
-            raise RobotError(f'{whose} is of type "{kind}", which URDF does not have; it has {listed(_JOINT_TYPES)}')
+            raise RobotError(f'{subject} is of type "{kind}", which URDF does not have; it has {listed(_JOINT_TYPES)}')
         parent, child = (next((part.get("link", "") for part in joint.findall(end)), "") for end in ("parent", "child"))
         for end, link in (("parent", parent), ("child", child)):
             if link not in links:
-                said = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
-                raise RobotError(f"{whose}: {said}; every joint has to join two links of the file")
+                fault = f'its {end} is link "{link}", which does not exist' if link else f"it names no {end} link"
+                raise RobotError(f"{subject}: {fault}; every joint has to join two links of the file")
         if child in above:
             raise RobotError(
                 f'link "{child}" is the child of two joints, "{name}" and "{above[child][0]}"; '
@@ -133,88 +133,88 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
 def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], base: str = "") -> pin.Model:
     """The model, whose floating base is the joint of this name, or else the root link's."""
     model = pin.Model()
-    at = {"": (0, pin.SE3.Identity())}
+    places = {"": (0, pin.SE3.Identity())}
     for link, (name, parent) in order.items():
-        carrier, place = at[parent]
+        carrier, place = places[parent]
         if not name:
-            at[link] = carrier if base else add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint"), place
+            places[link] = carrier if base else add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint"), place
         else:
-            joint, whose = joints[name], f'joint "{name}"'
-            place = place * _place(joint, whose)
+            joint, subject = joints[name], f'joint "{name}"'
+            place = place * _place(joint, subject)
             if joint.get("type") == "fixed":
                 model.addFrame(pin.Frame(name, carrier, 0, place, pin.FrameType.FIXED_JOINT), False)
-                at[link] = carrier, place
+                places[link] = carrier, place
             else:
-                moving = pin.JointModelFreeFlyer() if name == base else _moving(joint, whose)
+                moving = pin.JointModelFreeFlyer() if name == base else _moving(joint, subject)
                 index = add_joint(model, carrier, moving, place, name)
                 if joint.get("type") in ("revolute", "prismatic"):
-                    (model.lowerPositionLimit[model.idx_qs[index]],) = _numbers(whose, joint, "limit", "lower", "0")
-                    (model.upperPositionLimit[model.idx_qs[index]],) = _numbers(whose, joint, "limit", "upper", "0")
-                at[link] = index, pin.SE3.Identity()
-        model.addFrame(pin.Frame(link, at[link][0], 0, at[link][1], pin.FrameType.BODY, inertias[link]))
+                    (model.lowerPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "lower", "0")
+                    (model.upperPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "upper", "0")
+                places[link] = index, pin.SE3.Identity()
+        model.addFrame(pin.Frame(link, places[link][0], 0, places[link][1], pin.FrameType.BODY, inertias[link]))
     return model
 
 
-def _inertia(link: Element, whose: str) -> pin.Inertia:
+def _inertia(link: Element, subject: str) -> pin.Inertia:
     """The mass of a link with its centre and its moments, in the link's frame; none without <inertial>."""
     inertial = link.find("inertial")
     if inertial is None:
         return pin.Inertia.Zero()
-    (mass,) = _numbers(whose, inertial, "mass", "value", unit="kg")
+    (mass,) = _numbers(subject, inertial, "mass", "value", unit="kg")
     if mass < 0:
-        raise RobotError(f"{whose}: mass {mass:g} kg is negative; give the mass that the body has, or 0")
+        raise RobotError(f"{subject}: mass {mass:g} kg is negative; give the mass that the body has, or 0")
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    moments = {key: _numbers(whose, inertial, "inertia", key, unit="kg m²")[0] for key in keys}
+    moments = {key: _numbers(subject, inertial, "inertia", key, unit="kg m²")[0] for key in keys}
     for key in ("ixx", "iyy", "izz"):
         if moments[key] < -_ROUNDING:
-            raise RobotError(f"{whose}: {key} = {moments[key]:g} kg m² is negative; give the moment of inertia that the body has")
-    place = _place(inertial, whose)
+            raise RobotError(f"{subject}: {key} = {moments[key]:g} kg m² is negative; give the moment of inertia that the body has")
+    place = _place(inertial, subject)
     tensor = place.rotation @ np.array(list(moments.values()))[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]] @ place.rotation.T
     inertia = pin.Inertia.Zero()  # whose constructor refuses moments of −1e-20
     inertia.mass, inertia.lever, inertia.inertia = float(mass), place.translation, (tensor + tensor.T) / 2.0
     return inertia
 
 
-def _place(owner: Element, whose: str) -> pin.SE3:
+def _place(owner: Element, subject: str) -> pin.SE3:
     """Where an element stands, as its <origin> says."""
-    xyz, rpy = (_numbers(whose, owner, "origin", key, "0 0 0", unit, 3) for key, unit in (("xyz", "m"), ("rpy", "rad")))
+    xyz, rpy = (_numbers(subject, owner, "origin", key, "0 0 0", unit, 3) for key, unit in (("xyz", "m"), ("rpy", "rad")))
     roll, pitch, yaw = (pin.Quaternion(pin.AngleAxis(angle, axis)) for angle, axis in zip(rpy, np.eye(3), strict=True))
     return pin.SE3((yaw * pitch * roll).normalized().matrix(), xyz)
 
 
-def _moving(joint: Element, whose: str) -> pin.JointModel:
+def _moving(joint: Element, subject: str) -> pin.JointModel:
     """A joint for Pinocchio."""
     kind = joint.get("type", "")
     if kind == "floating":
         return pin.JointModelFreeFlyer()
-    axis = _numbers(whose, joint, "axis", "xyz", "1 0 0" if joint.find("axis") is None else "", size=3)
-    shown = " ".join(f"{value:g}" for value in axis)
+    axis = _numbers(subject, joint, "axis", "xyz", "1 0 0" if joint.find("axis") is None else "", size=3)
+    direction = " ".join(f"{value:g}" for value in axis)
     if not 1e-100 < np.abs(axis).max() < 1e100:
-        raise RobotError(f"{whose}: its axis is {shown}, so it has no direction; give it one, of length 1")
+        raise RobotError(f"{subject}: its axis is {direction}, so it has no direction; give it one, of length 1")
     if kind == "planar":
         if axis[:2].any() or axis[2] < 0:
             raise RobotError(
-                f"{whose}: planar with the normal {shown} (1 0 0 where none is written), "
+                f"{subject}: planar with the normal {direction} (1 0 0 where none is written), "
                 'but Pinocchio moves it in x and y; turn the joint\'s <origin> so that <axis xyz="0 0 1"/> is the normal'
             )
         return pin.JointModelPlanar()
     if kind != "continuous" and joint.find("limit") is None:
-        instead = ", or make it continuous" if kind == "revolute" else ""
-        raise RobotError(f"{whose} is {kind} and has no <limit>, which URDF requires; add one{instead}")
+        remedy = ", or make it continuous" if kind == "revolute" else ""
+        raise RobotError(f"{subject} is {kind} and has no <limit>, which URDF requires; add one{remedy}")
     return axis_joint(kind, axis)
 
 
-def _numbers(whose: str, owner: Element, tag: str, key: str, default: str = "", unit: str = "", size: int = 1) -> Array:
+def _numbers(subject: str, owner: Element, tag: str, key: str, default: str = "", unit: str = "", size: int = 1) -> Array:
     """The numbers (size,) of an attribute; refused if missing without a default, not finite, or too large for their unit."""
     element = owner.find(tag)
     text = default if element is None else element.get(key, default)
     what, values = f"<{tag}> {key}", vector(text, size)
     if values is None:
-        found = f'is "{text}"' if text else "is missing"
+        fault = f'is "{text}"' if text else "is missing"
         wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
-        raise RobotError(f"{whose}: {what} {found}; it has to be {wanted}")
+        raise RobotError(f"{subject}: {what} {fault}; it has to be {wanted}")
     for value in values if unit else ():
-        refuse_number(whose, what, value, unit)
+        refuse_number(subject, what, value, unit)
     return values
 
 
@@ -222,16 +222,16 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
     """The joints that follow others, and a warning for each that follows no joint of the file."""
     mimics, warnings = [], []
     for name, joint in joints.items():
-        rules, whose = joint.findall("mimic"), f'joint "{name}"'
+        rules, subject = joint.findall("mimic"), f'joint "{name}"'
         if len(rules) > 1:
-            raise RobotError(f"{whose} has several <mimic>, and a joint can follow only one; keep one")
+            raise RobotError(f"{subject} has several <mimic>, and a joint can follow only one; keep one")
         for rule in rules:
             leader = rule.get("joint", "")
             if leader == name or leader not in joints:
-                said = "itself" if leader == name else f'"{leader}", which does not exist'
-                warnings.append(f"{whose} mimics {said}; it is computed as a joint that moves freely")
+                fault = "itself" if leader == name else f'"{leader}", which does not exist'
+                warnings.append(f"{subject} mimics {fault}; it is computed as a joint that moves freely")
             elif joint.get("type") != "fixed":
-                (multiplier,) = _numbers(whose, joint, "mimic", "multiplier", "1", "rad/rad")
-                (offset,) = _numbers(whose, joint, "mimic", "offset", "0", "rad")
+                (multiplier,) = _numbers(subject, joint, "mimic", "multiplier", "1", "rad/rad")
+                (offset,) = _numbers(subject, joint, "mimic", "offset", "0", "rad")
                 mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
     return tuple(mimics), warnings

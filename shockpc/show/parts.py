@@ -187,6 +187,6 @@ def _arrow() -> Any:
         import pyarrow.parquet
     except ImportError:
         raise OutputError(
-            'Parquet files need the package "pyarrow"; install it with: pip install "shockpc[sweep]", or use --format csv'
+            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or use --format csv'
         ) from None
     return pyarrow

@@ -118,7 +118,7 @@ def view_of(profile: ShockProfile) -> View:
         far = i not in struck and bool(depth[i] < depth[0] - 0.02 * size)
         drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, boxed[i]))
     approach = np.stack([contact.approach for contact in profile.contacts]) / float(np.linalg.norm(profile.strike))
-    loops = [loop for loop in all_loops(robot, profile.scene.closure) if not loop.turns]
+    loops = [loop for loop in all_loops(robot, profile.scene.closure) if not loop.holds_orientation]
     ends = [next((i, p) for i, p in zip(loop.bodies, loop.points, strict=True) if i >= 0) for loop in loops]
     pins = [*profile.position[1 if robot.free_base else 0 :], *(profile.position[i] + profile.rotation[i] @ p for i, p in ends)]
     centres = to_plane(profile.copc_world, plane)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from shockpc.errors import ShockError, StudyError
+from shockpc.errors import ShockError, StudyError, refusal
 from shockpc.landing import resolve
 from shockpc.printed import printable
 from shockpc.profile import shock_profile
@@ -206,8 +206,8 @@ def _computed(given: Budgets, planned: _Planned) -> tuple[list[Outcome], float, 
         profile = shock_profile(planned.scene, planned.robot)
         measured = [measure(profile, given.budgets[one.number].metric, one.place) for one in planned.asked]
         bound, warnings = float(profile.proof.bounds.max()), [str(warning) for warning in profile.health.warnings]
-    except ShockError as refusal:
-        measured = [(None, str(refusal))] * len(planned.asked)
+    except Exception as error:
+        measured = [(None, str(refusal(error)))] * len(planned.asked)
     found = []
     for one, (value, reason) in zip(planned.asked, measured, strict=True):
         budget = given.budgets[one.number]

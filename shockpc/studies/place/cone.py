@@ -149,7 +149,7 @@ def _libraries() -> tuple[Any, Any]:
     try:
         import clarabel
     except ModuleNotFoundError:
-        raise StudyError('the best place is computed by Clarabel. Install it: pip install "shockpc[place]"') from None
+        raise StudyError("the best place is computed by Clarabel. Install it: pip install clarabel") from None
     from scipy import sparse
 
     return clarabel, sparse

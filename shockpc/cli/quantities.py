@@ -1,0 +1,26 @@
+"""`shockpc quantities`: the numbers that a landing has, by the names that every command takes."""
+
+from shockpc.cli.declare import argument, command
+from shockpc.cli.options import OutputOptions
+
+__all__ = ["quantities"]
+
+
+@command(
+    "List the numbers that a landing has.",
+    "shockpc quantities",
+    'shockpc quantities "joint*"',
+    more=(
+        "KEY names a quantity in JSON, budgets, sweeps and comparisons; KIND.KEY where several kinds of place have it. A vector "
+        "counts by its length, or by a component: KEY.x, KEY.y or KEY.z."
+    ),
+)
+def quantities(
+    *,
+    pattern: str | None = argument("Only those whose key or kind matches this glob or part of a name.", "[PATTERN]"),
+    output: OutputOptions,
+) -> None:
+    from shockpc.cli.output import give
+    from shockpc.show.reports.quantities import quantities_report
+
+    give(quantities_report(pattern), output)

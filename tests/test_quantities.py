@@ -1,0 +1,135 @@
+"""The table of quantities: one formula in two arithmetics, names, and what the document holds."""
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from random_landings import random_landing
+
+from shockpc import Contact, Joints, Point, Scene, Strike, UnknownName, resolve, shock_profile
+from shockpc.core.bodies import in_body_axes
+from shockpc.impact import DoubleImpact
+from shockpc.profile import impact_jumps
+from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.table import QUANTITIES, quantities_of, select
+from shockpc.robot.load import load_robot
+
+COMMON = [entry for entry in QUANTITIES if entry.compute is not None and not entry.posed]
+
+
+def in_doubles(landing, strikes=None):
+    """The landing's impact in double precision, in its own posture."""
+    own = strikes is None or landing.before.omega.any() or landing.before.joint_rates.any()
+    equation, solution, jumps = impact_jumps(landing, landing.state, bool(own))
+    return DoubleImpact(landing, equation, solution, in_body_axes(jumps, landing.state.rotation), strikes=strikes)
+
+
+def assert_same(profile, impact, strike, places):
+    """Each quantity in double precision against the proven one, relative to its natural size or its largest value."""
+    for entry in COMMON:
+        chosen = places if entry.of == "point" else profile.places(entry.of)
+        if not chosen:
+            continue
+        double, exact = evaluate(entry, impact, chosen)[0], profile.values(entry, chosen)
+        double = double[min(strike, len(double) - 1)]
+        assert (np.isnan(double) == np.isnan(exact)).all(), entry.key
+        known = np.isfinite(exact)
+        if entry.key.endswith("direction"):
+            known &= profile.value("least_severe", "body").min() > 1e-6  # the direction of a shock that is zero is any
+            double, exact = np.abs(double), np.abs(exact)
+        natural = np.max(entry.size(impact, double[None, None]), initial=0.0)
+        size = max(np.abs(exact[known]).max(initial=0.0), natural)
+        np.testing.assert_allclose(double[known], exact[known], rtol=0, atol=1e-8 * size + 1e-14, err_msg=entry.key)
+
+
+@pytest.mark.parametrize("number", [3, 8, 21, 40, 41, 52])
+def test_every_quantity_is_the_same_in_doubles_and_in_balls(number):
+    """Random mechanisms, contacts, drives and motions before the impact."""
+    robot, scene = random_landing(number)
+    scene = replace(scene, point=(Point(frame=robot.bodies[-1].name, offset=(0.1, -0.2, 0.3)),))
+    profile = shock_profile(scene, robot)
+    assert_same(profile, in_doubles(profile.landing), 0, profile.landing.points)
+
+
+@pytest.mark.parametrize("omega", [None, (0.3, -0.2, 0.1)])
+def test_a_quantity_of_many_strikes_is_that_of_each(omega):
+    """Strikes of one posture as products, against a landing of their own."""
+    robot = load_robot("go2")
+    strike = Strike(velocity=(0.0, 0.0, -1.0), angular_velocity=omega)
+    scene = Scene(
+        robot="go2", contact=(Contact(frame="FL_foot"),), strike=strike, joints=Joints(armature={"*": 0.01}), pulse="half-sine:5ms"
+    )
+    velocities = np.array([[0.3, 0.1, -1.0], [-0.2, 0.0, -0.5]])
+    impact = in_doubles(resolve(scene, robot), velocities[None])
+    for k, velocity in enumerate(velocities):
+        profile = shock_profile(replace(scene, strike=replace(strike, velocity=tuple(velocity))), robot)
+        assert_same(profile, impact, k, profile.landing.points)
+
+
+def test_selections_are_named_by_key_kind_and_component():
+    """A key alone means the first kind that has it; a vector counts by its length."""
+    assert select("moment").quantity.of == "joint"
+    assert select("contact.moment.z").quantity.of == "contact"
+    assert select("contact.moment.z").scalar(np.array([1.0, 2.0, 3.0])) == 3.0
+    assert select("delta_v").scalar(np.array([3.0, 0.0, 4.0])) == 5.0
+    with pytest.raises(UnknownName, match=r'no quantity "shok".*nearest: "shock".*shockpc quantities'):
+        select("shok")
+
+
+def test_a_key_is_unique_in_its_kind():
+    for kind in ("robot", "body", "point", "joint", "contact"):
+        keys = [entry.key for entry in quantities_of(kind)]
+        assert len(keys) == len(set(keys)) > 0
+
+
+def reachable(value, seen):
+    """Every array reachable from a result, at any depth."""
+    if id(value) in seen:
+        return
+    seen[id(value)] = value
+    if isinstance(value, np.ndarray):
+        yield value
+    elif isinstance(value, Mapping):
+        yield from (array for part in value.values() for array in reachable(part, seen))
+    elif isinstance(value, tuple | list):
+        yield from (array for part in value for array in reachable(part, seen))
+    elif type(value).__module__.startswith("shockpc") and hasattr(value, "__dict__") and type(value).__name__ != "BallImpact":
+        yield from reachable(vars(value), seen)
+
+
+def test_no_array_of_a_result_can_be_written_to():
+    """Neither those of a profile, nor those of its landing, its proof or its records."""
+    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"), Contact(frame="RF_FOOT", kind="flat"))))
+    names = [name for name in dir(type(profile)) if not name.startswith("_")]
+    read = {name: getattr(profile, name) for name in names}
+    with pytest.raises(ValueError, match="read-only"):
+        profile.proof.jumps[...] = 0.0
+    arrays = [array for array in reachable([profile, read], {}) if array.dtype != object]
+    assert len(arrays) > 50
+    assert not [array.shape for array in arrays if array.flags.writeable]
+
+
+def test_a_landing_is_the_same_from_any_thread():
+    """The precision of ball arithmetic is one setting of the process; four threads read quantities of unlike landings at once."""
+    scenes = [Scene(robot=name, contact=(Contact(frame=foot),)) for name, foot in (("anymal_b", "LF_FOOT"), ("icub", "l_sole"))]
+    keys = [(entry.key, entry.of) for entry in COMMON if entry.of in ("body", "joint")]
+
+    def numbers(scene):
+        profile = shock_profile(scene)
+        return [profile.value(*key) for key in keys]
+
+    alone = [numbers(scene) for scene in scenes]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(numbers, scenes * 4))
+    for k, values in enumerate(together):
+        for one, other in zip(values, alone[k % 2], strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+def test_a_name_that_is_not_known_is_answered_with_the_nearest():
+    profile = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)))
+    with pytest.raises(UnknownName, match='nearest: "LF_HIP"'):
+        profile.shock_at("LF_HP", np.zeros(3))
+    assert profile.shock_at("imu_link", np.zeros(3)) == pytest.approx(profile.points[0].shock, rel=1e-14)
