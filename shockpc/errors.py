@@ -33,27 +33,30 @@ class UnknownName(ShockError):
         name: the unknown name.
         known: all valid names.
         where: where the name was searched, such as 'robot "hyq"'; may be empty.
-        listing: the command that lists all valid names.
+        listing: the command that lists all valid names; may be empty.
+        hint: what else would be valid; may be empty.
     """
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], where: str, listing: str):
+    def __init__(self, kind: str, name: str, known: Iterable[str], where: str, listing: str, hint: str = ""):
         import difflib
 
-        self.kind, self.name, self.known, self.where, self.listing = kind, name, tuple(known), where, listing
+        self.kind, self.name, self.known, self.where, self.listing, self.hint = kind, name, tuple(known), where, listing, hint
         folded = {k.casefold(): k for k in reversed(self.known)}
         close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
         nearest = ", ".join(_quoted(folded[k]) for k in close)
         place = f" in {where}" if where else ""
         if nearest:
-            hint = f"; nearest: {nearest}"
+            near = f"; nearest: {nearest}"
         elif self.known and len(self.known) <= 12:
-            hint = "; there are: " + ", ".join(map(_quoted, self.known))
+            near = "; there are: " + ", ".join(map(_quoted, self.known))
         else:
-            hint = "; no name is similar" if self.known else "; there are none"
-        super().__init__(f"no {kind} {_quoted(name)}{printable(place)}{hint}. To list them: {printable(listing)}")
+            near = "" if hint else "; no name is similar" if self.known else "; there are none"
+        more = f"; {printable(hint)}" if hint else ""
+        full = f". To list them: {printable(listing)}" if listing else ""
+        super().__init__(f"no {kind} {_quoted(name)}{printable(place)}{near}{more}{full}")
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
-        return type(self), (self.kind, self.name, self.known, self.where, self.listing)
+        return type(self), (self.kind, self.name, self.known, self.where, self.listing, self.hint)
 
 
 def refusal(error: Exception) -> ShockError:

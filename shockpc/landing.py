@@ -19,7 +19,7 @@ from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.model.rows import Block, Equation, block_point, row_jacobian, slices_of
-from shockpc.places import Place, point_places
+from shockpc.places import Kind, Place, body_places, joint_places, point_places
 from shockpc.printed import listed
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.record import Loop, Robot
@@ -145,6 +145,20 @@ class PosedLanding(Landing):
     def contact_places(self) -> tuple[Place, ...]:
         """The contacts, then the standing feet."""
         return tuple(Place(block.frame, number=k) for k, block in enumerate((*self.contacts, *self.stance)))
+
+    def places(self, kind: Kind) -> tuple[Place, ...]:
+        """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the contacts and standing feet."""
+        match kind:
+            case "robot":
+                return (Place(self.robot.name),)
+            case "body":
+                return body_places(self.robot)
+            case "point":
+                return self.points
+            case "joint":
+                return joint_places(self.robot)
+            case "contact":
+                return self.contact_places
 
     @functools.cached_property
     def fastest_approach(self) -> float:

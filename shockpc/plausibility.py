@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from shockpc.model.rows import NO_AXES, block_point, row_jacobian
 from shockpc.printed import few, listed
 from shockpc.robot.geometry import body_outline
 
-__all__ = ["gained", "heights", "implausible", "pulled", "saturated"]
+__all__ = ["Levels", "gained", "heights", "implausible", "levels", "pulled", "saturated"]
 
 LEVEL, SHARE = 0.02, 0.01
 """Heights that differ by less than 2 cm [m] plus a hundredth of the robot's size are taken as equal, since meshes of round feet
@@ -43,27 +44,65 @@ def implausible(landing: PosedLanding, mitigation: Mapping[str, float | None]) -
     return (*heights(landing), *_straight(landing, mitigation), *_angles(landing), *_masses(landing))
 
 
+class Levels(NamedTuple):
+    """Heights of a robot's geometry over its base in N postures [m].
+
+    Attributes:
+        core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
+        surface: (N, n) the lowest points of the shapes.
+        contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
+        own: (c, n) which shapes belong to each of these.
+        others: (n,) which shapes belong to none.
+    """
+
+    core: Array
+    surface: Array
+    contacts: Array
+    own: np.ndarray
+    others: np.ndarray
+
+
+def levels(landing: PosedLanding, rotation: Array, position: Array, points: Array) -> Levels:
+    """Heights of the geometry in N postures.
+
+    Args:
+        landing: names the contacts and the standing feet.
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) their origins, from the base [m].
+        points: (N, c, 3) of the contacts and standing feet, from the base [m].
+    """
+    robot, up = landing.robot, landing.up
+    shapes = [(body, shape) for body, own in enumerate(body_outline(robot).shapes) for shape in own]
+    surface = np.empty((len(rotation), len(shapes)))
+    for k, (body, shape) in enumerate(shapes):
+        surface[:, k] = position[:, body] @ up - shape.reach(-up @ rotation[:, body])
+    core = surface + [np.linalg.norm(shape.rounding, axis=0).min() for _, shape in shapes]
+    frames = [robot.frame(place.name) for place in landing.contact_places]
+    own = np.array([[shape.belongs_to(frame) for _, shape in shapes] for frame in frames], dtype=bool)
+    struck = np.where(own, surface[:, None], np.inf).min(axis=2, initial=np.inf)
+    return Levels(core, surface, np.minimum(points @ up, struck), own, np.logical_not(own.any(axis=0)))
+
+
 def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     """Warnings about geometry below the contacts, and about contacts and standing feet that level ground cannot touch together.
 
-    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without their rounding.
+    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the least semi-axis of
+    their ellipsoids.
     """
-    robot, state, up = landing.robot, landing.state, landing.up
-    outline = body_outline(robot)
-    pieces, shapes = outline.pieces, [shape for own in outline.shapes for shape in own]
-    body = pieces.body[pieces.piece]
-    points = (state.rotation[0, body] @ pieces.points[..., None])[..., 0] + state.position[0, body]
-    core = np.minimum.reduceat(points @ up, pieces.start) if shapes else np.zeros(0)
-    surface = core - pieces.radius
-    slack = LEVEL + SHARE * (float(np.linalg.norm(np.ptp(points, axis=0))) if shapes else 0.0)
+    outline = body_outline(landing.robot)
+    state, up, shapes = landing.state, landing.up, [shape for own in outline.shapes for shape in own]
     names = [*(contact.frame for contact in landing.contacts), *landing.scene.stance]
-    levels, below, others = [], {}, np.ones(len(shapes), dtype=bool)
-    for name, block in zip(names, landing.blocks, strict=False):
-        own = np.array([shape.belongs_to(robot.frame(name)) for shape in shapes], dtype=bool)
-        point, others = float(block_point(state, block)[0] @ up), others & ~own
-        levels.append(min([point, *surface[own]]))
-        if block.kind == "contact" and point - min([point, *core[own]]) > slack:
-            below[name] = point - levels[-1]
+    points = np.stack([block_point(state, block) for block in landing.blocks[: len(names)]], axis=1)
+    found = levels(landing, state.rotation, state.position, points)
+    core, surface, others, lowest = found.core[0], found.surface[0], found.others, found.contacts[0].tolist()
+    body = outline.pieces.body[outline.pieces.piece]
+    corners = (state.rotation[0, body] @ outline.pieces.points[..., None])[..., 0] + state.position[0, body]
+    slack = LEVEL + SHARE * (float(np.linalg.norm(np.ptp(corners, axis=0))) if shapes else 0.0)
+    below = {}
+    for k, name in enumerate(names[: len(landing.contacts)]):
+        point = float(points[0, k] @ up)
+        if point - min([point, *core[found.own[k]]]) > slack:
+            below[name] = point - lowest[k]
     if below:
         low = max(below.values())
         text = (
@@ -71,14 +110,14 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
             "strike the lowest point with --contact-point lowest"
         )
         yield Diagnostic("height", "+".join(below), low, text)
-    first, last = names[int(np.argmin(levels))], names[int(np.argmax(levels))]
-    low = max(levels) - min(levels)
+    first, last = names[int(np.argmin(lowest))], names[int(np.argmax(lowest))]
+    low = max(lowest) - min(lowest)
     if low > slack:
         text = f'"{last}" is {low:.2g} m above "{first}", so level ground cannot touch both; change the posture, or leave one out'
         yield Diagnostic("height", last, low, text)
-    if landing.base != "fixed" and others.any() and min(levels) - core[others].min() > slack:
+    if landing.base != "fixed" and others.any() and min(lowest) - core[others].min() > slack:
         k = int(np.argmin(np.where(others, surface, np.inf)))
-        low = min(levels) - float(surface[k])
+        low = min(lowest) - float(surface[k])
         text = (
             f'"{first}": {low:.2g} m of the robot is below the contact, so level ground meets "{shapes[k].link}" first; '
             "change the posture, or name what strikes"
@@ -173,7 +212,7 @@ def gained(robot: str, lost: float) -> Iterator[Diagnostic]:
 def saturated(landing: PosedLanding, peaks: Mapping[str, float | None]) -> Iterator[Diagnostic]:
     """A warning for every sensor whose peak [g] exceeds its range, and for a pulse without a sensor or point."""
     if landing.pulse is not None and not peaks:
-        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --point"
+        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --at"
         yield Diagnostic("sensor", "", None, text)
     limit = landing.scene.range_g or math.inf
     for name, peak in peaks.items():

@@ -19,7 +19,7 @@ from shockpc.landing import PosedLanding
 from shockpc.model.closure import Assembly
 from shockpc.model.dynamics import dynamics
 from shockpc.model.joint_model import JointModel
-from shockpc.places import Kind, Place, body_places, joint_places, point_place
+from shockpc.places import Kind, Place, body_places, point_place
 from shockpc.plausibility import gained, implausible, pulled, saturated
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.table import quantity
@@ -192,19 +192,8 @@ class ShockProfile:
     trace: Trace = field(repr=False)
 
     def places(self, kind: Kind) -> tuple[Place, ...]:
-        """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the contacts and standing feet."""
-        robot = self.robot
-        match kind:
-            case "robot":
-                return (Place(robot.name),)
-            case "body":
-                return body_places(robot)
-            case "point":
-                return self.landing.points
-            case "joint":
-                return joint_places(robot)
-            case "contact":
-                return self.landing.contact_places
+        """The places of one kind, as those of the landing."""
+        return self.landing.places(kind)
 
     def values(self, wanted: Quantity, places: Sequence[Place] | None = None) -> Array:
         """The values (n,) or (n, 3) of a quantity at some places, by default all of its kind; NaN where there is none.
@@ -212,7 +201,7 @@ class ShockProfile:
         A point that is fixed to the world does not move.
         """
         where = self.places(wanted.of) if places is None else places
-        key = (wanted.of, wanted.key, None if places is None else tuple((p.name, p.body, *p.r.tolist()) for p in places))
+        key = (wanted.of, wanted.key, None if places is None else tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places))
         cache = self._cache
         if key not in cache:
             with self.trace.stage(wanted.title):
@@ -482,6 +471,7 @@ class ShockProfile:
             sensitivity, data = data_sensitivity(proof, self._small_differences)
             warnings = (
                 *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
+                *self.robot.change_warnings,
                 *landing.warnings,
                 *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),

@@ -38,6 +38,7 @@ __all__ = [
     "check_scene",
     "plane_of",
     "point_at",
+    "points_at",
     "read_scene",
     "robot_of",
     "scene_from",
@@ -135,15 +136,16 @@ class Point(Record):
         return self.frame + (":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else "")
 
 
-def point_at(robot: Robot, text: str) -> Point:
-    """The point that FRAME or FRAME:x,y,z means. The frame's own name may hold a colon.
+def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
+    """The points that FRAME or FRAME:x,y,z means. The frame's own name may hold a colon; a glob means a point on each frame.
 
     Raises:
+        UnknownName: the robot has no such frame.
         SceneError: the offset is not three finite numbers.
     """
     frame, colon, offset = text.rpartition(":")
     if not colon or text in robot.frames:
-        return Point(frame=text)
+        return tuple(Point(frame=name) for name in robot.match_frames(text))
     try:
         x, y, z = map(float, offset.split(","))
         valid = math.isfinite(x + y + z)
@@ -151,7 +153,19 @@ def point_at(robot: Robot, text: str) -> Point:
         valid = False
     if not valid:
         raise SceneError(f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1')
-    return Point(frame=frame, offset=(x, y, z))
+    return tuple(Point(frame=name, offset=(x, y, z)) for name in robot.match_frames(frame))
+
+
+def point_at(robot: Robot, text: str) -> Point:
+    """The one point that a text means, as in `points_at`.
+
+    Raises:
+        ShockError: as for `points_at`, or a glob means several points.
+    """
+    first, *others = points_at(robot, text)
+    if others:
+        raise robot.unknown("single point", text, (point.label for point in (first, *others)))
+    return first
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

@@ -159,14 +159,14 @@ STARTS = _table(
 """Bytes before a file's own."""
 
 OPTIONS = _table("""
---contact ¦ --point ¦ --bodies ¦ --set ¦ --lock ¦ --armature ¦ --joint-velocity ¦ --stance ¦ --srdf ¦ --xacro ¦ --package ¦
+--contact ¦ --at ¦ --body ¦ --set ¦ --lock ¦ --armature ¦ --joint-velocity ¦ --stance ¦ --srdf ¦ --xacro ¦ --package ¦
 --speed ¦ --strike-angle ¦ --velocity ¦ --drop-height ¦ --offset ¦ --restitution ¦ --plane ¦ --pulse ¦ --range-g ¦ --base-rpy ¦
 --posture ¦ --assemble ¦ --v-in ¦ --base ¦ --joints ¦ --contact-point ¦ --format ¦ --out ¦ --save-scene ¦ --angular-velocity
 """)
 """Options that take a value."""
 
 EXTRAS = _table("""
---contact-point lowest ¦ --joints locked ¦ --joints geared --armature *=0.05 ¦ --slide ¦ --bodies * ¦ --point body:0,0,0.1 ¦
+--contact-point lowest ¦ --joints locked ¦ --joints geared --armature *=0.05 ¦ --slide ¦ --body * ¦ --at body:0,0,0.1 ¦
 --pulse half-sine:5ms --range-g 4 ¦ --velocity 0.3,0.2,-1 ¦ --base fixed ¦ --base planar ¦ --set knee=30 ¦ --stance arm ¦
 --srdf robot.srdf ¦ --explain ¦ --plane yz ¦ --angular-velocity 0,1,0 ¦ --lock knee ¦ --contact arm ¦ --contact shin+arm ¦
 --together --contact * ¦ --srdf pipe ¦ --srdf /dev/zero ¦ --v-in com ¦ --posture standing ¦ --package stick=. ¦

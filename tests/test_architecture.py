@@ -76,7 +76,9 @@ def test_nothing_is_imported_before_it_is_needed():
     """Importing the package and asking for help load no library; a profile needs no meshes, no drawing and no scene file."""
     computing = {"numpy", "pinocchio", "flint"}
     assert imported(f"import shockpc\n{REPORT}") == set()
-    assert imported(f"import shockpc\nfor name in shockpc.__all__: getattr(shockpc, name)\n{REPORT}") == computing | {"scipy"}  # limits
+    assert imported(f"import shockpc\nfor name in shockpc.__all__: getattr(shockpc, name)\n{REPORT}") == computing | {
+        "scipy"
+    }  # limits
     assert imported(COMMAND, "--help") == imported(COMMAND, "analyze", "--help") == set()
     assert imported(COMMAND, *ANALYZE, "json") == computing
     assert imported(COMMAND, *ANALYZE, "table") == computing

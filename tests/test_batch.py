@@ -173,10 +173,10 @@ def test_a_scene_lands_as_it_says(capfd, tmp_path):
     ("words", "told"),
     [
         ((), "no robot is named"),
-        (("--set", "hexapods"), 'no set of robots "hexapods"'),
+        (("--robots", "hexapods"), 'no set of robots "hexapods"'),
         (("bolt", "--figures"), "--out"),
         (("bolt", "--jobs", "0"), "range x>=1"),
-        (("bolt", "--set", "*_knee=3"), "no set of robots"),
+        (("bolt", "--robots", "*_knee=3"), "no set of robots"),
     ],
 )
 def test_bad_arguments_are_refused(capfd, words, told):

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Posture, Scene, Strike, UnknownName, shock_profile
-from shockpc.model.contact import contact_block, locate_lowest_point, match_frames
+from shockpc import Contact, Posture, Scene, Strike, shock_profile
+from shockpc.model.contact import contact_block, locate_lowest_point
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration
 from shockpc.model.rows import block_point, row_jacobian
@@ -23,44 +23,6 @@ ANGLES = st.tuples(*[st.floats(-180.0, 180.0)] * 3)
 
 def land(contact, robot="anymal_b", **changes):
     return shock_profile(Scene(robot=robot, contact=(contact,), **changes), known_robot(robot))
-
-
-# Names
-
-
-def named(*links):
-    """A base that carries links of these names."""
-    joints = [joint(f"j{i}", "base", name) for i, name in enumerate(links)]
-    return robot_from(urdf(link("base"), *map(link, links), *joints))
-
-
-FEET = ("LF_FOOT", "LH_FOOT", "RF_FOOT", "RH_FOOT")
-
-
-@pytest.mark.parametrize(
-    ("links", "pattern", "found"),
-    [
-        (("foot", "foot_left"), "foot", ("foot",)),
-        (("foot", "foot_left"), "FOOT", ("foot", "foot_left")),
-        (("foot*", "foot_left"), "foot*", ("foot*",)),
-        (None, "LF_KFE", ("LF_KFE",)),  # a joint is a frame too
-        *((None, pattern, FEET) for pattern in ("*_FOOT", "*_foot", "[LR]?_Foot", "foot", "FOOT")),
-    ],
-)
-def test_an_exact_name_else_a_glob_or_a_part_of_a_name(links, pattern, found):
-    """An exact frame name means itself; a glob or a part of a name means links, whatever the case, in the order of the bodies."""
-    assert match_frames(named(*links) if links else known_robot("anymal_b"), pattern) == found
-
-
-@pytest.mark.parametrize(
-    ("pattern", "hints"),
-    [("LF_FOTO", FEET[:2]), ("lf_foto", FEET[:2]), ("zzz*", ()), ("", ()), ("*_KFE", ())],
-)
-def test_a_name_that_no_frame_has_is_refused_with_the_nearest(pattern, hints):
-    with pytest.raises(UnknownName) as refusal:
-        match_frames(known_robot("anymal_b"), pattern)
-    assert refusal.value.name == pattern
-    assert all(f'"{name}"' in str(refusal.value) for name in (pattern, "anymal", *hints))
 
 
 # Points

@@ -70,7 +70,7 @@ def shape(points, radius=0.0, triangles=None):
     """A shape in the plane's own axes: x forward, z up."""
     points = np.asarray(points, dtype=float)
     mesh = None if triangles is None else Mesh(points, np.asarray(triangles))
-    return Shape("link", points, radius, mesh)
+    return Shape("link", points, radius * np.eye(3), mesh)
 
 
 def projection(*shapes, resolution=1e-3):
@@ -81,9 +81,15 @@ def projection(*shapes, resolution=1e-3):
 
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1]], dtype=float)
+TILTED_DISC = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.8, 0.0]])
 AREAS = {
     "a ball is a disc": ([shape([[0.3, 0.1, -0.2]], 0.25)], np.pi * 0.25**2, (0.05, -0.45, 0.55, 0.05)),
     "a capsule is a stadium": ([shape([[0, 0, 0], [0.6, 0, 0.8]], 0.1)], 0.2 + np.pi * 0.01, (-0.1, -0.1, 0.7, 0.9)),
+    "a tilted cylinder is an ellipse swept along a segment": (
+        [Shape("link", np.array([[0, -0.4, 0], [0, 0.4, 0.6]]), 0.2 * TILTED_DISC)],
+        np.pi * 0.04 * 0.8 + 0.4 * 0.6,
+        (-0.2, -0.16, 0.2, 0.76),
+    ),
     "what overlaps counts once": ([shape(SQUARE), shape(SQUARE + np.array([0.5, 0, 0.5]))], 1.75, (0, 0, 1.5, 1.5)),
 }
 

@@ -1,6 +1,5 @@
 """The geometry of bodies, compared with Pinocchio's own reading, closed forms, and shapes whose answer is known."""
 
-import math
 import struct
 import sys
 from unittest.mock import Mock
@@ -11,9 +10,9 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, LIMIT, body, floating, joint, link, loaded, mjcf, urdf
 
-from shockpc import load_robot
+from shockpc import Scene, load_robot, shock_profile
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.geometry import inertia_box, outline
+from shockpc.robot.geometry import body_outline, inertia_box, outline
 from shockpc.robot.meshes import hull_corners, read_mesh
 from shockpc.robot.record import Body
 
@@ -40,34 +39,39 @@ def from_mjcf(folder, *geoms, assets=""):
 
 def support(shapes, directions):
     """How far the shapes reach along each direction."""
-    return np.max([(directions @ shape.points.T).max(axis=1) + shape.radius for shape in shapes], axis=0)
+    return np.max([shape.reach(directions) for shape in shapes], axis=0)
 
 
 ROTATION, OFFSET = pin.rpy.rpyToMatrix(0.4, -0.5, 0.6), np.array([0.1, -0.2, 0.3])
 AS_MJCF = 'pos="0.1 -0.2 0.3" quat="{3} {0} {1} {2}"'.format(*pin.Quaternion(ROTATION).coeffs().tolist())
 LOCAL = DIRECTIONS @ ROTATION
 ACROSS, ALONG = np.hypot(LOCAL[:, 0], LOCAL[:, 1]), np.abs(LOCAL[:, 2])
-CIRCLE = 1.0 - math.cos(math.pi / 64)
-"""Circles are polygons of 64 corners inside them."""
 
 SUPPORTS = {
-    '<box size="0.2 0.4 0.6"/>': ('type="box" size="0.1 0.2 0.3"', np.abs(LOCAL) @ [0.1, 0.2, 0.3], 0.0),
-    '<sphere radius="0.2"/>': ('type="sphere" size="0.2"', np.full(200, 0.2), 0.0),
-    '<capsule radius="0.1" length="0.4"/>': ('type="capsule" size="0.1 0.2"', 0.1 + 0.2 * ALONG, 0.0),
-    '<cylinder radius="0.1" length="0.4"/>': ('type="cylinder" size="0.1 0.2"', 0.1 * ACROSS + 0.2 * ALONG, 0.1 * CIRCLE),
-    "": ('type="ellipsoid" size="0.1 0.2 0.3"', np.linalg.norm(LOCAL * [0.1, 0.2, 0.3], axis=1), 0.3 * 2.0 * CIRCLE),
+    '<box size="0.2 0.4 0.6"/>': ('type="box" size="0.1 0.2 0.3"', np.abs(LOCAL) @ [0.1, 0.2, 0.3]),
+    '<sphere radius="0.2"/>': ('type="sphere" size="0.2"', np.full(200, 0.2)),
+    '<capsule radius="0.1" length="0.4"/>': ('type="capsule" size="0.1 0.2"', 0.1 + 0.2 * ALONG),
+    '<cylinder radius="0.1" length="0.4"/>': ('type="cylinder" size="0.1 0.2"', 0.1 * ACROSS + 0.2 * ALONG),
+    "": ('type="ellipsoid" size="0.1 0.2 0.3"', np.linalg.norm(LOCAL * [0.1, 0.2, 0.3], axis=1)),
 }
 
 
 @pytest.mark.parametrize("shape", SUPPORTS)
 def test_a_shape_reaches_as_far_as_its_support_function(tmp_path, shape):
     """h(d) of box, sphere, capsule, cylinder and ellipsoid in closed form, placed and turned in the link; in either format."""
-    geom, expected, short = SUPPORTS[shape]
+    geom, expected = SUPPORTS[shape]
     robots = [from_mjcf(tmp_path, f"{geom} {AS_MJCF}"), *([robot(tmp_path, shape)] if shape else [])]
-    for shapes in (outline(found, "collision").shapes[-1] for found in robots):
-        reach = support(shapes, DIRECTIONS) - DIRECTIONS @ OFFSET
-        assert np.all(reach <= expected + 1e-12)
-        assert np.all(reach >= expected - short - 1e-12)
+    for (piece,) in (outline(found, "collision").shapes[-1] for found in robots):
+        np.testing.assert_allclose(piece.reach(DIRECTIONS) - DIRECTIONS @ OFFSET, expected, atol=1e-12)
+        farthest = [(piece.farthest(direction) @ direction).max() for direction in DIRECTIONS]
+        np.testing.assert_allclose(farthest, piece.reach(DIRECTIONS), atol=1e-15)
+
+
+def test_collision_geometry_in_a_comment_is_none(tmp_path):
+    """The visual geometry is taken where the file has no other, whatever its comments hold."""
+    parts = '<!-- <collision><geometry/></collision> --><visual><geometry><sphere radius="0.2"/></geometry></visual>'
+    (shapes,) = body_outline(loaded(tmp_path, urdf(link("base", more=parts)))).shapes
+    assert len(shapes) == 1
 
 
 @pytest.mark.parametrize("name", ["anymal_b", "solo12", "talos", "go2"])
@@ -92,6 +96,27 @@ def test_real_robots_reach_as_far_as_pinocchio_says(name, kind):
             ]
             # Pinocchio's loader keeps meshes in single precision.
             np.testing.assert_allclose(support(shapes, axes), np.max(reach, axis=0) - turned @ own.offset, atol=2e-6)
+
+
+def test_the_greatest_shock_of_a_thigh_is_on_the_rim_of_its_cylinder():
+    """As far as 200 000 points on the rims of the cylinders and the corners of the box that Pinocchio reads."""
+    profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"))
+    (index,) = (i for i, body in enumerate(profile.robot.bodies) if body.name == "LF_THIGH")
+    geometry, angle = pin.GeometryModel(), 2.0 * np.pi * np.arange(100_000) / 100_000
+    source = profile.robot.source.xml
+    pin.buildGeomFromUrdfString(profile.robot.model, source, pin.GeometryType.COLLISION, geometry, [str(data_folder().parent)])
+    body, shocks = profile.robot.bodies[index], []
+    for item in (item for item in geometry.geometryObjects if item.parentJoint == body.joint):
+        points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        if hasattr(item.geometry, "halfSide"):
+            points = points * item.geometry.halfSide
+        else:
+            rim = item.geometry.radius * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+            points = np.concatenate([np.add(rim, [0.0, 0.0, z * item.geometry.halfLength]) for z in (-1, 1)])
+        in_joint = points @ item.placement.rotation.T + item.placement.translation
+        shocks.append(profile.shock_at(body.name, (in_joint - body.offset) @ body.rotation).max())
+    assert profile.shock_max[index] == pytest.approx(max(shocks), rel=2e-9)
+    assert profile.shock_max[index] == pytest.approx(1.060368, abs=5e-7)
 
 
 def coal_support(shape, directions):
@@ -305,7 +330,7 @@ def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
     """The other shapes are there, one line names the mesh, and no library writes a message of its own."""
     (tmp_path / name).write_bytes(BROKEN[name])
     found = outline(robot(tmp_path, f'<mesh filename="{name}"/>', '<sphere radius="0.1"/>'), "collision")
-    assert [shape.radius for shape in found.shapes[0]] == [0.1]
+    assert [np.linalg.norm(shape.rounding, axis=0) for shape in found.shapes[0]] == [pytest.approx(0.1)]
     (warning,) = found.warnings
     assert warning.startswith('1 of 2 collision shapes could not be read (link "base": ')
     assert name in warning or name == "huge.obj"

@@ -139,7 +139,7 @@ def test_a_geometry_model_gives_the_shapes_of_the_file():
     for own, other in zip(expected.shapes, shapes.shapes, strict=True):
         for ours, theirs in zip(own, other, strict=True):
             np.testing.assert_allclose(theirs.points, ours.points, atol=1e-15)
-            assert theirs.radius == ours.radius
+            np.testing.assert_allclose(theirs.rounding, ours.rounding, atol=1e-15)
     geometry = pin.buildGeomFromUrdf(model, path, pin.GeometryType.VISUAL, package_dirs=[str(data_folder().parent)])
     shapes = outline(load_robot(model, geometry=geometry), "collision")
     assert shapes.warnings == ()

@@ -13,6 +13,7 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, read_scene, shock_profile
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
+from shockpc.studies.sweep.study import sweep_of
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">
@@ -185,3 +186,12 @@ def test_the_lowest_point_may_be_struck_where_all_geometry_is_visual():
     assert not any("contact point" in str(warning) for warning in lowest.health.warnings)
     frame = shock_profile(Scene(robot="human", contact=contact), human)
     assert frame.contacts[0].point[2] - lowest.contacts[0].point[2] == pytest.approx(below.value)
+
+
+def test_depth_is_how_far_another_foot_is_below_the_contact(dog: Robot):
+    """A bent knee raises its foot by 0.2 m (1 − cos θ); the straight leg is that far below, in a sweep and in one landing."""
+    scene = Scene(robot=dog.label, contact="FL")
+    made = sweep_of(scene, dog, {"FL_knee": [0.0, 30.0, 70.0]}, quantities=["depth"], prove=0)
+    expected = 0.2 * (1.0 - np.cos(np.radians([0.0, 30.0, 70.0])))
+    np.testing.assert_allclose(made.chunk(0).columns["depth@dog"], expected, atol=1e-12)
+    assert [float(shock_profile(*made.case(k)).value("depth", "robot")[0]) for k in range(3)] == pytest.approx(expected, abs=1e-12)

@@ -94,9 +94,9 @@ def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):
 def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
     """The options in the summary reproduce the greatest shock in the table."""
     text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")
-    line = next(line for line in text.splitlines() if line.startswith("most severe for body shock: "))
+    line = next(line for line in text.splitlines() if line.startswith("most severe for shock@body: "))
     words = line.partition(": ")[2].replace("'", "").split()
-    document = json.loads(good(capfd, "analyze", stick, "--contact", "foot", "--point", "body", *words, "--format", "json"))
+    document = json.loads(good(capfd, "analyze", stick, "--contact", "foot", "--at", "body", *words, "--format", "json"))
     found = next(point["shock"] for point in document["points"] if point["frame"] == "body")
     greatest = max(pyarrow.parquet.read_table(tmp_path / "out" / "rows")["shock@body"].to_pylist())
     assert found == pytest.approx(greatest, rel=1e-12)

@@ -20,7 +20,7 @@ from shockpc.printed import printable
 from shockpc.result import StanceImpulse
 from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_text
-from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text, fits
+from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text
 
 
 def directions(*shape):
@@ -253,15 +253,6 @@ def test_parallel_is_along_the_ground_that_is_struck():
     for least, way in (((0.0, -1.0, 0.0), "towards"), ((0.0, 0.0, -1.0), "parallel")):
         chosen = found.directions._replace(least_severe=np.array([least]))
         assert directions_sheet(Altered(found, directions=chosen)).rows[0][-1] == way
-
-
-@pytest.mark.parametrize(
-    ("pattern", "names"),
-    [("leg", ["LF_leg", "leg"]), ("LEG", ["LF_leg", "leg"]), ("*leg", ["LF_leg", "leg"]), ("l?g", ["leg"]), ("[t]runk", ["trunk"])],
-)
-def test_patterns(pattern, names):
-    """A glob matches the whole name, plain text a part of it, in upper or lower case."""
-    assert [name for name in ("LF_leg", "leg", "trunk") if fits(name, pattern)] == names
 
 
 SPINNING = urdf(

@@ -14,14 +14,14 @@ __all__ = ["analyze"]
     "Compute the shock of a landing on every body of a robot.",
     "shockpc analyze anymal_b --contact LF_FOOT --out out/",
     'shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60"',
-    "shockpc analyze go2 --contact foot --drop-height 0.3 --pulse half-sine:5ms",
+    "shockpc analyze go2 --contact FL_foot --drop-height 0.3 --pulse half-sine:5ms",
 )
 def analyze(
     *,
     robot: str = ROBOT,
     options: SceneOptions,
     output: OutputOptions,
-    bodies: str | None = in_output("Show only bodies that match this glob or part of a name (tables and CSV).", "PATTERN"),
+    body: tuple[str, ...] = in_output("Show only these bodies (tables and CSV).", "BODY"),
     save_scene: Path | None = in_output(
         "Write the scene that this command line describes, a file for each landing.", "FILE", scene_file
     ),
@@ -32,23 +32,23 @@ def analyze(
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import body_pattern, file_names, scene_files, shown
+        from shockpc.cli.output import file_names, scene_files, shown
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
         from shockpc.show.files import write_file, write_folder
     loaded, scenes = scenes_from(robot, options, trace)
-    pattern = None if bodies is None else body_pattern(loaded, bodies)
+    bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
     with trace.stage("output"):
-        text = shown(profiles, output.format, pattern)
+        text = shown(profiles, output.format, bodies)
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
             write_file(file, scene_text(profile.scene, file.parent), over_input=force)
         if output.out is not None:
             from shockpc.show.reports.landing import landing_files
 
-            write_folder(output.out, landing_files(profiles, file_names(scenes), pattern))
+            write_folder(output.out, landing_files(profiles, file_names(scenes), bodies))
         else:
             trace.skip("figure, and matplotlib with it", "no --out")
         sys.stdout.write(text)

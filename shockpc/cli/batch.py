@@ -22,8 +22,8 @@ _in_robots = group("Robots")
 )
 def batch(
     *,
-    robots: tuple[str, ...] = argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name),
-    set_: tuple[str, ...] = _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET"),
+    names: tuple[str, ...] = argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name),
+    robots: tuple[str, ...] = _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET"),
     jobs: int = _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1, default=1),
     options: SceneOptions,
     output: OutputOptions,
@@ -38,9 +38,9 @@ def batch(
     from shockpc.show.reports.batch import batch_report
     from shockpc.studies import batch as study
 
-    names = list(dict.fromkeys([*robots, *(name for one in set_ for name in robots_of_set(one))]))
-    if not names:
-        raise StudyError("no robot is named; give names or files, or a set: shockpc batch --set quadrupeds")
+    every = list(dict.fromkeys([*names, *(name for one in robots for name in robots_of_set(one))]))
+    if not every:
+        raise StudyError("no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds")
     if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
     look = None
@@ -48,8 +48,8 @@ def batch(
         from shockpc.show.figure.view import view_of
 
         look = view_of
-    with executor(min(jobs, len(names))) as pool:
+    with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options, on_each_foot=True)
-        found = study.batch(names, read, pool, look, progress("robots computed", len(names)))
+        found = study.batch(every, read, pool, look, progress("robots computed", len(every)))
     give(batch_report(found), output)
     return SolveError.exit_code if found.failures else 0

@@ -3,7 +3,7 @@
 import math
 
 from shockpc.cli.declare import command, group
-from shockpc.cli.options import ROBOT, OutputOptions, SceneOptions
+from shockpc.cli.options import FRAME, ROBOT, OutputOptions, SceneOptions
 from shockpc.cli.parse import Span, finite, span
 
 __all__ = ["limits"]
@@ -19,7 +19,7 @@ def limits(
     *,
     robot: str = ROBOT,
     joint: str = _in_question("The joint, by name; joints that a glob matches all have the same value.", "JOINT"),
-    at: str = _in_question("Where the shock is limited, offset in the frame [m].", "FRAME[:X,Y,Z]"),
+    at_: str = _in_question("Where the shock is limited, offset in the frame [m].", FRAME),
     max_shock: float = _in_question("The bound: |Δv| relative to the strike.", "SHOCK", finite),
     range_: Span | None = _in_question(
         "Values of the joint to look at; the file's limits by default [deg; m if prismatic].", "LOW:HIGH", span
@@ -43,7 +43,7 @@ def limits(
     found = study(
         scene,
         joint,
-        point_at(loaded, at),
+        point_at(loaded, at_),
         max_shock,
         joint_range=None if range_ is None else (unit * range_[0], unit * range_[1]),
         strikes=None if strikes is None else (math.radians(strikes[0]), math.radians(strikes[1])),

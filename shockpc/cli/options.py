@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 from shockpc.cli.declare import argument, group
 from shockpc.cli.parse import Setting, Vector, definition, finite, folder, out_folder, path, plane, robot_name, setting, vector
 
-__all__ = ["EXPLAIN", "PACKAGE", "ROBOT", "XACRO", "OutputOptions", "SceneOptions", "in_output"]
+__all__ = ["EXPLAIN", "FRAME", "PACKAGE", "ROBOT", "XACRO", "OutputOptions", "SceneOptions", "in_output"]
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
@@ -15,6 +15,7 @@ in_output = group("Output")
 ROBOT = argument("A robot file (URDF, xacro, MJCF), a robot's name, or a scene (.toml).", "ROBOT", robot_name)
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
+FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
 
 
@@ -24,7 +25,7 @@ class SceneOptions(NamedTuple):
     xacro: tuple[tuple[str, str], ...] = XACRO
     package: tuple[tuple[str, str], ...] = PACKAGE
     contact: tuple[str, ...] = _in_contact(
-        "What strikes the ground: a frame, a glob or part of a link's name. "
+        "What strikes the ground: a link, site or geom, by name or by a glob, such as '*_foot', which all names here may be. "
         "Several matches are one landing each; A+B is one landing on both.",
         "NAME",
     )
@@ -35,15 +36,15 @@ class SceneOptions(NamedTuple):
     )
     slide: bool = _in_contact("No friction: the contact stops the normal direction only.")
     restitution: float | None = _in_contact("Coefficient of restitution, 0 (default) to 1.", "E", finite)
-    stance: tuple[str, ...] = _in_contact("A foot that is on the ground already and stays where it is.", "FRAME")
+    stance: tuple[str, ...] = _in_contact("A foot that is on the ground already and stays where it is.", "NAME")
     posture: str | None = _in_posture("A reference posture of the robot, or neutral; by default the standing one.", "NAME")
     srdf: Path | None = _in_posture("File of reference postures.", "FILE", path)
-    set: tuple[Setting, ...] = _in_posture("Position of joints, by name or glob [deg; m if prismatic].", "JOINT=VALUE", setting)
+    set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     base_rpy: Vector | None = _in_posture("Roll, pitch and yaw of the base [deg]; a positive pitch is nose down.", "R,P,Y", vector)
     base: Literal["free", "planar", "fixed"] | None = _in_posture(
         "How the base may move; by default free, or fixed where the file fixes it or its root link is called world."
     )
-    assemble: tuple[str, ...] = _in_posture("The only joints that may move to close loops, by name or glob.", "JOINT")
+    assemble: tuple[str, ...] = _in_posture("The only joints that may move to close loops.", "JOINT")
     strike_angle: float | None = _in_impact(
         "Angle of the velocity from the vertical in the plane, positive moving forward [deg].", "DEG", finite
     )
@@ -51,23 +52,19 @@ class SceneOptions(NamedTuple):
     velocity: Vector | None = _in_impact("Velocity of the robot, world axes [m/s].", "VX,VY,VZ", vector)
     drop_height: float | None = _in_impact("Height of a free fall that ends in the impact [m].", "H", finite)
     angular_velocity: Vector | None = _in_impact("Angular velocity of the base, world axes [rad/s].", "WX,WY,WZ", vector)
-    joint_velocity: tuple[Setting, ...] = _in_impact(
-        "Velocity of joints, by name or glob [rad/s; m/s if prismatic].", "JOINT=RATE", setting
-    )
+    joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     joints: Literal["free", "geared", "locked"] | None = _in_joints(
         "All joints turn freely, resist by their reflected inertia, or are locked."
     )
-    armature: tuple[Setting, ...] = _in_joints(
-        "Reflected inertia, by name or glob [kg m²; kg if prismatic].", "JOINT=INERTIA", setting
-    )
-    lock: tuple[str, ...] = _in_joints("Locked joints, by name or glob.", "JOINT")
+    armature: tuple[Setting, ...] = _in_joints("Reflected inertia of joints [kg m²; kg if prismatic].", "JOINT=INERTIA", setting)
+    lock: tuple[str, ...] = _in_joints("Locked joints.", "JOINT")
     plane: str | Vector | None = _in_results(
         "Plane of CoPc and RoPc: xz (sagittal, default), yz, xy, or a normal NX,NY,NZ.", "PLANE", plane
     )
     v_in: Literal["contact", "com"] | None = _in_results(
         "The speed that shock is relative to: of the contact (default) or of the centre of mass."
     )
-    point: tuple[str, ...] = _in_results("Also give the shock at this point, offset in the frame [m].", "FRAME[:X,Y,Z]")
+    at: tuple[str, ...] = _in_results("Points whose shock is computed besides the sensors', offset in the frame [m].", FRAME)
     pulse: str | None = _in_results(
         "Also give peak accelerations, for example half-sine:5ms; shapes are half-sine, saw-tooth, haversine and rectangle.",
         "SHAPE:LENGTH",

@@ -2,22 +2,22 @@
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import complain
 from shockpc.cli.progress import ShownTrace
-from shockpc.errors import OutputError, UnknownName
+from shockpc.errors import OutputError
 from shockpc.result import ShockProfile
-from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.show.files import write_folder
 
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
 
-__all__ = ["body_pattern", "file_names", "give", "scene_files", "shown"]
+__all__ = ["file_names", "give", "scene_files", "shown"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
@@ -36,24 +36,7 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     return files
 
 
-def body_pattern(robot: Robot, pattern: str) -> str:
-    """The pattern of --bodies. Where it matches no body, a link that is fixed to another body stands for that body.
-
-    Raises:
-        UnknownName: it matches neither a body nor links of one body.
-    """
-    from shockpc.show.tables import fits
-
-    names = [body.name for body in robot.bodies]
-    if any(fits(name, pattern) for name in names):
-        return pattern
-    carriers = [body.name for body in robot.bodies if any(fits(link, pattern) for link in body.links)]
-    if len(carriers) != 1:
-        raise UnknownName("body", pattern, carriers or names, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    return carriers[0]
-
-
-def shown(profiles: list[ShockProfile], format_: str, bodies: str | None) -> str:
+def shown(profiles: list[ShockProfile], format_: str, bodies: Sequence[int] | None) -> str:
     """What goes to standard output. A CSV file cannot hold warnings, so they go to standard error."""
     if format_ == "json":
         from shockpc.show.document import to_json

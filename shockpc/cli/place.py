@@ -37,12 +37,12 @@ def place(
         variable,
     ),
     weight: tuple[Setting, ...] = _in_landings(
-        "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by glob or "
-        "part of their name; others weigh 1.",
+        "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by name or "
+        "glob; others weigh 1.",
         "LANDING=WEIGHT",
         setting,
     ),
-    body: str | None = _in_region("The body, or a link that is fixed to it; the base by default.", "NAME"),
+    body: str | None = _in_region("The body; the base by default.", "BODY"),
     within: tuple[Vector, Vector] | None = _in_region(
         "Only in this box of the body's frame, whatever the geometry [m].", "X0:X1,Y0:Y1,Z0:Z1", box
     ),
@@ -79,7 +79,7 @@ def place(
         within=within,
         surface=surface,
         geometry=geometry,
-        weights=_weights(list(landings), weight),
+        weights=dict(weight) or None,
         count=count,
         alternatives=alternatives,
         apart=apart,
@@ -87,17 +87,3 @@ def place(
     )
     give(place_report(found), output)
     return SolveError.exit_code if found.failures else 0
-
-
-def _weights(landings: list[str], given: tuple[Setting, ...]) -> dict[str, float] | None:
-    """The weights of landings by name; a later one replaces an earlier one. None if there are none."""
-    from shockpc.errors import UnknownName
-    from shockpc.show.tables import fits
-
-    weights: dict[str, float] = {}
-    for pattern, value in given:
-        matches = [name for name in landings if fits(name, pattern)]
-        if not matches:
-            raise UnknownName("landing", pattern, landings, "", "leave out --weight; the table names them")
-        weights |= dict.fromkeys(matches, value)
-    return weights if given else None

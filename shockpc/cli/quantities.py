@@ -17,7 +17,7 @@ __all__ = ["quantities"]
 )
 def quantities(
     *,
-    pattern: str | None = argument("Only those whose key or kind matches this glob or part of a name.", "[PATTERN]"),
+    pattern: str | None = argument("Only those of this key or kind, or whose key or kind matches this glob.", "[PATTERN]"),
     output: OutputOptions,
 ) -> None:
     from shockpc.cli.output import give

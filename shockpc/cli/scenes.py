@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.parse import Setting
 from shockpc.errors import SceneError
-from shockpc.model.contact import Contact, landing_frames, match_frames
+from shockpc.model.contact import Contact, landing_frames, match_contacts
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.record import Robot
-from shockpc.scene import Scene, Strike, check_scene, plane_of, point_at, read_scene, robot_of
+from shockpc.scene import Scene, Strike, check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.trace import Trace
 
 __all__ = ["is_scene_file", "one_scene", "scenes_from"]
@@ -50,13 +50,13 @@ def scenes_from(
         plane=options.plane,
         posture=_posture(scene.posture, options),
         strike=_strike(scene.strike, options),
-        stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_frames(loaded, text))) or None,
+        stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_contacts(loaded, text))) or None,
         joints=_joints(scene.joints, options),
         assemble=options.assemble or None,
         v_in=options.v_in,
         pulse=options.pulse,
         range_g=options.range_g,
-        point=scene.point + tuple(point_at(loaded, text) for text in options.point),
+        point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
     changes = {
         "offset": options.offset,
@@ -76,9 +76,9 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     """
     loaded, scenes = scenes_from(robot, options, trace)
     if len(scenes) > 1:
-        listed = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes[:6])
+        names = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes[:6])
         raise SceneError(
-            f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {listed}; name one --contact'
+            f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {names}; name one --contact'
         )
     return loaded, scenes[0]
 

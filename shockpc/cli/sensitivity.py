@@ -3,7 +3,7 @@
 import sys
 
 from shockpc.cli.declare import command, group
-from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
+from shockpc.cli.options import EXPLAIN, FRAME, ROBOT, OutputOptions, SceneOptions, in_output
 
 __all__ = ["sensitivity"]
 
@@ -15,7 +15,7 @@ __all__ = ["sensitivity"]
 def sensitivity(
     *,
     robot: str = ROBOT,
-    at: str = group("Question")("The point, offset in the frame [m].", "FRAME[:X,Y,Z]"),
+    at_: str = group("Question")("The point, offset in the frame [m].", FRAME),
     options: SceneOptions,
     rows: int = in_output("Rows of the table; 16 by default.", "N", least=1, default=16),
     output: OutputOptions,
@@ -30,7 +30,7 @@ def sensitivity(
 
     trace = ShownTrace()
     loaded, scene = one_scene(robot, options, trace)
-    found = study(scene, point_at(loaded, at), loaded, trace)
+    found = study(scene, point_at(loaded, at_), loaded, trace)
     with trace.stage("output"):
         give(sensitivity_report(found, rows), output)
     if explain:

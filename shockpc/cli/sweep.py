@@ -18,6 +18,7 @@ _in_run = group("How it is computed, and where it is written")
 @command(
     "Compute landings over many postures, strikes and models.",
     'shockpc sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:50" --at imu_link --out sweep/',
+    'shockpc sweep anymal_b --contact LF_FOOT --sample 100 --quantity "joint_impulse@*_KFE" --out random/',
 )
 def sweep(
     *,
@@ -26,7 +27,7 @@ def sweep(
     vary: tuple[Variable, ...] = _in_varied(
         "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b. Quantities are a joint or a glob [deg; m if "
         "prismatic], base-roll, base-pitch, base-yaw and strike-angle [deg], speed [m/s], contact (names), offset-x, -y, -z "
-        "[m], mass:LINK [kg; or factors, 0.8x:1.2x:9], com-x:LINK, -y, -z (a shift) [m], inertia:LINK (factors), "
+        "[m], mass:LINKS [kg; or factors, 0.8x:1.2x:9], com-x:LINKS, -y, -z (a shift) [m], inertia:LINKS (factors), "
         "armature:JOINTS [kg m²].",
         "NAME=VALUES",
         variable,
@@ -39,11 +40,15 @@ def sweep(
     ),
     lhs: bool = _in_varied("Draw the sample as a Latin hypercube."),
     seed: int = _in_varied("Seed of the random numbers; 0 by default.", "N", default=0),
-    at: tuple[str, ...] = _in_computed("Point at which the shock is computed, offset in the frame [m].", "FRAME[:X,Y,Z]"),
     body: tuple[str, ...] = _in_computed(
-        "Body of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "NAME"
+        "Bodies of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "BODY"
     ),
     greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
+    quantity: tuple[str, ...] = _in_computed(
+        "Also this quantity (shockpc quantities lists them), of all places of its kind, or of those that PLACE names: a name, a "
+        "glob or FRAME:X,Y,Z.",
+        "KEY[@PLACE]",
+    ),
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
     out: Path = _in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
     format_: Literal["parquet", "csv"] = _in_run("Format of the rows; parquet by default.", default="parquet"),
@@ -55,7 +60,6 @@ def sweep(
     from shockpc.cli.scenes import scenes_from
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
-    from shockpc.scene import point_at
     from shockpc.show.files import write_folder
     from shockpc.show.parts import Parts
     from shockpc.show.reports.sweep import sweep_files, sweep_text
@@ -75,9 +79,10 @@ def sweep(
         loaded,
         vary,
         vary_each=vary_each,
-        at=[point_at(loaded, text) for text in at] or scenes[0].point,
+        at=scenes[0].point,
         bodies=body,
         greatest=greatest,
+        quantities=quantity,
         sample=sample,
         lhs=lhs,
         seed=seed,

@@ -1,8 +1,10 @@
 """The least and the greatest shock over the bodies' geometry.
 
-Geometry is a union of convex pieces, each the convex hull of some points, rounded by a radius (a sphere is one point with a
-radius, a capsule two). |Δv(r)| is a convex function, so its greatest value is that of one of the points; its least value follows
-from the distance between the screw axis and the projected hull. All pieces of all bodies are evaluated at once.
+Geometry is a union of convex pieces, each the hull of some points, or an ellipsoid swept along a segment (a sphere, a capsule; a
+cylinder, whose ellipsoid is flat, a disc). The part of Δv(r) along Δω is the same everywhere. The part perpendicular to it maps a
+piece linearly to a set in the plane: a polygon, or an ellipse swept along a segment. |Δv(r)| is a convex function, so its greatest
+value is that of a corner, or of the farthest point of an ellipse at an end; its least value follows from the distance between the
+origin and the set. All pieces of all bodies are evaluated at once.
 """
 
 from typing import NamedTuple
@@ -13,44 +15,60 @@ from shockpc.core.spatial import Array, cross_matrix
 
 __all__ = ["Pieces", "greatest_shock", "shock_extremes"]
 
+TINY = 1e-300
+"""Divisors are at least this."""
+
 
 class Pieces(NamedTuple):
     """Convex pieces of bodies, one after the other.
 
     Attributes:
-        points: (k, 3) points that span the pieces, each in its body's frame [m].
+        points: (k, 3) points that span the pieces, each in its body's frame [m]; of a round piece four: the ends of the segment,
+            a and b, as a, b, a, b.
         start: (n,) where each piece's points begin; every piece has at least one.
-        radius: (n,) rounding of each hull [m].
+        rounding: (n, 3, 3) semi-axes of each piece's ellipsoid in orthogonal columns [m]; zero for the hull of points.
         body: (n,) index of the body each piece belongs to, ascending.
         piece: (k,) the piece each point belongs to.
+        round: (m,) the pieces whose rounding is not zero.
     """
 
     points: Array
     start: np.ndarray
-    radius: Array
+    rounding: Array
     body: np.ndarray
     piece: np.ndarray
+    round: np.ndarray
 
     @staticmethod
-    def of(bodies: list[list[tuple[Array, float]]]) -> "Pieces":
-        """Join the pieces of all bodies. Args: bodies, for each of them a list of (points (k, 3), radius) [m]."""
-        hulls = [(i, points, radius) for i, own in enumerate(bodies) for points, radius in own]
-        counts = np.array([len(points) for _, points, _ in hulls], dtype=int)
+    def of(bodies: list[list[tuple[Array, Array]]]) -> "Pieces":
+        """Join the pieces of all bodies.
+
+        Args:
+            bodies: for each of them a list of (points (k, 3), semi-axes (3, 3)) [m].
+
+        Raises:
+            ValueError: a round piece has more than two points.
+        """
+        hulls = [(i, points, rounding, bool(rounding.any())) for i, own in enumerate(bodies) for points, rounding in own]
+        if any(is_round and len(points) > 2 for _, points, _, is_round in hulls):
+            raise ValueError("an ellipsoid is swept along a segment only: a round piece has one point or two")
+        spans = [np.resize(points, (4, 3)) if is_round else points for _, points, _, is_round in hulls]
+        counts = np.array([len(points) for points in spans], dtype=int)
         return Pieces(
-            np.concatenate([np.zeros((0, 3)), *(points for _, points, _ in hulls)]),
+            np.concatenate([np.zeros((0, 3)), *spans]),
             np.cumsum(counts) - counts,
-            np.array([radius for *_, radius in hulls], dtype=float),
+            np.array([rounding for _, _, rounding, _ in hulls], dtype=float).reshape(-1, 3, 3),
             np.array([i for i, *_ in hulls], dtype=int),
             np.repeat(np.arange(len(hulls)), counts),
+            np.flatnonzero([is_round for *_, is_round in hulls]),
         )
 
 
 def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: float) -> tuple[Array, Array]:
-    """Compute the least and greatest |Δv + Δω × r| / v_in over every body, exact for rounded hulls.
+    """Compute the least and greatest |Δv + Δω × r| / v_in over every body.
 
-    The velocity is the sum of a part along ω, which is the same everywhere, and a part perpendicular to it, whose magnitude is |ω|
-    times the distance from the screw axis. The perpendicular parts over a hull fill a convex polygon: its farthest point from the
-    origin is a corner, its nearest lies on an edge, or is the origin itself if the polygon contains it.
+    An ellipse swept along a segment is the union of the ellipses at its ends and the parallelogram between the points at which its
+    two sides are tangent to them.
 
     Args:
         delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s].
@@ -58,26 +76,29 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
         pieces: the pieces of the bodies.
         v_in: speed of the strike [m/s].
 
-    Returns: least (nb,), greatest (nb,) [1]; NaN for a body without pieces, and where an input is NaN.
+    Returns: least (nb,), greatest (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the farthest point r; NaN for a body
+    without pieces, and where an input is NaN.
     """
-    spin = np.linalg.norm(delta_omega, axis=-1)
-    # A body that does not rotate has the same velocity everywhere, so any axis will do.
-    axis = np.where(spin[:, None] == 0.0, [0.0, 0.0, 1.0], delta_omega / np.where(spin == 0.0, 1.0, spin)[:, None])
-    e1 = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=-1)])
-    e1 /= np.linalg.norm(e1, axis=-1, keepdims=True)
-    e = np.stack([e1, np.cross(axis, e1)], axis=1)
-    # e · (Δv + Δω × r) = e · Δv + (e × Δω) · r, point by point in columns.
-    offset, turning = (e @ delta_v[..., None])[..., 0], np.cross(e, delta_omega[:, None, :])
+    along, offset, turning = _across(delta_omega, delta_v)
     body, points = pieces.body[pieces.piece], pieces.points
-    perpendicular = np.array([offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3)) for k in range(2)])
-    along = np.sum(axis * delta_v, axis=-1)[pieces.body]
-    reach = spin[pieces.body] * pieces.radius
-    nearest = np.maximum(0.0, _distances(perpendicular, pieces) - reach)
-    farthest = np.sqrt(np.maximum.reduceat(_dot(perpendicular, perpendicular), pieces.start)) + reach
-    least, greatest = np.full(len(spin), np.nan), np.full(len(spin), np.nan)
+    p = np.array([offset[:, k][body] + sum(turning[:, k, i][body] * points[:, i] for i in range(3)) for k in range(2)])
+    farthest, nearest = np.sqrt(np.maximum.reduceat(_dot(p, p), pieces.start)), np.full(len(pieces.start), np.inf)
+    if pieces.round.size:
+        corners = pieces.start[pieces.round] + np.arange(4)[:, None]
+        images = turning[pieces.body[pieces.round]] @ pieces.rounding[pieces.round]
+        far, near = _to_ellipses(p[:, corners[:2]], images)
+        farthest[pieces.round], nearest[pieces.round] = far.max(axis=0), near.min(axis=0)
+        # The support point of the ellipse M b, |b| ≤ 1, in the direction n is M Mᵀ n / |Mᵀ n|.
+        x, y = p[:, corners[0]] - p[:, corners[1]]
+        normal = x[:, None] * images[:, 1] - y[:, None] * images[:, 0]
+        length = np.sqrt(_inner(normal, normal))
+        tangent = _inner(images, (normal / np.maximum(length, TINY)[:, None])[:, None]).T
+        p[:, corners] += np.array([[1.0], [1.0], [-1.0], [-1.0]]) * tangent[:, None]
+    nearest = np.minimum(nearest, _distances(p, pieces))
+    least, greatest = np.full(len(along), np.nan), np.full(len(along), np.nan)
     whose, first = np.unique(pieces.body, return_index=True)
-    least[whose] = np.minimum.reduceat(np.hypot(nearest, along), first) / v_in
-    greatest[whose] = np.maximum.reduceat(np.hypot(farthest, along), first) / v_in
+    least[whose] = np.minimum.reduceat(np.hypot(nearest, along[pieces.body]), first) / v_in
+    greatest[whose] = np.maximum.reduceat(np.hypot(farthest, along[pieces.body]), first) / v_in
     return least, greatest
 
 
@@ -93,16 +114,89 @@ def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
     """
     omega, v = delta_omega.reshape(-1, 3), delta_v.reshape(-1, 3)
     greatest = np.full(len(omega), np.nan)
+    ends = pieces.start[pieces.round] + np.arange(2)[:, None]
+    axes = pieces.rounding[pieces.round].swapaxes(0, 1).reshape(3, -1)
     together = max(1, 1_000_000 // max(len(pieces.points), 1))
     for k in range(0, len(omega) if len(pieces.points) else 0, together):
         part = slice(k, k + together)
-        jump = v[part, :, None] + cross_matrix(omega[part]) @ pieces.points.T
-        squared = np.maximum.reduceat(np.sum(jump * jump, axis=1), pieces.start, axis=1)
-        spin = np.linalg.norm(omega[part], axis=-1, keepdims=True)
-        along = np.sum(omega[part] * v[part], axis=-1, keepdims=True) / np.where(spin > 0.0, spin, 1.0)
-        reach = np.sqrt(np.maximum(squared - along**2, 0.0)) + spin * pieces.radius
-        greatest[part] = np.hypot(reach, along).max(axis=1)
+        along, offset, turning = _across(omega[part], v[part])
+        p = np.swapaxes(offset[..., None] + turning @ pieces.points.T, 0, 1)
+        farthest = np.sqrt(_dot(p, p).max(axis=-1))
+        if pieces.round.size:
+            images = (turning @ axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
+            farthest = np.maximum(farthest, _to_ellipses(p[..., ends], images, nearest=False)[0].max(axis=(1, 2)))
+        greatest[part] = np.hypot(farthest, along)
     return greatest.reshape(delta_omega.shape[:-1])
+
+
+def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
+    """Separate jumps into parts along and perpendicular to ω: along (...), offset (..., 2), turning (..., 2, 3).
+
+    With the unit vectors e perpendicular to ω, e · (Δv + Δω × r) = e · Δv + (e × Δω) · r = offset + turning · r.
+    """
+    spin = np.linalg.norm(delta_omega, axis=-1, keepdims=True)
+    # A body that does not rotate has the same velocity everywhere, so any axis will do.
+    axis = np.where(spin == 0.0, [0.0, 0.0, 1.0], delta_omega / np.where(spin == 0.0, 1.0, spin))
+    x, y, z = np.moveaxis(axis, -1, 0)
+    # Duff et al. 2017, "Building an orthonormal basis, revisited".
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    e = np.stack([1.0 + sign * x * x * a, sign * x * y * a, -sign * x, x * y * a, sign + y * y * a, -y], axis=-1)
+    e = e.reshape(*axis.shape[:-1], 2, 3)
+    return _inner(axis, delta_v), _inner(e, delta_v[..., None, :]), e @ cross_matrix(delta_omega)
+
+
+def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Array]:
+    """Distances of the origin from the farthest and the nearest points of ellipses.
+
+    One rotation in the plane makes the rows of M orthogonal (Hestenes 1958), which keeps the digits of a flat ellipse. Along its
+    axes, from the centre (x, y) ≥ 0, the farthest point is at (major c, minor s) and the nearest at −(major c, minor s), with unit
+    vectors (c, s) ≥ 0 that follow from Lagrange's condition.
+
+    Args:
+        centres: (2, ...).
+        images: (..., 2, 3) M; an ellipse is the points centre + M b with |b| ≤ 1.
+        nearest: whether the nearest points are wanted too.
+
+    Returns: (...) to the farthest points, and to the nearest ones, 0 if the origin is inside.
+    """
+    u, w = images[..., 0, :], images[..., 1, :]
+    angle = 0.5 * np.arctan2(2.0 * _inner(u, w), _inner(u, u) - _inner(w, w))
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = np.abs(c * centres[0] + s * centres[1]), np.abs(c * centres[1] - s * centres[0])
+    u, w = c[..., None] * u + s[..., None] * w, c[..., None] * w - s[..., None] * u
+    major, minor = np.sqrt(_inner(u, u)), np.sqrt(_inner(w, w))
+    a, b = np.array([major * x, minor * y]), np.array([minor * y, major * x])
+    first, second = _unit_vector(a[: 1 + nearest], b[: 1 + nearest], np.maximum((major - minor) * (major + minor), 0.0))
+    distances = [np.hypot(x + major * first[0], y + minor * second[0])]
+    if nearest:
+        distances.append(np.hypot(np.maximum(x - major * second[1], 0.0), np.maximum(y - minor * first[1], 0.0)))
+    return distances
+
+
+def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:
+    """Solve |(a / μ, b / (μ + δ))| = 1 for that vector; if no μ > 0 does, it is (√(1 − b²/δ²), b / δ). All are ≥ 0.
+
+    The reciprocal of the length is a concave function of μ, so from a μ where the length is at least 1 Newton's iteration increases
+    to the root, in the end quadratically (Moré and Sorensen 1983).
+    """
+    mu, step = np.maximum(a, np.hypot(a, b) - delta), np.array(np.inf)
+    while True:
+        lower, upper = np.maximum(mu, TINY), np.maximum(mu + delta, TINY)
+        first, second = a / lower, b / upper
+        if not np.any(step > 1e-8 * mu):
+            break
+        squared, slope = first * first + second * second, first * first / lower + second * second / upper
+        step = np.maximum(squared * (np.sqrt(squared) - 1.0) / np.maximum(slope, TINY), 0.0)
+        mu = mu + step
+    first = np.where(mu > TINY, first, np.sqrt(np.maximum(1.0 - second * second, 0.0)))
+    length = np.hypot(first, second)
+    return first / length, second / length
+
+
+def _inner(a: Array, b: Array) -> Array:
+    """Scalar products of vectors (..., 3)."""
+    return np.asarray(np.einsum("...i,...i->...", a, b))
 
 
 def _distances(p: Array, pieces: Pieces) -> Array:

@@ -1,16 +1,17 @@
 """Contact points: names, offsets and directions, described as rows of J_c."""
 
-import fnmatch
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import SceneError, UnknownName
+from shockpc.errors import SceneError
 from shockpc.model import Record
 from shockpc.model.rows import Block
+from shockpc.printed import listed
 from shockpc.robot.geometry import Shape, body_outline
+from shockpc.robot.landmarks import feet
 from shockpc.robot.record import Robot
 
 __all__ = [
@@ -19,7 +20,7 @@ __all__ = [
     "contact_block",
     "landing_frames",
     "locate_lowest_point",
-    "match_frames",
+    "match_contacts",
     "unit_directions",
 ]
 
@@ -54,23 +55,13 @@ class Contact(Record):
         return bool(np.linalg.matrix_rank(unit_directions(self.frame, self.directions)) == 3)
 
 
-def match_frames(robot: Robot, pattern: str) -> tuple[str, ...]:
-    """The frames that a name, a glob or a part of a link's name means.
-
-    An exact frame name means itself. Otherwise every link whose name fits the glob, or contains the text, whatever the case.
+def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
+    """The frames that a name or a glob means, as in `Robot.match_frames`.
 
     Raises:
-        UnknownName: nothing fits.
+        UnknownName: nothing fits; the text names the robot's feet.
     """
-    if pattern in robot.frames:
-        return (pattern,)
-    wanted = pattern.casefold()
-    if wanted and not any(sign in wanted for sign in "*?["):
-        wanted = f"*{wanted}*"
-    found = tuple(link for link in robot.links if fnmatch.fnmatchcase(link.casefold(), wanted))
-    if not found:
-        raise UnknownName("link or frame", pattern, robot.frames, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    return found
+    return robot.match_frames(pattern, "contact", _feet(robot))
 
 
 def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
@@ -86,7 +77,7 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
     twice = [name for k, name in enumerate(names) if name in names[:k]]
     if twice:
         raise SceneError(f'contact "{text}" names "{twice[0]}" twice; remove one of them')
-    parts = [match_frames(robot, name) for name in names]
+    parts = [match_contacts(robot, name) for name in names]
     return (
         [(frame,) for frame in parts[0]] if len(parts) == 1 else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
     )
@@ -106,7 +97,9 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
         SceneError: the frame does not move, the link has no collision geometry to find a lowest point on, or a direction has no
             length.
     """
-    frame, name = robot.frame(contact.frame), f'{kind} "{contact.frame}"'
+    if contact.frame not in robot.frames:
+        raise robot.unknown("contact", contact.frame, robot.frames, _feet(robot))
+    frame, name = robot.frames[contact.frame], f'{kind} "{contact.frame}"'
     if frame.body < 0:
         raise SceneError(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
     if contact.restitution < 0.0 or contact.restitution > 1.0:
@@ -155,6 +148,11 @@ def unit_directions(owner: str, directions: tuple[str | tuple[float, float, floa
     return np.asarray(vectors / lengths[:, None])
 
 
+def _feet(robot: Robot) -> str:
+    """The robot's feet, for messages."""
+    return f"the feet of this robot: {listed(feet(robot), 12)}"
+
+
 def across(up: Array) -> tuple[Array, Array]:
     """Two unit vectors that span the ground."""
     first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
@@ -181,7 +179,7 @@ def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
         shapes: of the link.
         up: (3,) the ground's normal in the axes of the body.
     """
-    points = np.concatenate([shape.lowest(up) for shape in shapes])
+    points = np.concatenate([shape.farthest(-up) for shape in shapes])
     height = points @ up
     # A foot's sole is level to rounding only; its extent sets what counts as level.
     slack = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-6)

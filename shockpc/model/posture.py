@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.errors import SceneError, ShockError, UnknownName
+from shockpc.errors import SceneError, ShockError
 from shockpc.model import Record
 from shockpc.printed import listed, printable
 from shockpc.robot.mjcf import qpos_order
@@ -71,7 +71,7 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
         return next((name for name in STANDING if name in robot.postures), next(other, "neutral"))
     if wanted != "neutral" and wanted not in robot.postures:
         known = dict.fromkeys([*robot.postures, "neutral"])
-        raise UnknownName("posture", wanted, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+        raise robot.unknown("posture", wanted, known)
     return wanted
 
 

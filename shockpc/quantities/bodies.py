@@ -9,7 +9,7 @@ from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
 from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact import Impact
-from shockpc.quantities.points import POINTS, shock, world_position
+from shockpc.quantities.points import POINTS, point_velocity, shock, world_position
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
@@ -65,17 +65,24 @@ def _off_plane(impact: Impact, places: Places) -> Any:
     return off_plane_share(omega, v_com, _normal(impact, places), impact.exact(robot.gyration[bodies]))
 
 
-def _least(impact: Impact, places: Places) -> Array:
-    """Least shock (N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+def _extremes(impact: Impact, places: Places) -> Array:
+    """Least and greatest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
     jumps, v_in, pieces = impact.own_jumps.astype(float), impact.v_in.astype(float), body_outline(impact.landing.robot).pieces
-    least = np.empty(jumps.shape[:3])
+    extremes = np.empty((2, *jumps.shape[:3]))
     for k in np.ndindex(v_in.shape):
-        least[k] = shock_extremes(jumps[k][:, :3], jumps[k][:, 3:], pieces, float(v_in[k]))[0]
-    return least[:, :, [place.body for place in places]]
+        extremes[:, *k] = shock_extremes(jumps[k][:, :3], jumps[k][:, 3:], pieces, float(v_in[k]))
+    return extremes[..., [place.body for place in places]]
+
+
+def _least(impact: Impact, places: Places) -> Array:
+    """Least shock (N, S, n) over the bodies' geometry, as `_extremes`."""
+    return np.asarray(_extremes(impact, places)[0])
 
 
 def _greatest(impact: Impact, places: Places) -> Array:
-    """Greatest shock (N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+    """Greatest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by body, which is faster."""
+    if impact.v_in.size == 1:
+        return np.asarray(_extremes(impact, places)[1])
     omega, v = (part.astype(float) for part in _split(impact, places))
     pieces = [_pieces(impact.landing.robot, place.body) for place in places]
     speeds = [greatest_shock(omega[:, :, k], v[:, :, k], own) for k, own in enumerate(pieces)]
@@ -85,7 +92,7 @@ def _greatest(impact: Impact, places: Places) -> Array:
 @functools.lru_cache(maxsize=256)
 def _pieces(robot: Robot, body: int) -> Pieces:
     """The geometry of one body."""
-    return Pieces.of([[(shape.points, shape.radius) for shape in body_outline(robot).shapes[body]]])
+    return Pieces.of([[(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]]])
 
 
 def _length(impact: Impact, values: Array) -> Any:
@@ -115,7 +122,9 @@ BODIES = (
     Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock),
     Quantity("shock_min", "body", "least shock", "1", "greater", _least, missing=NO_GEOMETRY),
     Quantity("shock_max", "body", "greatest shock", "1", "greater", _greatest, missing=NO_GEOMETRY),
-    *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key),
+    *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key or q.key == "peak_g"),
+    Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
+        vector=True),
     Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
         p: world_position(i, [place._replace(r=0.0 * place.r) for place in p]), reach, vector=True),
     Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater", posed=True),

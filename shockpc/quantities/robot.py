@@ -6,6 +6,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
+from shockpc.model.rows import block_point
+from shockpc.plausibility import levels
 from shockpc.quantities.quantity import Places, Quantity
 
 __all__ = ["ROBOT"]
@@ -53,6 +55,17 @@ def _moment_size(impact: Impact, values: Array) -> Any:
     return _force_size(impact, values) * (size or 1.0)
 
 
+def _depth(impact: Impact, places: Places) -> Array:
+    """How far (N, 1, 1) the geometry of other links reaches below the lowest contact or standing foot [m]; from doubles."""
+    del places
+    state, blocks = impact.state, impact.blocks[: len(impact.landing.contact_places)]
+    points = np.stack([block_point(state, block) for block in blocks], axis=1)
+    found = levels(impact.landing, *(part.astype(float) for part in (state.rotation, state.position, points)))
+    lowest = found.surface[:, found.others].min(axis=1, initial=np.inf)
+    depth = np.maximum(found.contacts.min(axis=1) - lowest, 0.0) if found.others.size else np.full(len(lowest), np.nan)
+    return np.asarray(depth[:, None, None])
+
+
 ROBOT = (
     Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
         x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max())),
@@ -63,6 +76,8 @@ ROBOT = (
         p: _one(i.ground_impulse[0]), _force_size, vector=True),
     Quantity("total_moment", "robot", "its moment about the centre of mass, world axes", "N m s", "greater", lambda i,
         p: _one(i.ground_impulse[1]), _moment_size, vector=True),
+    Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
+        missing="the robot has no geometry"),
     Quantity("rank", "robot", "independent contact and closure rows", "1", posed=True),
     Quantity("rows", "robot", "contact and closure rows", "1", posed=True),
     Quantity("error_bound", "robot", "proven error of the jumps, for the robot as loaded", "1", "greater", posed=True),

@@ -1,22 +1,26 @@
 """Changes of a robot as they are typed: of the mass, centre of mass and inertia of links, and of reflected inertias of joints."""
 
-import fnmatch
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.errors import RobotError, StudyError, UnknownName
+from shockpc.diagnostic import Diagnostic
+from shockpc.errors import StudyError
+from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.record import Robot
 
-__all__ = ["Change", "Property", "changed", "link_mass", "read_changes"]
+__all__ = ["Change", "Property", "changed", "links_with_mass", "read_changes"]
 
 Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
 """What can be changed."""
+
+SMALL = 0.01
+"""Share of a body's mass below which a change of its links is probably not the change of the body that was meant."""
 
 EXAMPLE = "mass:*_shank=0.9x; com-z:trunk=-0.02; armature:*=0.01"
 
@@ -95,28 +99,24 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
     """The robot with changes applied one after the other; the original stays as it is, and geometry that is read is shared.
 
     Raises:
-        UnknownName: a pattern matches no link, or no joint.
+        UnknownName: a pattern matches no link with mass, or no joint.
         StudyError: a reflected inertia of zero is multiplied.
-        RobotError: a link does not move or has no mass, or a body becomes too heavy or too light to compute with.
+        RobotError: a body becomes too heavy or too light to compute with.
     """
-    model = pin.Model(robot.model)
     for change in changes:
+        model, warnings = pin.Model(robot.model), robot.change_warnings
         if change.what == "armature":
             _change_armature(robot, model, change)
-            continue
-        known = robot.links
-        names = [change.pattern] if change.pattern in known else fnmatch.filter(known, change.pattern)
-        if names != [change.pattern]:  # a glob means the links that have mass
-            names = [name for name in names if model.frames[_link(robot, name)].inertia.mass > 0.0]
-        if not names:
-            raise UnknownName("link with mass", change.pattern, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-        for name in names:
-            _change_link(robot, model, name, change)
-    result = replace(robot, model=model)
-    for body in result.bodies:
+        else:
+            links = links_with_mass(robot, change.pattern)
+            warnings += tuple(_small_parts(robot, change, links))
+            for link in links:
+                _change_link(model, link, change)
+        robot = replace(robot, model=model, change_warnings=warnings)
+    for body in robot.bodies:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
-    return result
+    return robot
 
 
 def _change_armature(robot: Robot, model: pin.Model, change: Change) -> None:
@@ -128,14 +128,10 @@ def _change_armature(robot: Robot, model: pin.Model, change: Change) -> None:
     model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
 
 
-def _change_link(robot: Robot, model: pin.Model, link: str, change: Change) -> None:
+def _change_link(model: pin.Model, link: str, change: Change) -> None:
     """Change one link, and with it the body that it belongs to."""
-    frame = model.frames[_link(robot, link)]
+    frame = _frame(model, link)
     inertia = frame.inertia.copy()
-    if not inertia.mass > 0.0:
-        raise RobotError(
-            f'link "{link}" of robot "{robot.name}" has no mass, so its inertia cannot be varied; name a link with mass'
-        )
     if change.what == "mass":
         factor = change.value if change.factor else change.value / inertia.mass
         inertia.mass, inertia.inertia = inertia.mass * factor, inertia.inertia * factor
@@ -151,21 +147,46 @@ def _change_link(robot: Robot, model: pin.Model, link: str, change: Change) -> N
     model.inertias[frame.parentJoint] = whole
 
 
-def link_mass(robot: Robot, link: str) -> float:
-    """Mass of a link [kg], without that of the links that are fixed to it.
+def links_with_mass(robot: Robot, pattern: str) -> dict[str, float]:
+    """Mass [kg] of each link that a name or a glob means, without that of the links that are fixed to it.
 
     Raises:
-        UnknownName: the robot has no such link.
-        RobotError: the link does not move.
+        UnknownName: no link that moves and has mass fits. The text names the main link of the body, if the name is of a part of it.
     """
-    return float(robot.model.frames[_link(robot, link)].inertia.mass)
+    masses = {link: mass for link in robot.links if (mass := _mass(robot, link)) > 0.0}
+    frame, hint = robot.frames.get(pattern), ""
+    if frame is not None and frame.body >= 0 and pattern not in masses:
+        hint = f'"{pattern}" has no mass of its own; the main link of its body is "{_main_link(robot, frame.body)}"'
+    names = robot.match("link with mass", pattern, masses, (), hint)
+    return {name: masses[name] for name in names}
 
 
-def _link(robot: Robot, name: str) -> int:
-    """The frame of a link that moves, in the Pinocchio model, which keeps the inertia of the link alone with it."""
-    frame = robot.frame(name)
-    if frame.kind != "link":
-        raise RobotError(f'"{name}" of robot "{robot.name}" is a {frame.kind}, which has no mass; name a link')
-    if frame.body < 0:
-        raise RobotError(f'link "{name}" of robot "{robot.name}" is fixed to the world, so its mass does not matter')
-    return int(robot.model.getFrameId(name, pin.FrameType.BODY))
+def _small_parts(robot: Robot, change: Change, links: Mapping[str, float]) -> Iterator[Diagnostic]:
+    """A warning for each body of which the links hold next to no mass."""
+    for i, body in enumerate(robot.bodies):
+        own = [link for link in body.links if link in links]
+        share = sum(links[link] for link in own) / body.mass if own else 1.0
+        if share < SMALL:
+            main = _main_link(robot, i)
+            yield Diagnostic(
+                "robot",
+                body.name,
+                share,
+                f"change {change.what}:{change.pattern}: {listed(own, 4)} has {100.0 * share:.1g} % of the mass of its body; "
+                f'to change the body, name its main link "{main}" ({_mass(robot, main):.4g} kg)',
+            )
+
+
+def _main_link(robot: Robot, body: int) -> str:
+    """The link with the most mass of a body."""
+    return max(robot.bodies[body].links, key=lambda link: _mass(robot, link))
+
+
+def _mass(robot: Robot, link: str) -> float:
+    """Mass of a link alone [kg]."""
+    return float(_frame(robot.model, link).inertia.mass)
+
+
+def _frame(model: pin.Model, link: str) -> pin.Frame:
+    """The frame of a link in the Pinocchio model, which keeps the inertia of the link alone with it."""
+    return model.frames[model.getFrameId(link, pin.FrameType.BODY)]

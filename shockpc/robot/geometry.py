@@ -33,9 +33,6 @@ Kind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
 """Reads a mesh by its name in the file, and the corners of its hull."""
 
-RIM = 64
-"""Corners of the polygon that stands for a circle: it lies inside, by at most 1 − cos(π/64) = 0.12 % of the radius."""
-
 _URDF_SIZES = {
     "box": (("size", 3, 0.5),),
     "sphere": (("radius", 1, 1.0),),
@@ -54,33 +51,36 @@ LARGEST = 1e6
 
 
 class Shape(NamedTuple):
-    """One convex piece of a body: the hull of some points, rounded by a radius (a sphere is one point, a capsule two).
+    """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid, without approximation.
+
+    A box or a mesh is the hull alone. A sphere and an ellipsoid have one point; a capsule and a cylinder two, the cylinder with a
+    flat ellipsoid, a disc.
 
     Attributes:
         link: the link it belongs to.
         points: (k, 3) in the body's frame [m]. For a mesh, the corners of its convex hull.
-        radius: of the rounding [m].
+        rounding: (3, 3) semi-axes of the ellipsoid in orthogonal columns, in the body's frame [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
-        discs: (centre, axis, radius) of the round faces that some of the points only approximate.
         name: of its geom, if the file gives one.
     """
 
     link: str
     points: Array
-    radius: float = 0.0
+    rounding: Array = np.zeros((3, 3))
     mesh: Mesh | None = None
-    discs: tuple[tuple[Array, Array, float], ...] = ()
     name: str = ""
 
-    def lowest(self, up: Array) -> Array:
-        """Return points (k, 3) among which the lowest are, exact for round faces. Args: up (3,), a unit vector, body frame."""
-        below = [self.points - self.radius * up]
-        for centre, axis, radius in self.discs:
-            level = up - axis * float(axis @ up)
-            length = float(np.linalg.norm(level))
-            # All points of a horizontal disc are equally low; its centre represents them.
-            below.append((centre - radius * level / length if length > 1e-9 else centre)[None])
-        return np.concatenate(below)
+    def reach(self, directions: Array) -> Array:
+        """Return how far the shape reaches (m,) along unit vectors (m, 3), its support function [m]."""
+        return np.asarray((directions @ self.points.T).max(axis=1) + np.linalg.norm(directions @ self.rounding, axis=1))
+
+    def farthest(self, direction: Array) -> Array:
+        """Return points (k, 3) [m] among which are those that reach farthest along a unit vector (3,)."""
+        along = direction @ self.rounding
+        length = float(np.linalg.norm(along))
+        # All points of a disc across the direction are equally far, to a part in a million; its centre represents them.
+        level = length <= 1e-6 * float(np.abs(self.rounding).max())
+        return self.points if level else np.asarray(self.points + self.rounding @ along / length)
 
     def belongs_to(self, frame: Frame) -> bool:
         """Whether it is one of the shapes of this link, or the geom of this name."""
@@ -90,8 +90,7 @@ class Shape(NamedTuple):
         """Return the shape in another frame, in which the present one has this rotation (3, 3) and this origin (3,) [m]."""
         points = read_only(self.points @ rotation.T + offset)
         mesh = self.mesh and self.mesh._replace(vertices=read_only(self.mesh.vertices @ rotation.T + offset))
-        discs = tuple((rotation @ centre + offset, rotation @ axis, radius) for centre, axis, radius in self.discs)
-        return Shape(self.link, points, self.radius, mesh, discs, self.name)
+        return Shape(self.link, points, read_only(rotation @ self.rounding), mesh, self.name)
 
 
 class Unread(NamedTuple):
@@ -122,9 +121,8 @@ class Outline(NamedTuple):
 def outline(robot: Robot, kind: Kind) -> Outline:
     """Read the collision or visual shapes of every body, as the robot's file gives them.
 
-    Boxes are exact, and so are spheres and capsules (by their radius); circles become polygons of 64 corners inside them,
-    ellipsoids points on their surface (short by at most 0.25 %); meshes keep their triangles beside the corners of their hull.
-    A shape that cannot be read is left out and named in the warning. The results for the last few robots are kept.
+    Primitives are exact; meshes keep their triangles beside the corners of their hull. A shape that cannot be read is left out and
+    named in the warning. The results for the last few robots are kept.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[Unread] = []
@@ -137,7 +135,7 @@ def outline(robot: Robot, kind: Kind) -> Outline:
             bare[body] = f'"{robot.bodies[body].name}"'
         elif frame is not None and body >= 0:
             shapes[body].append(piece.placed(frame.rotation, frame.offset))
-    pieces = Pieces.of([[(shape.points, shape.radius) for shape in own] for own in shapes])
+    pieces = Pieces.of([[(shape.points, shape.rounding) for shape in own] for own in shapes])
     warnings: tuple[str, ...] = ()
     if unread:
         count = f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
@@ -151,7 +149,9 @@ def outline(robot: Robot, kind: Kind) -> Outline:
 
 def body_outline(robot: Robot) -> Outline:
     """The collision geometry of every body; the visual one, if the file has no collision geometry."""
-    return outline(robot, "collision" if robot.source.kind == "mjcf" or "<collision" in robot.source.xml else "visual")
+    source = robot.source
+    solid = source.kind == "mjcf" or shared_xml(source.xml, source.path.name).find("link/collision") is not None
+    return outline(robot, "collision" if solid else "visual")
 
 
 def inertia_box(body: Body) -> Shape | None:
@@ -273,7 +273,7 @@ def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shap
 
 def _checked(shape: Shape) -> Shape:
     """A shape whose numbers can be used."""
-    if not max(np.abs(shape.points).max(), shape.radius) <= LARGEST:
+    if not max(np.abs(shape.points).max(), np.abs(shape.rounding).max()) <= LARGEST:
         raise ValueError(f"it extends beyond {LARGEST:.0e} m, or has coordinates that are not finite")
     return shape
 
@@ -282,33 +282,19 @@ def _primitive(link: str, kind: str, size: Array) -> Shape:
     """A shape around the origin, its axis along z; size as MuJoCo has it: half the sides or axes, or radius and half length [m]."""
     if len(size) < _SIZES.get(kind, math.inf) or min(size) < 0.0:
         raise ValueError(f"a <{kind}> with these dimensions is not a valid shape")
-    radius, ends = float(size[0]), np.outer([-1.0, 1.0], [0.0, 0.0, size[1] if len(size) > 1 else 0.0])
-    match kind:
-        case "sphere":
-            return Shape(link, np.zeros((1, 3)), radius)
-        case "capsule":
-            return Shape(link, ends, radius)
-        case "cylinder":
-            rims = np.concatenate([_circle() * radius + end for end in ends])
-            return Shape(link, rims, discs=tuple((end, np.array([0.0, 0.0, 1.0]), radius) for end in ends))
-        case "ellipsoid":
-            return Shape(link, _ball_points() * size[:3])
-    return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
-
-
-@functools.cache
-def _circle() -> Array:
-    """Points (64, 3) on the unit circle about z."""
-    angle = 2.0 * math.pi * np.arange(RIM) / RIM
-    return np.stack([np.cos(angle), np.sin(angle), np.zeros(RIM)], axis=1)
+    if kind == "box":
+        return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
+    swept = kind in ("capsule", "cylinder")
+    axes = size[:3] if kind == "ellipsoid" else size[0] * np.array([1.0, 1.0, float(kind != "cylinder")])
+    return Shape(link, np.outer([-1.0, 1.0], [0.0, 0.0, size[1]]) if swept else np.zeros((1, 3)), np.diag(axes))
 
 
 @functools.cache
 def _ball_points() -> Array:
     """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
-    latitude = math.pi * (np.arange(1, 32) / 32 - 0.5)
-    rings = [_circle() * math.cos(a) + np.array([0.0, 0.0, math.sin(a)]) for a in latitude]
-    return np.concatenate([*rings, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
+    latitude, angle = np.meshgrid(math.pi * (np.arange(1, 32) / 32 - 0.5), 2.0 * math.pi * np.arange(64) / 64, indexing="ij")
+    rings = np.stack([np.cos(latitude) * np.cos(angle), np.cos(latitude) * np.sin(angle), np.sin(latitude)], axis=-1)
+    return np.concatenate([rings.reshape(-1, 3), [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
 
 
 class HalfSpaces(NamedTuple):
@@ -330,8 +316,8 @@ class HalfSpaces(NamedTuple):
 def facets(shape: Shape) -> list[Array]:
     """The surface of a shape, each facet as its corners (k, 3) in the body's frame [m].
 
-    The surface of a mesh is its triangles. A rounded shape is a polyhedron with its corners on the sphere, inside it by at most
-    0.25 % of the radius. A flat shape is its own surface.
+    The surface of a mesh is its triangles. A round shape is a polyhedron with its corners on the surface, inside it by at most
+    0.25 % of the greatest semi-axis. A flat shape is its own surface.
     """
     if shape.mesh is not None:
         return list(shape.mesh.vertices[shape.mesh.triangles])
@@ -350,7 +336,9 @@ def half_spaces(shape: Shape) -> HalfSpaces | None:
 
 
 def _corners(shape: Shape) -> Array:
-    """Points (k, 3) whose hull is the shape."""
-    if shape.radius == 0.0:
+    """Points (k, 3) of the surface whose hull represents the shape."""
+    semi, ball = np.linalg.norm(shape.rounding, axis=0), _ball_points()
+    if not semi.any():
         return shape.points
-    return np.asarray((shape.points[:, None] + shape.radius * _ball_points()).reshape(-1, 3))
+    edge = ball[np.all(np.abs(ball[:, semi == 0.0]) < 1e-9, axis=1)]
+    return np.asarray((shape.points[:, None] + edge @ shape.rounding.T).reshape(-1, 3))

@@ -5,7 +5,6 @@ The bodies of a compiled model and the links of the robot have the same names: `
 belongs to the body that carries it. `model.geom_bodyid`, `geom_pos` and `geom_quat` place a geom in its link's frame.
 """
 
-import fnmatch
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
@@ -18,6 +17,7 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.mjcf_compiled import Compiled, compiled
+from shockpc.robot.names import matches
 from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
 
@@ -219,7 +219,8 @@ def robot_bodies(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
         raise RobotError("no body in it has a joint, so nothing moves; give the robot's base a <freejoint/>")
     owners = ((m.body, range(m.nbody)), (m.site, m.site_bodyid), (m.geom, m.geom_bodyid))
     places = [(item(k).name, int(body)) for item, bodies in owners for k, body in enumerate(bodies)]
-    asked = [int(m.body_rootid[body]) for frame in frames for name, body in places if name and fnmatch.fnmatchcase(name, frame)]
+    wanted = [name for frame in frames for name in matches(frame, (name for name, _ in places if name))]
+    asked = [int(m.body_rootid[body]) for one in wanted for name, body in places if name == one]
     largest = max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))  # a box may weigh more
     chosen = next((root for root in asked if root in mass), largest)
     kept = {chosen}

@@ -1,8 +1,7 @@
 """A robot: what was read of its file, its moving bodies, joints and frames, and what they compute from themselves."""
 
-import fnmatch
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,10 +11,12 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, freeze, read_only
+from shockpc.diagnostic import Diagnostic
 from shockpc.errors import UnknownName
 from shockpc.printed import few, listed
 from shockpc.robot.files import OpenFolders
 from shockpc.robot.limits import POINT, inertia_fault
+from shockpc.robot.names import match
 
 __all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "RobotSource"]
 
@@ -191,6 +192,7 @@ class Robot:
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
         notes: warnings of the file's reader, without the file's name.
+        change_warnings: of what was changed after it was loaded.
     """
 
     source: RobotSource
@@ -200,6 +202,7 @@ class Robot:
     mimics: tuple[Mimic, ...]
     loops: tuple[Loop, ...]
     notes: tuple[str, ...]
+    change_warnings: tuple[Diagnostic, ...] = ()
 
     def __repr__(self) -> str:
         return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"
@@ -298,11 +301,10 @@ class Robot:
         Raises:
             UnknownName: there is none; the text names the nearest.
         """
-        joint = next((joint for joint in self.single_joints if joint.name == name), None)
-        if joint is None:
-            known = [joint.name for joint in self.single_joints]
-            raise UnknownName("joint", name, known, f'robot "{self.name}"', f"shockpc robots {self.label}")
-        return joint
+        for joint in self.single_joints:
+            if joint.name == name:
+                return joint
+        raise self.unknown("joint", name, (joint.name for joint in self.single_joints))
 
     @cached_property
     def actuated_dofs(self) -> np.ndarray:
@@ -363,17 +365,53 @@ class Robot:
         freeze(supports)
         return supports[:-1]
 
+    def match(self, kind: str, pattern: str, names: Iterable[str], known: Iterable[str] = (), hint: str = "") -> tuple[str, ...]:
+        """The names that an exact name or a glob means, as in `names.match`.
+
+        Raises:
+            UnknownName: none fits.
+        """
+        return match(pattern, names, kind, f'robot "{self.name}"', f"shockpc robots {self.label}", known, hint)
+
     def match_joints(self, pattern: str) -> tuple[str, ...]:
         """The joints that an exact name or a glob means.
 
         Raises:
             UnknownName: none fits.
         """
-        known = self.joint_names
-        found = (pattern,) if pattern in known else tuple(name for name in known if fnmatch.fnmatchcase(name, pattern))
-        if not found:
-            raise UnknownName("joint", pattern, known, f'robot "{self.name}"', f"shockpc robots {self.label}")
-        return found
+        return self.match("joint", pattern, self.joint_names)
+
+    def match_frames(self, pattern: str, kind: str = "frame", hint: str = "") -> tuple[str, ...]:
+        """The frame of an exact name, or the links, sites and geoms on moving bodies that a glob means.
+
+        Raises:
+            UnknownName: none fits.
+        """
+        return (pattern,) if pattern in self.frames else self.match(kind, pattern, self._places, self.frames, hint)
+
+    def match_bodies(self, pattern: str) -> tuple[int, ...]:
+        """Indices of the bodies that a name or a glob means: the name of a link, site or geom means the body that it belongs to.
+
+        Raises:
+            UnknownName: none fits.
+        """
+        return tuple(sorted({self._places[name] for name in self.match("body", pattern, self._places)}))
+
+    def body(self, pattern: str) -> int:
+        """Index of the one body that a name or a glob means, as in `match_bodies`.
+
+        Raises:
+            UnknownName: none fits, or several.
+        """
+        first, *others = self.match_bodies(pattern)
+        if others:
+            raise self.unknown("single body", pattern, (self.bodies[i].name for i in (first, *others)))
+        return first
+
+    @cached_property
+    def _places(self) -> Mapping[str, int]:
+        """The bodies of the links, sites and geoms that move."""
+        return {frame.name: frame.body for frame in self.frames.values() if frame.kind != "joint" and frame.body >= 0}
 
     def frame(self, name: str) -> Frame:
         """The frame of that exact name.
@@ -382,8 +420,12 @@ class Robot:
             UnknownName: there is none; the text names the nearest.
         """
         if name not in self.frames:
-            raise UnknownName("frame", name, self.frames, f'robot "{self.name}"', f"shockpc robots {self.label}")
+            raise self.unknown("frame", name, self.frames)
         return self.frames[name]
+
+    def unknown(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> UnknownName:
+        """The error for a name that is none of this robot's."""
+        return UnknownName(kind, name, known, f'robot "{self.name}"', f"shockpc robots {self.label}", hint)
 
 
 def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:

@@ -1,7 +1,6 @@
 """Tables, and how they are written: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
 
 import csv
-import fnmatch
 import io
 import math
 import re
@@ -11,7 +10,7 @@ from typing import NamedTuple
 from shockpc.printed import message, printable
 from shockpc.show.header import count
 
-__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "fits", "largest", "markdown_list"]
+__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "largest", "markdown_list"]
 
 Cell = str | float | None
 """Content of a table: a text, a number, or nothing, for which NaN stands as well."""
@@ -90,12 +89,6 @@ def largest(rows: list[Row], most: int | None, noun: str, sizes: Sequence[float]
         return rows, ()
     kept = sorted(range(len(rows)), key=lambda k: -sizes[k] if sizes else k)[:most]
     return [rows[k] for k in sorted(kept)], (f"{count(len(rows) - most, noun)} with smaller values not shown; --out writes all",)
-
-
-def fits(name: str, pattern: str) -> bool:
-    """Whether a name matches a glob, or contains a text; upper and lower case are the same."""
-    name, pattern = name.casefold(), pattern.casefold()
-    return fnmatch.fnmatchcase(name, pattern) if any(sign in pattern for sign in "*?[") else pattern in name
 
 
 def _shown(cell: Cell) -> str:

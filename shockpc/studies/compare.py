@@ -1,6 +1,5 @@
 """Designs side by side: what changes from the first one to each of the others, ranked, matched by name."""
 
-import fnmatch
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -121,7 +120,7 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
         if change.what != "armature":
             continue
         given = [name for pattern in (*joints.armature, *joints.rotor) for name in design.robot.match_joints(pattern)]
-        covered = [name for name in given if fnmatch.fnmatchcase(name, change.pattern)]
+        covered = [name for name in design.robot.match_joints(change.pattern) if name in given]
         if covered or joints.model == "free":
             why = f'sets that of joint "{covered[0]}"' if covered else "makes all joints free"
             raise StudyError(f"change {change} has no effect, because the scene {why}; leave one of the two out")

@@ -11,9 +11,10 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.printed import printable
+from shockpc.robot.geometry import Shape
 from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
-from shockpc.show.figure.silhouette import silhouette, surface, to_plane
+from shockpc.show.figure.silhouette import projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import BANDS, INK
 from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.header import count, joint_model_text, posture_text
@@ -44,9 +45,9 @@ def draw_place(study: PlaceStudy) -> Figure:
     The colours are what places are compared by, in the plane through the best place.
     """
     shapes, _ = body_shapes(study.robot)[study.body]
-    cells = study.region.cells if study.region.solid else ()
+    cells = [Shape("", cell.points, cell.rounding) for cell in study.region.cells if study.region.solid]
     marks = np.array([one.position for one in (*study.today, *study.places)])
-    marks = np.concatenate([marks, *(cell.points + s * cell.radius for cell in cells for s in (-1.0, 1.0))])
+    marks = np.concatenate([marks, surface(cells)]) if cells else marks
     solid = surface(shapes) if shapes else marks
     held = np.concatenate([solid, marks])
     near = NEAR * max(float(np.ptp(held, axis=0).max()), 1e-6)
@@ -85,7 +86,7 @@ def draw_place(study: PlaceStudy) -> Figure:
             filled = axes.contourf(values, levels=levels, colors=shades, extend="both", extent=sides, zorder=1.0)
             # Edges of the same colour close the gaps that anti-aliasing leaves between neighbours.
             filled.set(edgecolor="face", linewidth=0.3, clip_path=edge)
-        hulls = [shapely.MultiPoint(to_plane(cell.points, plane)).convex_hull.buffer(cell.radius) for cell in cells]
+        hulls = [projection(cell, plane) for cell in cells]
         if hulls:
             style: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.6, "linestyle": (0, (4, 2)), "zorder": 3.0}
             outlined(axes, shapely.union_all(hulls), inch * ROOM / 4000.0, label="where a sensor may be", **style)

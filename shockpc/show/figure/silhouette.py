@@ -1,7 +1,8 @@
 """The outline of a body in the plane of the figure: the union of the projections of its shapes.
 
-Convex shapes are projected exactly. A mesh may have a hundred thousand triangles, holes and gaps, so its projection is counted on a
-fine grid, triangle by triangle, and contoured; that works for any set of triangles and costs a few milliseconds.
+Polyhedra are projected exactly; round shapes as polygons inside their projection, with 64 corners to an ellipse, short by 0.12 %. A
+mesh may have a hundred thousand triangles, holes and gaps, so its projection is counted on a fine grid, triangle by triangle, and
+contoured; that works for any set of triangles and costs a few milliseconds.
 """
 
 from collections.abc import Sequence
@@ -15,10 +16,13 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
 
-__all__ = ["Region", "silhouette", "surface", "to_plane"]
+__all__ = ["Region", "projection", "silhouette", "surface", "to_plane"]
 
 Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
+
+CIRCLE = np.exp(2j * np.pi * np.arange(64) / 64).view(float).reshape(-1, 2)
+"""Corners (64, 2) of the polygon that represents a unit circle."""
 
 LARGEST_GRID = 2500
 """Most cells along a side, whatever resolution is requested."""
@@ -30,9 +34,16 @@ def to_plane(points: Array, plane: Plane) -> Array:
 
 
 def surface(shapes: Sequence[Shape]) -> Array:
-    """Points (n, 3) of some shapes [m]: their corners, and for rounded ones their extremes along the axes."""
-    sides = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-    return np.concatenate([(shape.points[:, None] + shape.radius * sides).reshape(-1, 3) for shape in shapes])
+    """Points (n, 3) of some shapes [m]: their corners, and for round ones their extremes along the axes."""
+    sides = np.concatenate([np.eye(3), -np.eye(3)])
+    return np.concatenate([shape.farthest(side) for shape in shapes for side in (sides if shape.rounding.any() else sides[:1])])
+
+
+def projection(shape: Shape, plane: Plane) -> Region:
+    """The projection of a convex shape on a plane."""
+    axes, lengths, _ = np.linalg.svd(to_plane(shape.rounding.T, plane).T, full_matrices=False)
+    rim = (CIRCLE * lengths) @ axes.T
+    return shapely.MultiPoint((to_plane(shape.points, plane)[:, None] + rim).reshape(-1, 2)).convex_hull
 
 
 def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float) -> Region:
@@ -43,8 +54,7 @@ def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float) -> Regi
     parts = []
     for shape in shapes:
         if shape.mesh is None:
-            hull = shapely.MultiPoint(to_plane(shape.points, plane)).convex_hull
-            parts.append(hull.buffer(shape.radius, quad_segs=16) if shape.radius > 0.0 else hull)
+            parts.append(projection(shape, plane))
         else:
             parts.append(_projection(to_plane(shape.mesh.vertices, plane), shape.mesh.triangles, resolution / 2.0))
     # A plate seen from its edge has no area, so it gets a width.

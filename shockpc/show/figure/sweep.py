@@ -1,8 +1,8 @@
-"""Shock over a sweep: a curve for one quantity, a map with iso-lines for two, distributions otherwise."""
+"""Quantities over a sweep: curves over one variable, maps with iso-lines over two, distributions otherwise."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -23,88 +23,121 @@ COLOUR_MAP = "YlGnBu"
 """Light to dark, as the bands of the other figures."""
 
 
+class Curve(NamedTuple):
+    """Values that are drawn: their name, the label of their axis with the unit, and the values (n,) or, of a map, (slow, fast)."""
+
+    name: str
+    label: str
+    values: Array
+
+
 def draw_sweep(summary: SweepSummary) -> Figure:
     """Draw the figure of a sweep."""
     sweep, axes = summary.sweep, summary.sweep.axes
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
     varied = any(one.kind == "contact" for one in sweep.variations)
     title = printable(sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
-    extents = {printable(one.heading, 60): one for one in summary.extents if one.greatest_row >= 0}
-    shown = dict(list(extents.items())[:MOST])
-    values = {label: one.values for label, one in shown.items() if one.values is not None}
+    shown = [one for one in summary.extents if one.counts.any()][:MOST]
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
+    values = [
+        Curve(printable(one.column.name, 60), _label(one), np.where(np.isfinite(one.values), one.values, np.nan))
+        for one in shown
+        if one.values is not None
+    ]
     if not values:
         return _distributions(f"{title}: {sweep.rows} landings", shown)
     if len(axes) == 1:
-        return _curves(title, axes[0], {"": values})
+        labels = dict.fromkeys(curve.label for curve in values)
+        return _curves(title, axes[0], {label: [curve for curve in values if curve.label == label] for label in labels})
     slow, fast = axes
-    grids = {label: x.reshape(len(slow.values), len(fast.values)) for label, x in list(values.items())[:MAPS]}
+    grids = [curve._replace(values=curve.values.reshape(len(slow.values), len(fast.values))) for curve in values[:MAPS]]
     if fast.kind == "contact":
-        slow, fast, grids = fast, slow, {label: x.T for label, x in grids.items()}
+        slow, fast, grids = fast, slow, [grid._replace(values=grid.values.T) for grid in grids]
     if slow.kind != "contact":
         return _maps(title, slow, fast, grids)
     names = [printable(str(name), 60) for name in slow.values[:MOST]]
-    return _curves(title, fast, {label: dict(zip(names, x, strict=False)) for label, x in grids.items()}, slow.subject)
+    panels = {
+        grid.name: [Curve(*row) for row in zip(names, [grid.label] * len(names), grid.values, strict=False)] for grid in grids
+    }
+    return _curves(title, fast, panels, slow.subject)
 
 
-def _curves(title: str, one: Variation, panels: Mapping[str, Mapping[str, Array]], varied: str = "") -> Figure:
-    """Shock over one quantity: panels one above the other by their titles, each with curves by their names, the same in all.
+def _label(extent: Extent) -> str:
+    """The label of an axis."""
+    column, entry = extent.column, extent.column.selection.quantity
+    return SHOCK if column.shock else printable(f"{entry.title} [{entry.unit.replace('1', '-')}]", 60)
+
+
+def _curves(title: str, one: Variation, panels: Mapping[str, Sequence[Curve]], varied: str = "") -> Figure:
+    """Curves over one variable: panels one above the other, each with curves of one label.
 
     Args:
         title: of the figure.
-        one: the quantity.
-        panels: values by name of the curve by title of the panel.
-        varied: what differs between the curves.
+        one: the variable.
+        panels: the curves of each; it is named where what varies besides differs between its curves.
+        varied: what that is.
     """
     figure = new_chart(6.4, 1.6 + 2.0 * len(panels), title)
     x = [printable(str(name), 24) if one.kind == "contact" else name for name in one.values]
     style: dict[str, Any] = {"linestyle": "none"} if one.kind == "contact" else {"linewidth": 1.3}
     style |= {"marker": "o", "markersize": 3.0} if len(x) <= 32 else {}
     every = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
-    for axes, (label, curves) in zip(every, panels.items(), strict=True):
-        lines = [axes.plot(x, y, color=colour, **style)[0] for colour, y in zip(CURVES, curves.values(), strict=False)]
-        axes.set(ylim=(0.0, None), title=label)
+    for axes, (name, curves) in zip(every, panels.items(), strict=True):
+        for colour, curve in zip(CURVES, curves, strict=False):
+            axes.plot(x, curve.values, color=colour, label=curve.name, **style)
+        axes.set(ylabel=curves[0].label, title=name if varied else "")
+        if not min(np.nanmin(curve.values) for curve in curves) < 0.0:
+            axes.set_ylim(bottom=0.0)
         axes.grid(True)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), title=varied or None)
     axes.set_xlabel(printable(one.column, 60))
-    figure.supylabel(SHOCK)
-    figure.legend(lines, list(curves), loc="outside right upper", title=varied or None)
     return figure
 
 
-def _maps(title: str, slow: Variation, fast: Variation, grids: Mapping[str, Array]) -> Figure:
-    """Shock over two quantities, a panel for each point."""
+def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[Curve]) -> Figure:
+    """Maps over two variables, a panel each, those of one label with one scale of colours."""
     across = min(len(grids), 2)
     down = math.ceil(len(grids) / across)
     figure = new_chart(3.6 * across + 1.0, 3.0 * down + 0.3, title)
-    most = max(float(np.nanmax(values)) for values in grids.values()) or 1.0
-    panels = figure.subplots(down, across, squeeze=False).ravel()[: len(grids)]
-    for panel, (label, values) in zip(panels, grids.items(), strict=True):
-        place = np.array(fast.values, dtype=float), np.array(slow.values, dtype=float), values
-        mesh = panel.pcolormesh(*place, cmap=COLOUR_MAP, vmin=0.0, vmax=most, shading="nearest", rasterized=True)
-        panel.set(title=label, xlabel=printable(fast.column, 60), ylabel=printable(slow.column, 60))
-        if min(values.shape) > 2 and np.nanmax(values) > np.nanmin(values):
-            contrast = {"cmap": ListedColormap([INK, PAPER]), "vmin": 0.0, "vmax": 1.1 * most}
-            panel.clabel(panel.contour(*place, levels=6, linewidths=0.6, **contrast), fontsize=6.5, fmt="%g")
-    for unused in figure.axes[len(grids) :]:
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    for label in dict.fromkeys(grid.label for grid in grids):
+        own = [(panel, grid) for panel, grid in zip(panels, grids, strict=False) if grid.label == label]
+        least = min(0.0, *(float(np.nanmin(grid.values)) for _, grid in own))
+        most = max(float(np.nanmax(grid.values)) for _, grid in own)
+        scale = {"vmin": least, "vmax": most if most > least else least + 1.0}
+        for panel, grid in own:
+            place = np.array(fast.values, dtype=float), np.array(slow.values, dtype=float), grid.values
+            mesh = panel.pcolormesh(*place, cmap=COLOUR_MAP, shading="nearest", rasterized=True, **scale)
+            panel.set(title=grid.name, xlabel=printable(fast.column, 60), ylabel=printable(slow.column, 60))
+            if min(grid.values.shape) > 2 and np.nanmax(grid.values) > np.nanmin(grid.values):
+                contrast = {"cmap": ListedColormap([INK, PAPER]), "vmin": least, "vmax": most + 0.1 * (most - least)}
+                panel.clabel(panel.contour(*place, levels=6, linewidths=0.6, **contrast), fontsize=6.5, fmt="%g")
+        figure.colorbar(mesh, ax=[panel for panel, _ in own], aspect=30, label=label)
+    for unused in panels[len(grids) :]:
         unused.remove()
-    figure.colorbar(mesh, ax=panels.tolist(), aspect=30, label=SHOCK)
     return figure
 
 
-def _distributions(title: str, extents: Mapping[str, Extent]) -> Figure:
-    """How often a shock occurs, a panel for each point, one above the other with a common scale."""
+def _distributions(title: str, extents: Sequence[Extent]) -> Figure:
+    """How often a value occurs, a panel for each column, one above the other; shocks have a common scale."""
     figure = new_chart(6.4, 1.1 + 0.95 * len(extents), title)
-    panels = figure.subplots(len(extents), 1, sharex=True, squeeze=False).ravel()
-    for panel, (label, extent) in zip(panels, extents.items(), strict=True):
-        margin = 0.0 if extent.greatest > extent.least else 0.005
-        edges = np.linspace(extent.least - margin, extent.greatest + margin, len(extent.counts) + 1)
-        colours = [BANDS[band(x)] for x in 0.5 * (edges[1:] + edges[:-1])]
+    common = len({_label(extent) for extent in extents}) == 1
+    panels = figure.subplots(len(extents), 1, sharex=common, squeeze=False).ravel()
+    for panel, extent in zip(panels, extents, strict=True):
+        low, high = extent.span
+        margin = 0.0 if high > low else 0.005 * (abs(high) or 1.0)
+        edges = np.linspace(low - margin, high + margin, len(extent.counts) + 1)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        colours = [BANDS[band(max(x, 0.0))] if extent.column.shock else CURVES[0] for x in middle]
         panel.bar(edges[:-1], extent.counts / extent.counts.sum(), np.diff(edges), align="edge", color=colours)
         panel.stairs(extent.counts / extent.counts.sum(), edges, color=INK, linewidth=0.6)
         panel.axvline(extent.median, color=INK, linewidth=0.8, linestyle="--")
-        panel.set(title=f"{label}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
+        name = printable(extent.column.name if common else extent.column.title, 60)
+        panel.set(title=f"{name}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
         panel.spines["left"].set_visible(False)
+        if extent.least >= 0.0:
+            panel.set_xlim(left=0.0)
     figure.supylabel("share of landings")
-    panels[-1].set(xlabel=f"{SHOCK}; dashed: median", xlim=(0.0, None))
+    panels[-1].set_xlabel(f"{_label(extents[0])}; dashed: median" if common else "dashed: median")
     return figure

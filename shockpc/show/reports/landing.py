@@ -9,7 +9,7 @@ from shockpc.result import ShockProfile
 from shockpc.show.document import document
 from shockpc.show.header import contact_name, count, header_lines, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text, fits, largest
+from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text, largest
 
 __all__ = [
     "accuracy_line", "bodies_sheet", "contacts_sheet", "directions_sheet", "landing_files", "landing_report", "landings_text",
@@ -26,8 +26,8 @@ NO_MITIGATION = (
 )
 
 
-def landing_report(profile: ShockProfile, pattern: str | None = None) -> Report:
-    """Everything of one landing; of the bodies only those that match a pattern.
+def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -> Report:
+    """Everything of one landing; of the bodies only some, if they are given by their indices.
 
     The files are profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
     """
@@ -35,7 +35,7 @@ def landing_report(profile: ShockProfile, pattern: str | None = None) -> Report:
         name="profile",
         title=f"Shock of {profile.robot.name} landing on {contact_name(profile)}",
         header=header_lines(profile),
-        tables=lambda most: _tables(profile, pattern, most),
+        tables=lambda most: _tables(profile, bodies, most),
         short=6,
         closing=[
             *_balance_lines(profile),
@@ -44,7 +44,7 @@ def landing_report(profile: ShockProfile, pattern: str | None = None) -> Report:
             accuracy_line(profile),
         ],
         sheets={
-            "bodies": lambda: bodies_sheet(profile, pattern, fold=False),
+            "bodies": lambda: bodies_sheet(profile, bodies, fold=False),
             "points": lambda: _points_sheet(profile),
             "contacts": lambda: contacts_sheet(profile),
         },
@@ -53,26 +53,28 @@ def landing_report(profile: ShockProfile, pattern: str | None = None) -> Report:
     )
 
 
-def landings_text(profiles: Sequence[ShockProfile], format_: str, pattern: str | None = None) -> str:
-    """Some landings in a format, "table", "markdown" or "csv"; of the bodies only those that match a pattern."""
+def landings_text(profiles: Sequence[ShockProfile], format_: str, bodies: Sequence[int] | None = None) -> str:
+    """Some landings in a format, "table", "markdown" or "csv"; of the bodies only some, if they are given by their indices."""
     if format_ == "csv":
-        sheets = [(contact_name(profile), bodies_sheet(profile, pattern, fold=False)) for profile in profiles]
+        sheets = [(contact_name(profile), bodies_sheet(profile, bodies, fold=False)) for profile in profiles]
         return as_csv(Sheet("", ("contact", *sheets[0][1].header), [(name, *row) for name, sheet in sheets for row in sheet.rows]))
-    blocks = [landing_report(profile, pattern).text(format_) for profile in profiles]
+    blocks = [landing_report(profile, bodies).text(format_) for profile in profiles]
     if len(profiles) > 1:
-        blocks.append((as_markdown if format_ == "markdown" else as_text)(_summary_sheet(profiles, pattern)))
+        blocks.append((as_markdown if format_ == "markdown" else as_text)(_summary_sheet(profiles, bodies)))
     return "\n".join(blocks)
 
 
-def landing_files(profiles: Sequence[ShockProfile], names: Sequence[str], pattern: str | None = None) -> dict[str, str | bytes]:
+def landing_files(
+    profiles: Sequence[ShockProfile], names: Sequence[str], bodies: Sequence[int] | None = None
+) -> dict[str, str | bytes]:
     """The files of one landing by path; of several, in a folder for each, with a summary beside them.
 
     Args:
         profiles: the landings.
         names: of the folders.
-        pattern: only bodies that match it are in bodies.csv and report.md.
+        bodies: indices of the only bodies in bodies.csv and report.md.
     """
-    every = [landing_report(profile, pattern).files() for profile in profiles]
+    every = [landing_report(profile, bodies).files() for profile in profiles]
     if len(every) == 1:
         return every[0]
     files = {f"{name}/{file}": content for name, own in zip(names, every, strict=True) for file, content in own.items()}
@@ -89,15 +91,15 @@ def accuracy_line(profile: ShockProfile) -> str:
     return f"accuracy: {proven}; double precision alone {double}; {data}"
 
 
-def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool = True) -> Sheet:
+def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None, fold: bool = True) -> Sheet:
     """One row for each body.
 
     Args:
         profile: the result.
-        pattern: a glob, or a part of a name; only these bodies are shown.
+        bodies: indices of the only bodies that are shown.
         fold: for people: bodies that the impact does not move become a note, and a word says why a CoPc is missing.
     """
-    matching = [i for i, name in enumerate(profile.bodies) if pattern is None or fits(name, pattern)]
+    matching = range(len(profile.bodies)) if bodies is None else bodies
     shown = [i for i in matching if profile.moved[i] or not fold]
     rows: list[Row] = []
     for i in shown:
@@ -116,7 +118,7 @@ def bodies_sheet(profile: ShockProfile, pattern: str | None = None, fold: bool =
     if still := [profile.bodies[i] for i in matching if i not in shown]:
         notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
     if hidden := len(profile.bodies) - len(matching):
-        notes.append(f"{count(hidden, 'body')} not shown, no match for {pattern}")
+        notes.append(f"{count(hidden, 'body')} not shown, no match for --body")
     header = [
         "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]",
         "shock at CoM [-]", "least [-]", "greatest [-]", "out of plane [%]", *([] if fold else ["no rotation in the plane"]),
@@ -169,10 +171,10 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
     return Sheet("most and least severe impact direction (unit vector of the velocity, world axes)", header, rows, notes)
 
 
-def _tables(profile: ShockProfile, pattern: str | None, most: int | None) -> list[Sheet]:
+def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | None) -> list[Sheet]:
     """Points, joint models and loads only where there are any, long tables cut to their largest rows."""
     return [
-        bodies_sheet(profile, pattern),
+        bodies_sheet(profile, bodies),
         *([_points_sheet(profile)] if profile.points else []),
         contacts_sheet(profile),
         *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
@@ -219,12 +221,12 @@ def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
     return Sheet("impulse through the joints", header, rows, notes)
 
 
-def _summary_sheet(profiles: Sequence[ShockProfile], pattern: str | None = None) -> Sheet:
+def _summary_sheet(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None = None) -> Sheet:
     """Several landings side by side: shock at every body's centre of mass and at every point, a column for each landing."""
     rows: list[Row] = [
         (body, *(profile.shock_com[i] for profile in profiles))
         for i, body in enumerate(profiles[0].bodies)
-        if (pattern is None or fits(body, pattern)) and any(profile.moved[i] for profile in profiles)
+        if (bodies is None or i in bodies) and any(profile.moved[i] for profile in profiles)
     ]
     rows += [(f"at {found[0].frame}", *(one.shock for one in found)) for found in zip(*(p.points for p in profiles), strict=True)]
     header = ("shock at", *map(contact_name, profiles))

@@ -1,10 +1,10 @@
 """The table of quantities: key, kind of place, unit, title, which change is worse, and when a value is missing."""
 
-from shockpc.errors import UnknownName
 from shockpc.quantities.table import QUANTITIES
+from shockpc.robot.names import match
 from shockpc.show.document import record
 from shockpc.show.reports.report import Report
-from shockpc.show.tables import Sheet, fits
+from shockpc.show.tables import Sheet
 
 __all__ = ["quantities_report"]
 
@@ -12,15 +12,14 @@ COLUMNS = ("key", "of", "unit", "title", "worse", "note")
 
 
 def quantities_report(pattern: str | None = None) -> Report:
-    """The quantities whose key or kind matches a pattern.
+    """The quantities whose key or kind is a name, or matches a glob.
 
     Raises:
         UnknownName: there is none.
     """
-    chosen = [one for one in QUANTITIES if pattern is None or any(fits(name, pattern) for name in (one.key, one.of))]
-    if not chosen and pattern is not None:
-        raise UnknownName("quantity", pattern, [one.key for one in QUANTITIES], "the table of quantities", "shockpc quantities")
-    rows = [record(one, *COLUMNS) for one in chosen]
+    names = [name for one in QUANTITIES for name in (one.key, one.of)]
+    chosen = match("*" if pattern is None else pattern, names, "quantity", "", "shockpc quantities")
+    rows = [record(one, *COLUMNS) for one in QUANTITIES if one.key in chosen or one.of in chosen]
     sheet = Sheet("quantities of a landing", ("key", "of", "unit", "title", "worse", "note"), [tuple(row.values()) for row in rows])
     return Report(
         name="quantities",

@@ -1,4 +1,4 @@
-"""A sweep: the range of every shock, and the landings with the most severe one as options of `shockpc analyze`."""
+"""A sweep: the range of every quantity, and the landings with the most severe values as options of `shockpc analyze`."""
 
 import itertools
 import shlex
@@ -25,36 +25,38 @@ def sweep_files(summary: SweepSummary) -> dict[str, str | bytes]:
     sheet = _sheet(summary)
     lines = "".join(f"    {line}\n" for line in _lines(summary))
     return {
-        **Picture("sweep", "shock over the sweep", "sweep:draw_sweep", (summary,)).files(),
-        "summary.md": "\n".join([as_markdown(sheet), "![shock over the sweep](sweep.svg)\n", lines]),
+        **Picture("sweep", "results over the sweep", "sweep:draw_sweep", (summary,)).files(),
+        "summary.md": "\n".join([as_markdown(sheet), "![results over the sweep](sweep.svg)\n", lines]),
         "summary.csv": as_csv(sheet),
     }
 
 
 def _sheet(summary: SweepSummary) -> Sheet:
-    """One row for each point and body: least, median and greatest shock, and where the greatest one is."""
+    """One row for each quantity at each place: least, median and greatest value, and where they are."""
     rows: list[Row] = []
     for one in summary.extents:
         places = (str(one.least_row), str(one.greatest_row)) if one.greatest_row >= 0 else (None, None)
-        rows.append((one.heading, one.least, one.median, one.greatest, *places))
-    header = ("quantity", "least [-]", "median [-]", "greatest [-]", "row of least", "row of greatest")
+        rows.append((one.column.title, one.least, one.median, one.greatest, *places))
+    header = ("quantity", "least", "median", "greatest", "row of least", "row of greatest")
     return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
 
 
 def _lines(summary: SweepSummary) -> Iterator[str]:
-    """The most severe landings, what was not computed, and the accuracy."""
+    """The most severe landings, warnings of what is varied, what was not computed, and the accuracy."""
     for one in summary.extents:
         if one.greatest_row >= 0:
-            options, others = _options(summary.sweep, one.greatest_row)
+            worse = one.column.selection.quantity.worse
+            options, others = _options(summary.sweep, one.least_row if worse == "less" else one.greatest_row)
             rest = f"   (and {others})" if others else ""
-            yield f"most severe for {one.heading}: {options}{rest}"
+            yield f"{'greatest value' if worse == 'neither' else 'most severe'} for {one.column.name}: {options}{rest}"
+    yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
         yield from (f"  {count} x {text}" for text, count in summary.messages[:MESSAGES])
         if len(summary.messages) > MESSAGES:
             yield f"  and {len(summary.messages) - MESSAGES} other messages, in the column message"
     if summary.proven:
-        yield f"proven because they are ill-conditioned or redundant: {summary.proven} landings"
+        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {summary.proven} landings"
     if summary.compared:
         yield (
             f"double precision, compared with a proof in {summary.compared} other landings: off by at most "

@@ -4,7 +4,6 @@ A change of the strike angle alone changes the landing by a product with the map
 computed by `shock_profile`, so that each compared number is the midpoint of a proven enclosure. That takes milliseconds.
 """
 
-import fnmatch
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from shockpc.errors import ShockError, StudyError, refusal
 from shockpc.landing import resolve
 from shockpc.printed import printable
 from shockpc.profile import shock_profile
+from shockpc.robot.names import match, matches
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene, rounded
@@ -173,15 +173,13 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
     """All landings that have budgets, so that whatever is wrong in a file is reported before anything is computed."""
     names = [case.name for case in given.cases]
     for k, budget in enumerate(given.budgets):
-        if not _matching(names, budget.case):
-            listed = ", ".join(f'"{printable(name)}"' for name in names)
-            raise StudyError(f'{given.path}: budget[{k}]: no case matches "{printable(budget.case)}"; there are: {listed}')
+        match(budget.case, names, "case", f"{given.path}, budget[{k}]", "")
         if budget.max is None and budget.min is None and baseline is None and not renewing:
             raise StudyError(
                 f"{given.path}: budget[{k}] has only a baseline_tolerance; name the baseline with --baseline, or give a max"
             )
     for case in given.cases:
-        own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in _matching(names, budget.case)]
+        own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in matches(budget.case, names)]
         for angle, scene in case.landings if own else ():
             asked = []
             try:
@@ -265,8 +263,3 @@ def _before(baseline: Baseline | None, budget: Budget, key: Key) -> float | None
             f'baseline "{baseline.path}" has no {key.metric} at "{printable(key.at)}"{angle}; write it anew with --update-baseline'
         )
     return baseline.values.get(key)
-
-
-def _matching(names: list[str], pattern: str) -> list[str]:
-    """The names that an exact name or a glob means."""
-    return [pattern] if pattern in names else [name for name in names if fnmatch.fnmatchcase(name, pattern)]

@@ -1,6 +1,5 @@
 """What a budget can limit, and where: each metric belongs to points, bodies, joints or contacts of a robot."""
 
-import fnmatch
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal, NamedTuple
@@ -8,13 +7,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.pulse import peak_acceleration
-from shockpc.errors import StudyError, UnknownName
+from shockpc.errors import StudyError
 from shockpc.landing import Landing, pulse_of
 from shockpc.printed import printable
 from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.record import Robot
-from shockpc.scene import GRAVITY, Point, Scene, point_at
+from shockpc.scene import GRAVITY, Point, Scene, points_at
 
 __all__ = ["METRICS", "Metric", "MetricName", "Place", "measure", "places", "with_points"]
 
@@ -86,12 +85,10 @@ def places(landing: Landing, metric: str, at: str) -> tuple[Place, ...]:
         case "contact":
             struck = [contact.frame for contact in scene.contact]
             known = struck if metric == "effective_mass" else [*struck, *scene.stance]
-            return tuple(Place(name) for name in _matching(robot, "contact", at, known, known))
+            return tuple(Place(name) for name in robot.match("contact", at, known))
         case "body":
-            carriers = {link: i for i, body in enumerate(robot.bodies) for link in body.links}
-            if at in carriers and at not in bodies:
-                return (Place(f"{bodies[carriers[at]]} (carries {at})", carriers[at]),)
-            return tuple(Place(name, bodies.index(name)) for name in _matching(robot, "body", at, bodies, bodies))
+            carried = f" (carries {at})" if at in robot.frames and at not in bodies else ""
+            return tuple(Place(bodies[i] + carried, i) for i in robot.match_bodies(at))
         case "point":
             return tuple(
                 Place(f"{one} (centre of mass)", bodies.index(one)) if isinstance(one, str) else _point(robot, one)
@@ -162,8 +159,8 @@ def _points(robot: Robot, scene: Scene, at: str, bodies: list[str]) -> list[str 
         return [Point(frame=at)]
     frame, colon, _ = at.rpartition(":")
     if colon and frame in robot.frames:
-        return [point_at(robot, at)]
-    names = _matching(robot, "point or body", at, [*bodies, *listed], [*bodies, *listed, *robot.frames])
+        return [*points_at(robot, at)]
+    names = robot.match("point or body", at, [*bodies, *listed], robot.frames)
     return [name if name in bodies else listed[name] for name in names]
 
 
@@ -174,11 +171,3 @@ def _point(robot: Robot, point: Point) -> Place:
             f'"{printable(point.frame)}" is fixed to the world, so no impact moves it; choose a point on a moving link'
         )
     return Place(point.label, -1, point)
-
-
-def _matching(robot: Robot, kind: str, at: str, names: list[str], known: list[str]) -> list[str]:
-    """The names that an exact name or a glob means. Args: names, of which it is one; known, among which the nearest are sought."""
-    found = [at] if at in names else list(dict.fromkeys(name for name in names if fnmatch.fnmatchcase(name, at)))
-    if not found:
-        raise UnknownName(kind, at, list(dict.fromkeys(known)), f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-    return found

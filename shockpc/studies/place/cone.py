@@ -23,25 +23,25 @@ AT_ONCE = 12
 
 
 class Cell(NamedTuple):
-    """A convex set: the hull of points, rounded by a radius, and within half-spaces.
+    """A convex set: the Minkowski sum of the hull of points and an ellipsoid, within half-spaces.
 
     Attributes:
         points: (k, 3) [m].
-        radius: [m].
+        rounding: (3, 3) semi-axes of the ellipsoid in orthogonal columns [m].
         normals: (m, 3); the set holds points r with normals · r ≥ offsets only.
         offsets: (m,).
     """
 
     points: Array
-    radius: float = 0.0
+    rounding: Array = np.zeros((3, 3))
     normals: Array = np.zeros((0, 3))
     offsets: Array = np.zeros(0)
 
     def within(self, normal: Array, offset: float) -> "Cell | None":
         """The part where normal · r ≥ offset; None if the hull alone shows that there is none."""
-        if float((self.points @ normal).max()) + self.radius * float(np.linalg.norm(normal)) < offset:
+        if float((self.points @ normal).max()) + float(np.linalg.norm(normal @ self.rounding)) < offset:
             return None
-        return Cell(self.points, self.radius, np.concatenate([self.normals, [normal]]), np.append(self.offsets, offset))
+        return Cell(self.points, self.rounding, np.concatenate([self.normals, [normal]]), np.append(self.offsets, offset))
 
 
 class Optimum(NamedTuple):
@@ -82,13 +82,13 @@ def least_shock(fields: Fields, cell: Cell) -> Optimum | None:
 def _solved(fields: Fields, cell: Cell) -> tuple[Array, float] | None:
     """The place of the optimum and a lower bound; None if the set is empty.
 
-    The unknowns are t (one, or one for each landing), r, the shares of the points in r and, for a rounded set, the offset from
-    their hull. r is counted from the middle of the points, in units of their size.
+    The unknowns are t (one, or one for each landing), r, the shares of the points in r and, for a rounded set, the point of
+    the unit ball that its ellipsoid is the image of. r is counted from the middle of the points, in units of their size.
     """
     clarabel, sparse = _libraries()
     n, k, m = len(fields.c), len(cell.points), len(cell.offsets)
     middle = cell.points.mean(axis=0)
-    size = max(float(np.abs(cell.points - middle).max()) + cell.radius, 1e-9)
+    size = max(float(np.abs(cell.points - middle).max() + np.abs(cell.rounding).max()), 1e-9)
     p = (cell.points - middle) / size
     c, A = fields.vectors(middle), fields.A * size
     weights = np.ones(1) if fields.weights is None else fields.weights
@@ -97,20 +97,20 @@ def _solved(fields: Fields, cell: Cell) -> tuple[Array, float] | None:
     t[np.arange(n), 0, np.arange(n) if nt > 1 else 0] = -1.0
     turned = np.zeros((n, 4, 3))
     turned[:, 1:] = -A
-    # Columns are t, r, the shares and the offset; rows are r in the hull, its shares, half-spaces, and the cones.
-    ball = np.concatenate([np.zeros((1, 3)), -np.eye(3)])
+    # Columns are t, r, the shares and the point of the ball; rows are r in the hull, its shares, half-spaces, and the cones.
+    rounded, ball = bool(cell.rounding.any()), np.concatenate([np.zeros((1, 3)), -np.eye(3)])
     rows: list[tuple[Any, Any, Any, Any, Any]] = [
-        (None, -np.eye(3), p.T, np.eye(3), np.zeros(3)),
+        (None, -np.eye(3), p.T, cell.rounding / size, np.zeros(3)),
         (None, None, np.ones((1, k)), None, np.ones(1)),
         (None, None, -sparse.identity(k), None, np.zeros(k)),
         (None, -cell.normals * size, None, None, cell.normals @ middle - cell.offsets),
-        (None, None, None, ball, np.array([cell.radius / size, 0.0, 0.0, 0.0])),
+        (None, None, None, ball, np.array([1.0, 0.0, 0.0, 0.0])),
         (t.reshape(4 * n, nt), turned.reshape(4 * n, 3), None, None, np.concatenate([np.zeros((n, 1)), c], axis=1).ravel()),
     ]
     cones = [clarabel.ZeroConeT(4), clarabel.NonnegativeConeT(k + m), *[clarabel.SecondOrderConeT(4)] * (n + 1)]
-    if cell.radius == 0.0:
+    if not rounded:
         del rows[4], cones[-1]
-    blocks = [[None if x is None else sparse.csc_matrix(x) for x in row[: 4 if cell.radius > 0.0 else 3]] for row in rows]
+    blocks = [[None if x is None else sparse.csc_matrix(x) for x in row[: 4 if rounded else 3]] for row in rows]
     matrix, right = sparse.bmat(blocks, format="csc"), np.concatenate([row[4] for row in rows])
     width = matrix.shape[1]
     cost = np.concatenate([weights, np.zeros(width - nt)])
@@ -124,9 +124,8 @@ def _solved(fields: Fields, cell: Cell) -> tuple[Array, float] | None:
     x, z = np.asarray(solution.x), np.asarray(solution.z)
     share = np.maximum(x[nt + 3 : nt + 3 + k], 0.0)
     place = cell.points.T @ (share / share.sum())
-    if cell.radius > 0.0:
-        out = x[-3:] * size
-        place = place + out * min(1.0, cell.radius / max(float(np.linalg.norm(out)), 1e-300))
+    if rounded:
+        place = place + cell.rounding @ x[-3:] / max(float(np.linalg.norm(x[-3:])), 1.0)
     y, multipliers = -z[-4 * n :].reshape(n, 4)[:, 1:], np.maximum(z[4 + k : 4 + k + m], 0.0)
     return place, _lower_bound(fields, cell, y, multipliers)
 
@@ -140,7 +139,7 @@ def _lower_bound(fields: Fields, cell: Cell, y: Array, multipliers: Array) -> fl
     else:
         y = y * np.minimum(1.0, fields.weights / np.maximum(lengths, 1e-300))[:, None]
     slope = np.einsum("li,lij->j", y, fields.A) - multipliers @ cell.normals
-    least = float((cell.points @ slope).min()) - cell.radius * float(np.linalg.norm(slope))
+    least = float((cell.points @ slope).min()) - float(np.linalg.norm(slope @ cell.rounding))
     return max(0.0, float(np.sum(y * fields.c)) + float(multipliers @ cell.offsets) + least)
 
 

@@ -62,7 +62,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
     shapes = seen.shapes[body]
     if not shapes and (limits is None or surface):
         raise StudyError(f'body "{name}" has no geometry, so there is no place on it; give a box with --within')
-    boxes = [np.stack([shape.points.min(axis=0) - shape.radius, shape.points.max(axis=0) + shape.radius]) for shape in shapes]
+    boxes = [np.stack([-shape.reach(-np.eye(3)), shape.reach(np.eye(3))]) for shape in shapes]
     whole = (np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]) if shapes else limits or (np.zeros(3), np.zeros(3))
     if limits is not None and (np.any(limits[0] > whole[1]) or np.any(limits[1] < whole[0])):
         raise StudyError(f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(whole)} of its frame")
@@ -72,7 +72,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
     if not surface:
         pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
         hulls = ", a mesh as its convex hull" if any(shape.mesh is not None for shape in shapes) else ""
-        cells = [Cell(shape.points, shape.radius) for shape in shapes]
+        cells = [Cell(shape.points, shape.rounding) for shape in shapes]
         text = f"inside the {kind} geometry of {name} ({pieces}{hulls})"
         return Region(text, tuple(cells), (), _size(whole), True, seen.warnings)
     solid = [shape for shape, one in zip(shapes, boxes, strict=True) if np.ptp(one, axis=0).max() > MARKER * _size(whole)]

@@ -74,6 +74,6 @@ def _bounds(fields: Fields, cells: Sequence[Cell]) -> list[float]:
     middles = np.add.reduceat(points, start) / counts[:, None]
     values, slopes = fields.tangents(middles)
     steps = np.sum((points - np.repeat(middles, counts, axis=0)) * np.repeat(slopes, counts, axis=0), axis=1)
-    radius = np.array([cell.radius for cell in cells])
-    bounds = values + np.minimum.reduceat(steps, start) - radius * np.linalg.norm(slopes, axis=1)
+    rounding = np.array([cell.rounding for cell in cells])
+    bounds = values + np.minimum.reduceat(steps, start) - np.linalg.norm(np.einsum("ni,nij->nj", slopes, rounding), axis=1)
     return [float(bound) for bound in np.maximum(bounds, 0.0)]

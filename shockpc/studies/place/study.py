@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from shockpc.places import Place, point_place, point_places
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
 from shockpc.robot.geometry import Kind
+from shockpc.robot.names import match
 from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Point, Scene, robot_of
 from shockpc.studies.place.cone import Optimum
@@ -147,11 +148,11 @@ def place(
     Args:
         landings: scenes of one robot by name.
         robot: is taken for every landing instead of the scenes' own; for a robot that was changed after it was loaded.
-        body: a body, or a link or frame fixed to it; by default the base.
+        body: a body, or a link or site fixed to it, by name or glob; by default the base.
         within: only in this box of the body's frame, whatever the geometry [m].
         surface: only on the surface of the geometry (within the box, if one is given).
         geometry: "collision" or "visual"; the other kind if the body has no such geometry.
-        weights: of the landings by name; then their weighted mean is compared instead of the greatest. Others weigh 1.
+        weights: of the landings by name or glob; then their weighted mean is compared instead of the greatest. Others weigh 1.
         count: number of sensors, of which in each landing the one with the least shock counts.
         alternatives: further places, each as good as possible at a distance from those before; for one sensor.
         apart: this distance, along at least one axis of the body's frame [m]; by default a tenth of the region's size.
@@ -173,9 +174,7 @@ def place(
                 f'the landings "{first}" and "{other}" are of different robots; give scenes that have the file, xacro arguments, '
                 "packages and SRDF in common, and in an MJCF the robot that has the contact"
             )
-    i = 0 if body is None else robot.frame(body).body
-    if i < 0:
-        raise StudyError(f'"{body}" is fixed to the world, so it has no shock; name a body that moves')
+    i = 0 if body is None else robot.body(body)
     if count < 1 or not 0 <= alternatives <= MOST:
         valid = f"give at least one sensor and at most {MOST} alternatives"
         raise StudyError(f"{count} sensors and {alternatives} alternatives are not possible; {valid}")
@@ -190,7 +189,7 @@ def place(
         np.array([profile.delta_omega[i] for profile in found]),
         np.array([profile.delta_v[i] for profile in found]),
         np.array([profile.v_in for profile in found]),
-        None if weights is None else _weights(names, weights),
+        None if weights is None else _weights(names, landings, weights),
     )
     optima, bound = _optima(fields, region, min(count, len(found)), alternatives, apart)
     titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
@@ -249,12 +248,12 @@ def _profiles(
     return profiles, tuple((name, str(refusal)) for name, refusal in failures)
 
 
-def _weights(names: tuple[str, ...], given: Mapping[str, float]) -> Array:
-    """The weights of the landings, with sum 1."""
-    unknown = [name for name in given if name not in names]
-    if unknown:
-        raise StudyError(f'a weight is given for landing "{unknown[0]}", which is not there; there are: {", ".join(names)}')
-    weights = np.array([given.get(name, 1.0) for name in names])
+def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str, float]) -> Array:
+    """The weights of the landings that were computed, with sum 1. Args: given, by name or glob of any landing."""
+    by_name = dict.fromkeys(landings, 1.0)
+    for pattern, weight in given.items():
+        by_name |= dict.fromkeys(match(pattern, by_name, "landing", "", "leave out --weight; the table names them"), weight)
+    weights = np.array([by_name[name] for name in names])
     if not (np.all(weights >= 0.0) and 0.0 < weights.sum() < math.inf):
         raise StudyError("weights of landings have to be finite, not negative, and not all zero")
     return np.asarray(weights / weights.sum())

@@ -31,15 +31,22 @@ class Column(NamedTuple):
     Attributes:
         selection: the quantity.
         place: where.
+        asked: whether it was asked for by name, so that the summary and the figure show it.
     """
 
     selection: Selection
     place: Place
+    asked: bool = False
 
     @property
     def name(self) -> str:
         """As the table of rows heads it, QUANTITY@PLACE."""
         return f"{self.selection.name}@{self.place.name}"
+
+    @property
+    def title(self) -> str:
+        """The name with its unit."""
+        return f"{self.name} [{self.selection.quantity.unit.replace('1', '-')}]"
 
     @property
     def shock(self) -> bool:
@@ -100,11 +107,15 @@ def _selected(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
 
 
 def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
-    """The same columns of one landing, proven."""
-    return {
-        column.name: float(column.selection.scalar(profile.values(column.selection.quantity, [column.place])[0]))
-        for column in wanted
-    }
+    """The same columns of one landing, proven; NaN where redundant rows leave a number undetermined."""
+    unique = len(profile.choice.rows) == len(profile.proof.impulse)
+
+    def value(column: Column) -> float:
+        entry = column.selection.quantity
+        known = unique or not entry.shared
+        return float(column.selection.scalar(profile.values(entry, [column.place])[0])) if known else np.nan
+
+    return {column.name: value(column) for column in wanted}
 
 
 def double_difference(profile: ShockProfile, double: dict[str, float], exact: dict[str, float], wanted: Sequence[Column]) -> float:

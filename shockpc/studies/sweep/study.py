@@ -8,12 +8,13 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
-from shockpc.errors import StudyError, UnknownName
+from shockpc.errors import StudyError
 from shockpc.executor import in_order
+from shockpc.landing import PosedLanding
 from shockpc.places import Place, body_places
 from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene, plane_of, robot_of
+from shockpc.scene import Point, Scene, plane_of, point_at, robot_of
 from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.columns import Column
@@ -36,6 +37,7 @@ def sweep_of(
     at: Sequence[Point | str] = (),
     bodies: Sequence[str] = (),
     greatest: bool = False,
+    quantities: Sequence[str] = (),
     sample: int | None = None,
     lhs: bool = False,
     seed: int = 0,
@@ -49,8 +51,9 @@ def sweep_of(
         vary: values by subject, as in `variation`.
         vary_each: the same, with a quantity of its own for each joint that a pattern matches.
         at: points, as `Point` or names of frames.
-        bodies: names of bodies; the base by default, if there are no points either.
+        bodies: names or globs of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
+        quantities: more of the table, as KEY for all places of its kind, or KEY@PLACE for a name, a glob, or a point.
         sample: number of random rows instead of the full grid. If no joint is varied, all are, within their limits.
         lhs: whether the sample is a Latin hypercube.
         seed: of the random numbers.
@@ -82,7 +85,7 @@ def sweep_of(
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     scene = replace(scene, point=points)
-    made = Sweep(scene, robot, tuple(found), _columns(scene, robot, points, bodies, greatest), sample, lhs, seed, prove)
+    made = Sweep(scene, robot, tuple(found), (), sample, lhs, seed, prove)
     if made.rows > MOST_ROWS:
         raise StudyError(
             f"{made.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
@@ -92,7 +95,9 @@ def sweep_of(
         for value in (one.values or one.span or ()) if one.stage == 2 else ():
             applied(scene, robot, one, value)[0].strike.vector(plane)
     _ = made.first  # which has to be possible
-    return made
+    computed = (*_columns(scene, robot, points, bodies, greatest), *(c for text in quantities for c in _asked(made.first, text)))
+    # A column that is asked for besides stands in the place of its own.
+    return replace(made, computed=tuple({column.name: column for column in computed}.values()))
 
 
 def sweep(
@@ -145,12 +150,7 @@ def _unpickled(pickled: bytes) -> Sweep:
 def _columns(scene: Scene, robot: Robot, points: tuple[Point, ...], names: Sequence[str], greatest: bool) -> tuple[Column, ...]:
     """The columns of the points and bodies that are named, or of the base, and the friction that the contacts need."""
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
-    bodies = []
-    for name in names:
-        body = next((i for i, body in enumerate(robot.bodies) if name == body.name or name in body.links), None)
-        if body is None:
-            raise UnknownName("body", name, robot.links, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
-        bodies.append(body)
+    bodies = [i for name in names for i in robot.match_bodies(name)]
     if not places and not bodies:
         bodies = [0]
     severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
@@ -161,6 +161,30 @@ def _columns(scene: Scene, robot: Robot, points: tuple[Point, ...], names: Seque
         columns += [Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))]
     contacts = [Place(contact.frame, number=k) for k, contact in enumerate(scene.contact)]
     return (*columns, *(Column(select("friction_needed"), place) for place in contacts))
+
+
+def _asked(landing: PosedLanding, text: str) -> Iterator[Column]:
+    """The columns of KEY[@PLACE].
+
+    Raises:
+        ShockError: there is no such quantity, or no such place of its kind.
+    """
+    key, at, place = text.partition("@")
+    selection, robot = select(key), landing.robot
+    kind = selection.quantity.of
+    every = landing.places(kind)
+    if at and kind == "point":
+        found: Sequence[Place] = [moving_point(robot, point_at(robot, place))]
+    elif at and kind == "body":
+        found = [every[i] for i in robot.match_bodies(place)]
+    elif at:
+        names = robot.match(kind, place, [one.name for one in every])
+        found = [one for one in every if one.name in names]
+    else:
+        found = [one for one in every if kind != "point" or one.body >= 0]
+    if not found:
+        raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame, such as {key}@{robot.links[0]}')
+    return (Column(selection, one, asked=True) for one in found)
 
 
 def _all_joints(robot: Robot) -> list[Variation]:

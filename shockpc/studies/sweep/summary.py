@@ -1,4 +1,4 @@
-"""A sweep in a few numbers: least, median and greatest shock of every point, and how far double precision was off."""
+"""A sweep in a few numbers: least, median and greatest values, and how far double precision was off."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.studies.sweep.columns import Column
 from shockpc.studies.sweep.rows import Sweep
 
 __all__ = ["Extent", "SweepSummary", "summarise"]
@@ -16,25 +17,27 @@ BINS = 80
 
 
 class Extent(NamedTuple):
-    """The range of one column of shocks.
+    """The range of one column, in the unit of its quantity.
 
     Attributes:
-        heading: of the column.
-        least: [1]
-        median: [1]
-        greatest: [1]
+        column: the column.
+        least: value.
+        median: value.
+        greatest: value.
         least_row: row of the least one.
         greatest_row: row of the greatest one; −1 if no row could be computed.
-        counts: number of rows in each of equal intervals from the least to the greatest.
+        span: the least and the greatest finite value.
+        counts: number of rows in each of equal intervals between these.
         values: (rows,) all of them where they are drawn as a curve or a map; None otherwise.
     """
 
-    heading: str
+    column: Column
     least: float
     median: float
     greatest: float
     least_row: int
     greatest_row: int
+    span: tuple[float, float]
     counts: np.ndarray
     values: Array | None
 
@@ -44,7 +47,7 @@ class SweepSummary(NamedTuple):
 
     Attributes:
         sweep: what was computed.
-        extents: of every shock.
+        extents: of every shock, and of every quantity that was asked for.
         messages: why rows could not be computed, with the number of such rows, most frequent first.
         failed: number of rows that could not be computed.
         proven: number of rows that asked for a proof and have one.
@@ -78,8 +81,8 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
         others = errors[~flags & ~np.isnan(errors)]
         compared, largest = compared + len(others), max(largest, float(np.max(others, initial=0.0)))
     drawn = sweep.sample is None and len(sweep.variations) <= 2
-    headings = [column.name for column in sweep.computed if column.shock]
-    extents = tuple(_extent(heading, _whole(sweep.rows, read(heading)), drawn) for heading in headings)
+    columns = [column for column in sweep.computed if column.shock or column.asked]
+    extents = tuple(_extent(column, _whole(sweep.rows, read(column.name)), drawn) for column in columns)
     return SweepSummary(sweep, extents, tuple(messages.most_common()), sum(messages.values()), proven, compared, largest)
 
 
@@ -93,14 +96,16 @@ def _whole(rows: int, parts: Iterator[Array]) -> Array:
     return values
 
 
-def _extent(heading: str, values: Array, keep: bool) -> Extent:
+def _extent(column: Column, values: Array, keep: bool) -> Extent:
     """The range of a column. Of ten million rows no copy is made: the values are sorted in place unless they are kept."""
-    missing = np.isnan(values)
+    missing, kept = np.isnan(values), values if keep else None
     if missing.all():
-        return Extent(heading, np.nan, np.nan, np.nan, -1, -1, np.zeros(BINS, dtype=int), values if keep else None)
+        return Extent(column, np.nan, np.nan, np.nan, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
     least, greatest = float(values[low]), float(values[high])
     known = values[~missing] if keep or missing.any() else values
-    counts, _ = np.histogram(known, BINS, (least, greatest))
+    finite = known if np.isfinite([least, greatest]).all() else known[np.isfinite(known)]
+    span = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    counts, _ = np.histogram(finite, BINS, span)
     median = float(np.median(known, overwrite_input=True))
-    return Extent(heading, least, median, greatest, low, high, counts, values if keep else None)
+    return Extent(column, least, median, greatest, low, high, span, counts, kept)

@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from shockpc.errors import StudyError, UnknownName
+from shockpc.errors import StudyError
 from shockpc.model.contact import landing_frames
 from shockpc.model.posture import settable_joints
-from shockpc.robot.changes import link_mass
+from shockpc.robot.changes import links_with_mass
 from shockpc.robot.record import Joint, Robot
 
 __all__ = ["ATTITUDE", "Variation", "each_of", "variation"]
@@ -30,7 +30,7 @@ class Variation:
     Attributes:
         subject: as it is typed, such as "*_KFE", "strike-angle" or "mass:base_link".
         kind: "joint", "armature", "contact", or a word of the subject, such as "strike-angle" or "mass".
-        target: what the kind applies to: a link, or a pattern of joints; empty if it applies to the landing.
+        target: what the kind applies to: a pattern of links or of joints; empty if it applies to the landing.
         unit: of the values.
         values: to be computed, or drawn from; numbers, or names of contacts.
         span: least and greatest value between which numbers are drawn; None if values are given.
@@ -88,7 +88,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     if kind == "inertia" and not factor:
         raise StudyError(f"{subject}: the moments of inertia are varied by factors; give them with an x, such as 0.5x:2x:4")
     if kind in OF_A_LINK:
-        link_mass(robot, target)
+        links_with_mass(robot, target)
         if kind in ("mass", "inertia") and not min(numbers + (span or ())) > 0.0:
             raise StudyError(f"{subject}: {min(numbers + (span or ())):g} is not above zero, but a link has to keep some {kind}")
     if kind == "armature":
@@ -124,9 +124,7 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
         return subject, ""
     if subject in OF_A_LINK or subject == "armature":
         raise StudyError(f"{subject} of what? Write {subject}:{'JOINT' if subject == 'armature' else 'LINK'}=VALUES")
-    if not any(sign in subject for sign in "*?[") and subject not in robot.joint_names:
-        known = (*robot.joint_names, *WORDS)
-        raise UnknownName("joint or quantity", subject, known, f'robot "{robot.name}"', f"shockpc robots {robot.label}")
+    robot.match("joint or quantity", subject, robot.joint_names, WORDS)
     return "joint", subject
 
 
