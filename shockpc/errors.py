@@ -16,7 +16,7 @@ from collections.abc import Iterable
 
 from shockpc.printed import printable
 
-__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName"]
+__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName", "refusal"]
 
 
 class ShockError(Exception):
@@ -57,6 +57,17 @@ class UnknownName(ShockError):
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         return type(self), (self.kind, self.name, self.known, self.where, self.listing, self.hint)
+
+
+def refusal(error: Exception) -> ShockError:
+    """An error of one landing of many, which is the message of its row. One that is none of ours names its place in the code."""
+    if isinstance(error, ShockError):
+        return error
+    import traceback
+
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
+    return ShockError(f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}")
 
 
 class RobotError(ShockError):

@@ -5,14 +5,16 @@ Studies know the interface of `concurrent.futures.Executor` alone; None is this 
 
 import logging
 import multiprocessing
+import os
 import signal
 import sys
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from shockpc.errors import StudyError
 
@@ -21,8 +23,11 @@ __all__ = ["executor", "in_order", "processes"]
 S = TypeVar("S")
 T = TypeVar("T")
 
-PATIENCE = "10s"
-"""How long to wait for the scheduler of a cluster."""
+PATIENCE = 10.0
+"""How long to wait for the scheduler of a cluster [s]."""
+
+MOST_JOBS = 512
+"""Processes of one machine, each of which takes some 100 MB."""
 
 
 @contextmanager
@@ -34,7 +39,7 @@ def executor(jobs: int, cluster: str | None = None) -> Iterator[Executor | None]
         cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
 
     Raises:
-        StudyError: a process died; the cluster cannot be reached, or `distributed` is not installed.
+        StudyError: there are too many processes, or one died; the cluster cannot be reached, or `distributed` is not installed.
     """
     with _dask(cluster) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
         yield workers
@@ -43,6 +48,8 @@ def executor(jobs: int, cluster: str | None = None) -> Iterator[Executor | None]
 @contextmanager
 def processes(jobs: int) -> Iterator[Executor]:
     """So many processes of this machine, also one."""
+    if jobs > MOST_JOBS:
+        raise StudyError(f"{jobs} processes are more than {MOST_JOBS}; give as many as the computer has processors")
     # Forked processes have the libraries loaded already, which saves each of them half a second.
     context = multiprocessing.get_context("fork") if sys.platform == "linux" else None
     with ProcessPoolExecutor(jobs, context, _prepare_worker) as pool:
@@ -62,9 +69,18 @@ def processes(jobs: int) -> Iterator[Executor]:
 
 
 def _prepare_worker() -> None:
-    """Leave Ctrl-C to the first process, which ends this one."""
+    """Leave Ctrl-C to the first process, which ends this one, and end with it however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Wait until the first process is no more, which the end of a pipe tells, even if it was killed."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 @contextmanager
@@ -76,11 +92,21 @@ def _dask(address: str) -> Iterator[Executor]:
         raise StudyError('a cluster needs the package "distributed"; install it with: pip install distributed pyarrow') from None
     # It reports every part of a lost worker, which is computed again.
     logging.getLogger("distributed.client").setLevel(logging.ERROR)
+    answer: Future[Any] = Future()
+
+    def connect() -> None:
+        try:
+            answer.set_result(Client(address, timeout=f"{PATIENCE}s", set_as_default=False))
+        except BaseException as refusal:
+            answer.set_exception(refusal)
+
+    # A server that is no scheduler may send nothing for ever, or numbers that are read as sizes; neither is under the timeout.
+    threading.Thread(target=connect, daemon=True).start()
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as refusal:
-        text = f'no cluster answers at "{address}" ({" ".join(str(refusal).split())}); start one with: dask scheduler'
-        raise StudyError(text) from None
+        client = answer.result(PATIENCE + 1.0)
+    except Exception as refusal:
+        why = " ".join(str(refusal).split()) or f"nothing within {PATIENCE:g} s"
+        raise StudyError(f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler') from None
     try:
         yield client.get_executor(pure=False)
     except KilledWorker as death:

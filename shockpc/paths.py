@@ -4,10 +4,13 @@ import os
 import stat
 from pathlib import Path
 
-__all__ = ["read_file", "usable_path"]
+__all__ = ["inputs", "read_file", "usable_path"]
 
 LARGEST_FILE = 64 * 2**20
 """Bytes of the largest file that is read."""
+
+inputs: set[tuple[int, int]] = set()
+"""Device and inode of every file that the command has read, which none of its outputs may replace."""
 
 
 def usable_path(text: str) -> Path:
@@ -37,13 +40,14 @@ def usable_path(text: str) -> Path:
     return Path(expanded)
 
 
-def read_file(path: Path, what: str, error: type[Exception]) -> bytes:
+def read_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> bytes:
     """Read a whole file; every file that users name, or that such a file names, is read here.
 
     Args:
         path: of the file.
         what: it is, such as "scene file", for messages.
         error: the kind of error that is raised.
+        output: whether it is an output of an earlier run, which this one may replace.
 
     Raises:
         error: it is missing, a folder, not readable, not a regular file, or larger than 64 MB.
@@ -53,6 +57,8 @@ def read_file(path: Path, what: str, error: type[Exception]) -> bytes:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
             status = os.fstat(file.fileno())
             if stat.S_ISREG(status.st_mode) and status.st_size <= LARGEST_FILE:
+                if not output:
+                    inputs.add((status.st_dev, status.st_ino))
                 return file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         where = "" if path.is_absolute() else f" (looked in {Path.cwd()})"

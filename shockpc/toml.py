@@ -27,6 +27,9 @@ LARGEST = 1e12
 """Largest number of a record, in whatever unit: beyond it squares run out of range."""
 
 
+_DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
+
+
 @contextmanager
 def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str, Any]]:
     """Read a TOML file. Whatever is wrong with the file, or what the caller finds in it, is raised as one kind of error.
@@ -42,13 +45,16 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
 
     data = read_file(path, f"{what} file", error)
     try:
-        yield tomllib.loads(data.decode("utf-8-sig"))
+        text = data.decode("utf-8-sig")
+        if _DEEP_KEY.search(text):
+            raise ValueError("a key of many parts, for which the time grows with the square of their number")
+        yield tomllib.loads(text)
     except error as refusal:
         raise error(f"{path}: {refusal}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as refusal:
         raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
     except (ValueError, RecursionError):
-        raise error(f"{path} holds an integer of thousands of digits, or tables nested too deep; shorten it") from None
+        raise error(f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; shorten it") from None
 
 
 @functools.cache

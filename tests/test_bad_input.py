@@ -151,6 +151,7 @@ SCENES = [
     'srdf = "~nobody-of-that-name/r.srdf"',
     'srdf = "r\\u0000.srdf"',
     f"x = {'[' * 2000}{']' * 2000}",
+    f"a{'.a' * 100_000} = 1",
     f"x = {'1' * 5000}",
 ]
 

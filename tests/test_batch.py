@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import signal
 
 import numpy as np
@@ -112,6 +113,23 @@ def test_a_robot_that_fails_is_a_row_and_the_others_are_computed():
         ("romeo", "r_sole"),
     ]
     assert "no mass or inertia" in found.failures[1].reason
+
+
+def test_an_unexpected_error_is_the_message_of_its_row(monkeypatch):
+    """A fault of the program in one landing costs that landing alone, and the message says where it is."""
+    computed = shock_profile
+
+    def fail_once(scene, robot):
+        if scene.contact[0].frame == "LF_FOOT":
+            raise ZeroDivisionError("odd")
+        return computed(scene, robot)
+
+    monkeypatch.setattr("shockpc.studies.batch.shock_profile", fail_once)
+    found = batch(["anymal_b"])
+    assert len(found.rows) == 3
+    (failure,) = found.failures
+    assert (failure.robot, failure.contact) == ("anymal_b", "LF_FOOT")
+    assert re.fullmatch("an error in shockpc itself, .*ZeroDivisionError in test_batch.py, line [0-9]+: odd", failure.reason)
 
 
 @pytest.mark.parametrize(("name", "legs"), [("quadrupeds", 4), ("bipeds", 2)])

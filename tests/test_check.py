@@ -269,6 +269,14 @@ def test_budgets_in_a_pyproject(capfd, here):
         (CASE + budget(at="a", metric="shock"), ("budget[0]: shock at a has no limit; give max, min or baseline_tolerance",)),
         (CASE + budget(at="a", metric="shock", max=1, min=2), ("budget[0]: shock at a: min 2 is above max 1",)),
         (CASE + budget(at="a", metric="shock", baseline_tolerance="5 percent"), ('"5 percent" is not valid', '"5%"')),
+        *(
+            (CASE + budget(at="a", metric="shock", baseline_tolerance=text), (f'"{text}" is not valid',))
+            for text in ("1e400%", "nan", "inf", "1_0%", "١%", "-5%")
+        ),
+        *(
+            (CASE + f'{PASSES.replace("10", number)}', ("budget[0].max has to be a number",))
+            for number in ("nan", "inf", "1e400", "true", '"1"')
+        ),
         (CASE + budget(at="a", metric="shock", max=1, severity="fatal"), ('severity has to be "error" or "warning"',)),
         (CASE + budget(case="lnd*", at="body", metric="shock", max=1), ('no case "lnd*"', 'budget[0]', '"land"')),
         (CASE + budget(at="imu_lnk", metric="shock", max=1), ('no point or body "imu_lnk"', '"imu_link"')),
@@ -469,6 +477,23 @@ def test_several_formats_at_once(capfd, here):
     assert "is a folder" in refusal(capfd, "--format", "json=.")
 
 
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--format", "json=stick.urdf"), '"stick.urdf" is read by the same command'),
+        (("--format", "json=landing.toml"), '"landing.toml" is read by the same command'),
+        (("--baseline", "budgets.toml", "--update-baseline"), '"budgets.toml" is read by the same command'),
+        (("--format", "json=a", "--format", "junit=./a"), '"a" would be written twice'),
+    ],
+)
+def test_outputs_replace_neither_inputs_nor_one_another(capfd, here, words, text):
+    """And none of them is written."""
+    write(here, CASE, PASSES)
+    before = {path: path.read_text() for path in here.iterdir()}
+    assert text in refusal(capfd, *words, "--format", "markdown=new.md")
+    assert {path: path.read_text() for path in here.iterdir()} == before
+
+
 def test_folder_of_results(capfd, here):
     """JSON, CSV, JUnit and Markdown of one check; the CSV has a number in each column of numbers."""
     write(here, ANGLES.replace("[0,", "[-10, 0,"), PASSES, FAILS)
@@ -567,6 +592,18 @@ def test_a_baseline_of_another_folder_or_with_more_points_is_accepted(capfd, her
     good(capfd, "check", "moved/budgets.toml", "--baseline", "base.json")
 
 
+def damaged_baselines():
+    """Baselines against which a worse design could pass: values that are no numbers, entries that are there twice."""
+    entry = '{"case": "land", "strike_angle_deg": ANGLE, "at": "imu_link", "metric": "shock", "value": VALUE}'
+    text = f'{{"schema": "shockpc.baseline/1", "shockpc": "1", "cases": {{}}, "values": [{entry}]}}'
+    for value in ("NaN", "Infinity", '"inf"', "1e400", "1" + "0" * 400, "true", '"1_0"', "null", '1, "value": 2', "[1]"):
+        yield text.replace("VALUE", value).replace("ANGLE", "null")
+    for angle in ("NaN", "[]"):
+        yield text.replace("VALUE", "1").replace("ANGLE", angle)
+    yield text.replace(entry, f"{entry}, {entry}").replace("VALUE", "1").replace("ANGLE", "0")
+    yield text.replace("{}", '{"land": ' + "[" * 900 + "]" * 900 + "}").replace("VALUE", "1").replace("ANGLE", "0")
+
+
 def test_baselines_that_cannot_be_used(capfd, here):
     """Missing, not one, of another schema, or without a case or a value that a tolerance needs."""
     write(here, CASE, PASSES)
@@ -580,6 +617,7 @@ def test_baselines_that_cannot_be_used(capfd, here):
         '{"schema": "shockpc.baseline/1"}',
         "[" * 100_000,
         '{"schema": "shockpc.baseline/1", "values": [3]}',
+        *damaged_baselines(),
     ):
         (here / "base.json").write_text(text)
         assert "is not a baseline" in refusal(capfd, "--baseline", "base.json")
@@ -625,6 +663,8 @@ def test_assert_shock(here):
 def test_assert_shock_refuses_what_it_cannot_compute(here):
     """No number is no assertion: the error says what to change."""
     scene = shockpc.read_scene(here / "landing.toml")
+    with pytest.raises(ShockError, match="have to be finite"):
+        assert_shock(scene, at="imu_link", max=float("nan"))
     with pytest.raises(ShockError, match="has no limit"):
         assert_shock(scene, at="imu_link")
     with pytest.raises(ShockError, match='nearest: "imu_link"'):

@@ -1,6 +1,10 @@
 """Executors: the same results wherever they are computed, and one message when a process dies."""
 
 import os
+import socket
+import subprocess
+import sys
+import threading
 import time
 
 import pytest
@@ -30,6 +34,11 @@ def test_one_process_computes_what_is_taken_and_no_more():
     assert seen == [0]
 
 
+def test_a_million_processes_are_refused():
+    with pytest.raises(StudyError, match="more than 512"), executor(10**6):
+        pass
+
+
 def test_death_of_a_process_is_one_message():
     with pytest.raises(StudyError, match="--jobs 1"), executor(2) as pool:
         list(pool.map(die, range(2)))
@@ -48,3 +57,45 @@ def test_interrupt_ends_what_still_runs():
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert time.monotonic() - start < 30.0
+
+
+@pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9], ids=["silent", "other"])
+def test_a_server_that_is_no_scheduler_is_one_message(monkeypatch, answer):
+    """Also one that accepts the connection and says nothing, or what is read as the size of a huge message."""
+    monkeypatch.setattr("shockpc.executor.PATIENCE", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        held = []
+
+        def serve():
+            held.append(server.accept()[0])
+            held[0].sendall(answer)
+
+        threading.Thread(target=serve, daemon=True).start()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        start = time.monotonic()
+        with pytest.raises(StudyError, match="no Dask scheduler answers at"), executor(1, address):
+            pass
+    assert time.monotonic() - start < 30.0
+    held[0].close()
+
+
+KILLED = """
+import time
+from shockpc.executor import executor
+with executor(2) as pool:
+    list(pool.map(abs, range(9)))
+    for _ in range(4):
+        pool.submit(time.sleep, 60.0)
+    print("ready", flush=True)
+    time.sleep(60.0)
+"""
+
+
+def test_workers_end_with_a_killed_parent():
+    """They hold its standard output, which ends when the last of them has ended."""
+    with subprocess.Popen([sys.executable, "-c", KILLED], stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"ready\n"
+        process.kill()
+        start = time.monotonic()
+        assert process.stdout.read() == b""
+        assert time.monotonic() - start < 20.0

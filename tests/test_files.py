@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import hashlib
 import io
 import json
 import os
@@ -12,8 +13,9 @@ import pytest
 from commands import ROBOTS
 
 from shockpc import Contact, OutputError, Scene, shock_profile
+from shockpc.paths import read_file
 from shockpc.show.document import to_json
-from shockpc.show.files import MANIFEST, check_folder, write_folder, write_text
+from shockpc.show.files import MANIFEST, check_folder, write_file, write_folder
 from shockpc.show.reports.landing import landing_files, landing_report
 
 
@@ -23,7 +25,7 @@ def failure(code: int) -> OSError:
 
 def test_text_is_written_as_it_is(tmp_path):
     """UTF-8, and no line ending is touched."""
-    write_text(tmp_path / "a.txt", "Δω\r\n\n")
+    write_file(tmp_path / "a.txt", "Δω\r\n\n")
     assert (tmp_path / "a.txt").read_bytes() == b"\xce\x94\xcf\x89\r\n\n"
 
 
@@ -31,7 +33,7 @@ def test_file_is_as_readable_as_any_other(tmp_path):
     """A result gets the rights that the user's other new files get, not those of a temporary one."""
     before = os.umask(0o027)
     try:
-        write_text(tmp_path / "a.txt", "a")
+        write_file(tmp_path / "a.txt", "a")
     finally:
         os.umask(before)
     assert stat.S_IMODE((tmp_path / "a.txt").stat().st_mode) == 0o640
@@ -52,7 +54,7 @@ def test_nothing_is_left_of_a_file_that_fails(tmp_path, monkeypatch, stop):
     monkeypatch.setattr(Path, "replace", refuse)
     expected = OutputError if isinstance(stop, OSError) else type(stop)
     with pytest.raises(expected) as refusal:
-        write_text(path, "new")
+        write_file(path, "new")
     if isinstance(stop, OSError):
         assert str(refusal.value) == f'"{path}" cannot be written: No space left on device'
     assert path.read_text() == "old"
@@ -60,35 +62,68 @@ def test_nothing_is_left_of_a_file_that_fails(tmp_path, monkeypatch, stop):
 
 
 NOTHING = 'nothing can be written in folder "{}": Not a directory; name another with --out, or change its permissions'
+INSTEAD = '"{}" is {}, but a file has to be written there; move it, or name another file'
+ODD = "a pipe, a device or a link to itself"
+OUT = '"{}" leads out of its folder by a link; remove it, or name another with --out'
 REFUSED = [
     (lambda: check_folder(Path("file"), "--out"), NOTHING.format("file")),
     (lambda: check_folder(Path("file/a/b"), "--out"), NOTHING.format("file/a/b")),
-    (lambda: write_text(Path("b.csv"), "b"), '"b.csv" cannot be written: Is a directory'),
-    (lambda: write_text(Path("file/d.txt"), "d"), '"file/d.txt" cannot be written: File exists'),
-    (
-        lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}),
-        '"b.csv" is a folder, but a file has to be written there; move it, or name another with --out',
-    ),
+    (lambda: write_file(Path("b.csv"), "b"), INSTEAD.format("b.csv", "a folder")),
+    (lambda: write_file(Path("pipe"), "b"), INSTEAD.format("pipe", ODD)),
+    (lambda: write_file(Path("to_pipe"), "b"), INSTEAD.format("to_pipe", ODD)),
+    (lambda: write_file(Path("loop"), "b"), INSTEAD.format("loop", ODD)),
+    (lambda: write_file(Path("file/d.txt"), "d"), '"file/d.txt" cannot be written: File exists'),
+    (lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}), INSTEAD.format("b.csv", "a folder")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "pipe": "2"}), INSTEAD.format("pipe", ODD)),
+    (lambda: write_folder(Path(), {"a.csv": "1", "to_file": "2"}), OUT.format("to_file")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "to_folder/c": "2"}), OUT.format("to_folder/c")),
 ]
 
 
 @pytest.mark.parametrize(("act", "text"), REFUSED, ids=range(len(REFUSED)))
 def test_what_cannot_be_written_is_refused_and_nothing_is_left(tmp_path, monkeypatch, act, text):
-    """A folder in the place of a file, or a file in that of a folder, stops before anything is written."""
+    """What is no file in the place of a file, or a file in that of a folder, stops before anything is written."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
     (tmp_path / "b.csv").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    for name, target in {"to_pipe": "pipe", "loop": "loop", "to_file": "file", "to_folder": "/"}.items():
+        (tmp_path / name).symlink_to(target)
+    before = {path.name: path.lstat() for path in tmp_path.iterdir()}
     with pytest.raises(OutputError) as refusal:
         act()
     assert str(refusal.value) == text
-    assert {path.name for path in tmp_path.iterdir()} == {"file", "b.csv"}
+    assert {path.name: path.lstat() for path in tmp_path.iterdir()} == before
+
+
+def test_a_link_remains_and_its_target_is_written(tmp_path):
+    """The file of an option may be a link, also to a file that does not exist yet."""
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link.txt").symlink_to("there/a.txt")
+    for text in ("old", "new"):
+        write_file(tmp_path / "link.txt", text)
+        assert (tmp_path / "link.txt").readlink() == Path("there/a.txt")
+        assert [(path.name, path.read_text()) for path in (tmp_path / "there").iterdir()] == [("a.txt", text)]
+
+
+def test_what_a_command_reads_it_does_not_replace(tmp_path):
+    """Neither under the name by which it was read nor under another of the same file."""
+    path = tmp_path / "robot.urdf"
+    path.write_text("mine")
+    os.link(path, tmp_path / "other.json")
+    read_file(path, "robot file", OutputError)
+    for name in ("robot.urdf", "other.json"):
+        with pytest.raises(OutputError, match="read by the same command"):
+            write_file(tmp_path / name, "x")
+    write_file(path, "x", over_input=True)
+    assert (path.read_text(), (tmp_path / "other.json").read_text()) == ("x", "mine")
 
 
 def test_folders_are_tried_and_left_as_they_were_and_made_with_a_file(tmp_path):
     for folder in (tmp_path, tmp_path / "a" / "b"):
         check_folder(folder, "--out")
     assert list(tmp_path.iterdir()) == []
-    write_text(tmp_path / "a" / "b" / "c.txt", "c")
+    write_file(tmp_path / "a" / "b" / "c.txt", "c")
     assert (tmp_path / "a" / "b" / "c.txt").read_text() == "c"
 
 
@@ -102,25 +137,30 @@ def listing(folder: Path) -> set[str]:
 
 def test_old_and_new_results_never_mix(tmp_path):
     """What an earlier run wrote and this one does not is removed, with its empty folders; other files stay."""
-    write_folder(tmp_path / "out", {"a.csv": "1", "lf/b.csv": "2", "rf/c.csv": b"3"})
+    write_folder(tmp_path / "out", {"shock.svg": "1", "lf/bodies.csv": "2", "rf/bodies.csv": b"3", "rf/shock.svg": "6"})
     (tmp_path / "out/mine.txt").write_text("mine")
-    (tmp_path / "out/rf/mine.txt").write_text("mine")
-    write_folder(tmp_path / "out", {"a.csv": "4", "d.csv": "5"})
-    assert listing(tmp_path / "out") == {"a.csv", "d.csv", "mine.txt", "rf/mine.txt"}
-    assert (tmp_path / "out/a.csv").read_text() == "4"
+    (tmp_path / "out/rf/bodies.csv").write_text("mine now")
+    write_folder(tmp_path / "out", {"shock.svg": "4", "check.csv": "5"})
+    assert listing(tmp_path / "out") == {"shock.svg", "check.csv", "mine.txt", "rf/bodies.csv"}
+    assert (tmp_path / "out/shock.svg").read_text() == "4"
     assert not (tmp_path / "out/lf").exists()
 
 
-@pytest.mark.parametrize("name", ["../b.txt", "/b.txt", "link/b.txt", ""])
-def test_a_list_of_files_cannot_reach_out_of_its_folder(tmp_path, name):
-    """Whatever it says, nothing outside the folder is removed."""
-    outside = tmp_path / "b.txt"
-    outside.write_text("mine")
+@pytest.mark.parametrize("name", ["../shock.svg", "/shock.svg", "link/shock.svg", ""])
+def test_a_list_of_files_cannot_remove_what_is_no_result(tmp_path, name):
+    """Whatever it says, nothing is removed outside the folder, or that has not both name and contents of a result."""
+    digest = hashlib.sha256(b"mine").hexdigest()
+    kept = [tmp_path / "shock.svg", tmp_path / "out/thesis.csv", tmp_path / "out/batch.csv"]
     (tmp_path / "out").mkdir()
+    for path in kept:
+        path.write_text("mine")
+    kept[-1].write_text("changed since")
+    os.mkfifo(tmp_path / "out/sweep.csv")
     (tmp_path / "out/link").symlink_to(tmp_path)
-    (tmp_path / "out" / MANIFEST).write_text(f"{name}\n{outside}\n")
-    write_folder(tmp_path / "out", {"a.csv": "1"})
-    assert outside.read_text() == "mine"
+    listed = [name, str(kept[0]), "thesis.csv", "batch.csv", "sweep.csv", "."]
+    (tmp_path / "out" / MANIFEST).write_text("".join(f"{prefix}{line}\n" for line in listed for prefix in ("", f"{digest}  ")))
+    write_folder(tmp_path / "out", {"limits.csv": "1"})
+    assert all(path.exists() for path in (*kept, tmp_path / "out/sweep.csv"))
 
 
 # The folder of a landing

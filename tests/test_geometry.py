@@ -2,6 +2,7 @@
 
 import struct
 import sys
+from unittest.mock import Mock
 
 import mujoco
 import numpy as np
@@ -286,6 +287,13 @@ BROKEN = {
     "nan.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "0.0 NaN 0.0").encode(),
     "inf.dae": collada((TETRAHEDRON, FACES)).replace("0.0 0.0 0.0", "0.0 1e60 0.0").encode(),
     "later.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 nan\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 4",
+    "doubled.dae": collada(
+        (TETRAHEDRON, FACES),
+        steps="".join(f'<node id="n{k}">{f"""<instance_node url="#n{k + 1}"/>""" * 2}</node>' for k in range(40)),
+    ).encode(),
+    "deep.dae": collada(
+        (TETRAHEDRON, FACES), steps="".join(f'<node id="n{k}"><instance_node url="#n{k + 1}"/></node>' for k in range(2000))
+    ).encode(),
     "gap.dae": collada((TETRAHEDRON, FACES)).replace("#s0", "#nowhere").encode(),
     "what.xyz": b"0 0 0",
     "cut.msh": b"\4\0\0\0",
@@ -329,6 +337,21 @@ def test_a_broken_mesh_costs_only_itself(tmp_path, capfd, name):
     assert warning.endswith("); each of their bodies has other shapes")
     assert "\n" not in warning
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("error", [ModuleNotFoundError("no module"), MemoryError(), OSError("odd"), Warning("odd")])
+def test_whatever_a_reader_raises_costs_only_its_mesh(tmp_path, monkeypatch, error):
+    """Also what a library raises that lacks another one."""
+    from trimesh.exchange.load import mesh_loaders
+
+    monkeypatch.setitem(mesh_loaders, "obj", Mock(side_effect=error))
+    with pytest.raises(ValueError, match=f"not a valid OBJ file .{str(error) or type(error).__name__}."):
+        read_mesh(b"v 0 0 0", "obj")
+
+
+def test_text_that_is_not_utf_8_in_a_mesh():
+    """A comment in Latin-1 changes nothing."""
+    assert len(read_mesh(b"# caf\xe9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj").triangles) == 1
 
 
 def test_missing_meshes_are_named_in_one_line(tmp_path):

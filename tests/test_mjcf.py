@@ -1,6 +1,7 @@
 """MJCF: inertia matrix, placements and limits equal MuJoCo's own; what cannot be computed is refused."""
 
 import re
+import resource
 import sys
 import warnings
 from pathlib import Path
@@ -475,6 +476,33 @@ def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: py
     assert "\n" not in message
     assert capfd.readouterr() == ("", "")
     assert {path.name for path in folder.iterdir()} == {"dog.xml", "package.xml", "a.xml"}
+
+
+ONE = '<worldbody><body name="a"><freejoint/><geom size=".1"/></body></worldbody>'
+GROWING = {
+    "keys": f'<mujoco><size nkey="100000000"/>{ONE}</mujoco>',
+    "numbers": f'<mujoco><size nuser_body="2000000000"/>{ONE}</mujoco>',
+    "mesh": f'<mujoco><asset><mesh name="m" builtin="supersphere" params="100000 1 1"/></asset>{ONE}</mujoco>',
+    "itself": f'<mujoco><asset><model name="s" file="itself.xml"/></asset>{ONE}</mujoco>',
+    "levels": f'<mujoco><asset>{"".join(f"""<model name="n{k}" file="level0.xml"/>""" for k in range(4))}</asset>{ONE}</mujoco>',
+}
+
+
+@pytest.mark.parametrize("name", GROWING)
+def test_what_grows_without_end_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A small file that asks MuJoCo for much time or memory costs neither, but a message."""
+    monkeypatch.setattr("shockpc.robot.child.SECONDS", 2)
+    for k in range(12):
+        text = GROWING["levels"].replace("level0", f"level{k + 1}") if k < 11 else f"<mujoco>{ONE}</mujoco>"
+        (tmp_path / f"level{k}.xml").write_text(text)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert "MuJoCo cannot compile it within" in refusal(tmp_path, GROWING[name], f"{name}.xml")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 2**17  # kB
+
+
+def test_a_count_with_a_sign_is_a_count(tmp_path: Path):
+    text = mjcf(floating('<replicate count="+1000000"><geom size=".01"/></replicate>'))
+    assert "elements after replication" in refusal(tmp_path, text, "dog.xml")
 
 
 def test_a_point_weld_is_a_connect(tmp_path: Path):

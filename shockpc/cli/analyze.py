@@ -36,7 +36,7 @@ def analyze(
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
-        from shockpc.show.files import write_folder, write_text
+        from shockpc.show.files import write_file, write_folder
     loaded, scenes = scenes_from(robot, options, trace)
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
@@ -44,7 +44,7 @@ def analyze(
     with trace.stage("output"):
         text = shown(profiles, output.format, bodies)
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
-            write_text(file, scene_text(profile.scene, file.parent))
+            write_file(file, scene_text(profile.scene, file.parent), over_input=force)
         if output.out is not None:
             from shockpc.show.reports.landing import landing_files
 

@@ -81,7 +81,7 @@ def check(
 ) -> int:
     from shockpc.cli.progress import progress
     from shockpc.errors import OutputError, StudyError
-    from shockpc.show.files import write_folder, write_text
+    from shockpc.show.files import destination, write_file, write_folder
     from shockpc.show.reports.check import append_summary, check_report, check_text
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
@@ -99,18 +99,21 @@ def check(
     given = read_budgets(budgets or budgets_file(Path.cwd()))
     earlier = None if baseline is None or update_baseline else read_baseline(baseline)
     found = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
+    targets = [destination(file) for file in (*(file for _, file in asked), baseline if update_baseline else None) if file]
+    if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
+        raise OutputError(f'"{twice[0]}" would be written twice; name another file')
     for name, file in asked:
         if name == "github":
             append_summary(found)
         if file is None:
             sys.stdout.write(check_text(found, name))
         else:
-            write_text(file, check_text(found, name))
+            write_file(file, check_text(found, name))
     if out is not None:
         write_folder(out, {**check_report(found).files(), "junit.xml": check_text(found, "junit")})
     if baseline is not None and update_baseline:
         if found.count("not computed"):
             complain(f'"{baseline}" is left as it was, because a number could not be computed')
         else:
-            write_text(baseline, baseline_text(found.cases, found.values))
+            write_file(baseline, baseline_text(found.cases, found.values))
     return found.exit_code

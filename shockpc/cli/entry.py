@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from shockpc.cli.process import complain, deliver, prepare, received
 from shockpc.errors import ShockError, SolveError
+from shockpc.paths import inputs
 
 __all__ = ["entry", "main"]
 
@@ -38,6 +39,7 @@ def main(words: Sequence[str]) -> int:
     What a command prints is kept until it has ended, so that one which fails prints its message and nothing else.
     """
     printed = io.StringIO()
+    inputs.clear()
     try:
         from shockpc.cli.app import app_for
 

@@ -143,11 +143,10 @@ def writable(file: Path, option: str) -> Path:
     Raises:
         OutputError: it cannot.
     """
-    from shockpc.show.files import check_folder
+    from shockpc.show.files import check_folder, destination
 
-    if file.is_dir():
-        raise OutputError(f'"{file}" is a folder; name a file with {option}')
-    if not file.parent.exists():
-        raise OutputError(f'there is no folder "{file.parent}" for {option}; make it, or name another file')
-    check_folder(file.parent, option)
+    folder = destination(file).parent
+    if not folder.exists():
+        raise OutputError(f'there is no folder "{folder}" for {option}; make it, or name another file')
+    check_folder(folder, option)
     return file

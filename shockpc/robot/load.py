@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from shockpc.errors import RobotError
 from shockpc.printed import listed
-from shockpc.robot.limits import LEVELS, refuse_number
+from shockpc.robot.limits import refuse_number
 from shockpc.robot.mjcf import RobotBodies, build_mjcf, robot_bodies
 from shockpc.robot.pinocchio_model import build_pinocchio
 from shockpc.robot.record import Mimic, Robot, RobotSource
@@ -23,6 +23,7 @@ from shockpc.robot.urdf import build_urdf
 
 __all__ = ["load_robot", "shared_robot"]
 
+_MEMORY = 4 * 2**30  # bytes; 406 velocities
 _KEPT = 16
 _SOURCES: dict[Hashable, RobotSource] = {}
 """What was read last for `shared_robot`, the latest at the end."""
@@ -119,8 +120,9 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     """The robot with the postures and rotors of its SRDF, checked, with exact rotations and its mimic joints in order."""
     model = robot.model
     postures = robot.postures if srdf is None else {**robot.postures, **read_srdf(srdf, model, robot.start)}
-    if model.nv > LEVELS + 6:  # Pinocchio's memory grows with the cube of their number: 14 GB for 606
-        raise RobotError(f"it moves with {model.nv} velocities, and up to {LEVELS + 6} are computed; fix joints that do not matter")
+    if (size := 8 * 8 * model.nv**3) > _MEMORY:  # Pinocchio's data have eight arrays (nv, nv, nv)
+        sizes = f"take {size / 2**30:.3g} GB, more than {_MEMORY / 2**30:.2g}"
+        raise RobotError(f"it moves with {model.nv} velocities, for which Pinocchio's data {sizes}; fix joints that do not matter")
     refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in model.jointPlacements:

@@ -3,6 +3,7 @@
 The libraries are given bytes in memory and nothing by which to find another file, so materials and textures are never opened.
 """
 
+import functools
 import io
 import re
 import warnings
@@ -12,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import RobotError
+from shockpc.paths import LARGEST_FILE
 from shockpc.robot.files import parse_xml
 
 __all__ = ["Mesh", "hull", "hull_corners", "read_mesh"]
@@ -29,17 +30,11 @@ _NO_SHAPE = {
 _RELATIVE_FACE = rb"(?m)^f[^\n]*[ \t]-\d"
 """An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from the face."""
 
-_BROKEN = (
-    RobotError,
-    DeprecationWarning,
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    NameError,
-    RuntimeError,
-    ArithmeticError,
-)
+_LONGEST = 2 * LARGEST_FILE
+"""Characters of a COLLADA scene in which every instance is written out."""
+
+_INSTANCE = 1000
+"""Characters that are read in the time that an instance takes by itself."""
 
 
 class Mesh(NamedTuple):
@@ -93,9 +88,8 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
 
 
 def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
-    """Vertices, triangles, and whether the file says that y is up; in one exception all that its readers raise."""
-    # Imported here, because they take longer to import than an analysis without meshes takes to run.
-    from collada.common import DaeError
+    """Vertices, triangles, and whether the file says that y is up; ValueError if they cannot be read for whatever reason."""
+    # Imported here, because it takes longer to import than an analysis without meshes takes to run.
     from trimesh.exchange.load import mesh_loaders
 
     unit, y_up = 1.0, False
@@ -112,7 +106,7 @@ def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
             content = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
             vertices, triangles = _joined(content)
             return np.asarray(vertices, dtype=float) * unit, triangles, y_up
-    except (RobotError, DaeError, DeprecationWarning, *_BROKEN) as refusal:
+    except Exception as refusal:  # of many kinds, and the robot is computed without the mesh
         reason = " ".join(str(refusal).split()) or type(refusal).__name__
         raise ValueError(f"it is not a valid {suffix.upper()} file ({reason})") from None
 
@@ -158,9 +152,29 @@ def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
         # pycollada would make zeros of them.
         if source.get("id") in positions and "nan" in source.findtext("float_array", "").lower():
             raise ValueError("it has vertices that are not finite numbers")
+    _refuse_growth(root)
     unit = root.find("asset/unit")
     y_up = root.findtext("asset/up_axis", "").strip() == "Y_UP"
     return ElementTree.tostring(root), float(unit.get("meter", "1")) if unit is not None else 1.0, y_up
+
+
+def _refuse_growth(root: ElementTree.Element) -> None:
+    """Refuse a scene whose nodes instantiate one another so often that it would be too long if it were written out."""
+    known = {f"#{element.get('id')}": element for element in root.iter() if element.tag in ("geometry", "node")}
+
+    @functools.cache
+    def length(url: str) -> int:
+        element = known.get(url)
+        if element is None:
+            return 0
+        return sum(map(len, element.itertext())) if element.tag == "geometry" else written_out(element)
+
+    def written_out(element: ElementTree.Element) -> int:
+        instances = [part.get("url", "") for part in element if part.tag.startswith("instance_")]
+        return sum(_INSTANCE + length(url) for url in instances) + sum(map(written_out, element))
+
+    if (characters := sum(map(written_out, root.iter("visual_scene")))) > _LONGEST:
+        raise ValueError(f"with every instance written out it has {characters:.2g} characters, and up to {_LONGEST:.2g} are read")
 
 
 def _joined(content: dict[str, Any]) -> tuple[Array, np.ndarray]:

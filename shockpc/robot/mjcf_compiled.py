@@ -3,13 +3,11 @@
 MuJoCo never sees a path: includes are inserted, and meshes that give mass are passed on as bytes, both read from the open folders.
 """
 
-import contextlib
 import functools
 import math
-import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, tostring
@@ -19,6 +17,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.paths import read_file
+from shockpc.robot.child import LIMITS, in_child
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
 from shockpc.robot.record import RobotSource
 
@@ -29,6 +28,7 @@ _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
 _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
 _UNUSED_ATTRIBUTES = ("material", "texture")
 _LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
+_TOO_LARGE = f"MuJoCo cannot compile it within {LIMITS}; look for a count, a size or models within models that grow without end"
 _NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
 
 
@@ -105,7 +105,7 @@ def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
 
 def _size(element: Element) -> int:
     """The number of elements that MuJoCo makes of one."""
-    count = math.prod(int(word[:9]) for word in element.get("count", "").split() if word.isdecimal())
+    count = math.prod(int(word[:9]) for word in element.get("count", "").replace("+", "").split() if word.isdecimal())
     return max(count, 1) * (1 + sum(map(_size, element)))
 
 
@@ -146,18 +146,32 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
 def compiled(source: RobotSource) -> Compiled:
     """Compile an MJCF; the result is kept, so that asking again costs nothing. Only the meshes that give a body its mass are read.
 
+    MuJoCo compiles in a child process, because a small file can ask for any amount of time and memory.
+
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
     """
-    parts: dict[str, bytes] = {}
     try:
         import mujoco
     except ImportError:
         raise RobotError("an MJCF file is read by MuJoCo. Install it: pip install mujoco") from None
-    text = _without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
+    answer = in_child(functools.partial(_compile, mujoco, source))
+    if answer is None:
+        raise RobotError(_TOO_LARGE)
+    compiled_here, binary, seen = answer
+    source.folders.seen.update(seen)
+    return compiled_here._replace(model=mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": binary}))
+
+
+def _compile(mujoco: Any, source: RobotSource) -> tuple[Compiled, bytes, Mapping[Path, Any]]:
+    """All but the model, which is given as MuJoCo saves it, and the state of the files that were read."""
+    parts: dict[str, bytes] = {}
     notes: list[str] = []
+    mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
     try:
-        with _caught(mujoco, notes):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            text = _without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
             spec = mujoco.MjSpec.from_string(text, include=parts)
             spec.compiler.fusestatic = False  # it would drop links
             keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
@@ -166,31 +180,19 @@ def compiled(source: RobotSource) -> Compiled:
             _name(mujoco, spec)
             boxes = _load_meshes(mujoco, spec, source)
             model = spec.compile()
+    except (MemoryError, RuntimeError):  # the latter when an array is too large, or a model is attached to itself
+        raise RobotError(_TOO_LARGE) from None
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
         message = "; ".join(line.strip() for line in str(refusal).splitlines() if line.strip())
         # The line numbers are not those of the user's file.
         message = re.sub(r"^(XML )?Error: |, (id -?\d+, )?line \d+|; Element name ''", "", message)
         raise RobotError(f"MuJoCo cannot compile it: {message}") from None
+    notes += [str(warning.message) for warning in caught]
     messages = dict.fromkeys(f"MuJoCo: {' '.join(note.split())}" for note in notes)
-    return Compiled(model, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
-
-
-@contextlib.contextmanager
-def _caught(mujoco: Any, notes: list[str]) -> Iterator[None]:
-    """Collect MuJoCo's warnings, and discard what native code, such as Qhull's, writes to standard error."""
-    before, kept, nothing = mujoco.get_mju_user_warning(), os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    try:
-        mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
-        os.dup2(nothing, 2)
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            yield
-        notes += [str(warning.message) for warning in caught]
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nothing)
-        mujoco.set_mju_user_warning(before)
+    binary = np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8)
+    mujoco.mj_saveModel(model, None, binary)
+    found = Compiled(None, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
+    return found, binary.tobytes(), source.folders.seen
 
 
 def _name(mujoco: Any, spec: Any) -> None:

@@ -1,17 +1,26 @@
 """Files of results: each is complete before it gets its name, and those of an earlier run do not remain beside the new ones."""
 
 import contextlib
+import hashlib
 import os
+import re
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 
 from shockpc.errors import OutputError
-from shockpc.paths import read_file
+from shockpc.paths import inputs, read_file
 
-__all__ = ["MANIFEST", "check_folder", "write_folder", "write_text"]
+__all__ = ["MANIFEST", "check_folder", "destination", "write_file", "write_folder"]
 
 MANIFEST = ".shockpc-files"
-"""In a folder of results: the paths of the files that the last run wrote there, one a line."""
+"""In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""
+
+_RESULT = re.compile(
+    "(.+/)?(batch|bodies|cases|check|compare|contacts|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
+    r"profile|report|sensitivity|sheet|shock|summary|sweep)\.(csv|html|json|md|png|svg|xml)"
+)
+"""Names of results; a file of another name is never removed."""
 
 
 def check_folder(folder: Path, option: str) -> None:
@@ -32,44 +41,81 @@ def check_folder(folder: Path, option: str) -> None:
         ) from None
 
 
+def destination(path: Path, over_input: bool = False) -> Path:
+    """The file that is written at a path: that to which it leads, if it is a symbolic link.
+
+    Args:
+        path: as given.
+        over_input: whether it may be a file that this command has read.
+
+    Raises:
+        OutputError: what is there is a folder, a pipe, a device or a link to itself, or is read by the same command.
+    """
+    target = Path(os.path.realpath(path)) if path.is_symlink() else path
+    for status_of in (path.stat, target.lstat):
+        with contextlib.suppress(OSError):
+            status = status_of()
+            if not stat.S_ISREG(status.st_mode):
+                kind = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe, a device or a link to itself"
+                raise OutputError(f'"{path}" is {kind}, but a file has to be written there; move it, or name another file')
+            if (status.st_dev, status.st_ino) in inputs and not over_input:
+                raise OutputError(f'"{path}" is read by the same command, so it is not replaced; name another file')
+    return target
+
+
 def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Write the files of a run into a folder, and remove those that an earlier run wrote there and this one does not.
 
-    The contents are given by path relative to the folder, with slashes.
+    The contents are given by path relative to the folder, with slashes. An earlier file is removed only if it has the name of a
+    result and is unchanged since.
 
     Raises:
-        OutputError: the folder cannot be written; if a folder has the name of a file, nothing is.
+        OutputError: the folder cannot be written; if a file cannot have its name, nothing is.
     """
-    if present := [folder / name for name in files if (folder / name).is_dir()]:
-        raise OutputError(f'"{present[0]}" is a folder, but a file has to be written there; move it, or name another with --out')
+    real = Path(os.path.realpath(folder))
+    for name in (*files, MANIFEST):
+        if os.path.realpath(destination(folder / name)) != str(real / name):
+            raise OutputError(f'"{folder / name}" leads out of its folder by a link; remove it, or name another with --out')
     try:
-        earlier = set(read_file(folder / MANIFEST, "file", OutputError).decode().splitlines())
+        listed = read_file(folder / MANIFEST, "file", OutputError, output=True).decode()
     except (OutputError, UnicodeDecodeError):
-        earlier = set()
+        listed = ""
     for name, content in files.items():
-        write_text(folder / name, content)
-    for path in (folder / name for name in earlier - files.keys()):
-        # Whatever the list says, nothing outside the folder is removed, and no folder with other files in it.
-        if path.parent.resolve().is_relative_to(folder.resolve()):
-            for remove in (path.unlink, path.parent.rmdir):
-                with contextlib.suppress(OSError):
-                    remove()
-    write_text(folder / MANIFEST, "".join(f"{name}\n" for name in files))
+        write_file(folder / name, content)
+    for digest, name in re.findall("(?m)^([0-9a-f]{64})  (.+)$", listed):
+        path = real / name
+        if name not in files and _RESULT.fullmatch(name) and os.path.realpath(path) == str(path) and path.is_relative_to(real):
+            with contextlib.suppress(OutputError, OSError):
+                if _digest(read_file(path, "file", OutputError, output=True)) == digest:
+                    path.unlink()
+                    path.parent.rmdir()
+    write_file(folder / MANIFEST, "".join(f"{_digest(_encoded(content))}  {name}\n" for name, content in files.items()))
 
 
-def write_text(path: Path, content: str | bytes) -> None:
+def write_file(path: Path, content: str | bytes, over_input: bool = False) -> None:
     """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure no file is left.
 
+    Every output goes through here, save the standard streams. The arguments are those of `destination`.
+
     Raises:
-        OutputError: it cannot be written, or a folder above it cannot be made.
+        OutputError: it cannot be written, or a folder above it cannot be made; as `destination`.
     """
-    part = path.with_name(f".{path.stem}.{os.urandom(4).hex()}{path.suffix}")
+    target = destination(path, over_input)
+    part = target.with_name(f".{target.stem}.{os.urandom(4).hex()}{target.suffix}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(parents=True, exist_ok=True)
         try:
-            part.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace"))
-            part.replace(path)
+            part.write_bytes(_encoded(content))
+            part.replace(target)
         finally:
             part.unlink(missing_ok=True)
     except OSError as refusal:
         raise OutputError(f'"{path}" cannot be written: {refusal.strerror}') from None
+
+
+def _encoded(content: str | bytes) -> bytes:
+    return content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

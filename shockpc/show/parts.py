@@ -22,7 +22,7 @@ from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.scene import scene_table
 from shockpc.show.document import record
-from shockpc.show.files import write_text
+from shockpc.show.files import write_file
 from shockpc.show.tables import Sheet, as_csv
 from shockpc.studies.sweep.rows import Chunk, Sweep
 from shockpc.studies.sweep.study import with_sweep
@@ -65,8 +65,8 @@ class Parts:
                     f'"{self.folder}" holds a sweep already; continue it with --resume, or name another folder with --out'
                 )
             try:
-                found = json.loads(read_file(path, "file", OutputError))
-            except (OutputError, ValueError):
+                found = json.loads(read_file(path, "file", OutputError, output=True))
+            except (OutputError, ValueError, RecursionError):
                 found = {}
             different = [key for key, value in description.items() if not isinstance(found, dict) or found.get(key) != value]
             if different:
@@ -74,7 +74,7 @@ class Parts:
                     f'"{self.folder}" holds another sweep, which differs in: {", ".join(different)}; it cannot be continued with '
                     "this one; name another folder with --out"
                 )
-        write_text(path, json.dumps(description, indent=1, ensure_ascii=False) + "\n")
+        write_file(path, json.dumps(description, indent=1, ensure_ascii=False) + "\n")
 
     def write(self, executor: Executor | None) -> Iterator[int]:
         """Compute the parts that are missing; yield the number of rows that were there, then of each part.
@@ -85,9 +85,11 @@ class Parts:
             OutputError: a part cannot be written; those that are complete remain.
         """
         made, rows = self.sweep, self._rows.resolve()
-        missing = [k for k in range(len(made.parts)) if not _part(rows, self.format, k).exists()]
+        missing = [k for k in range(len(made.parts)) if not _part(rows, self.format, k).is_file()]
         yield made.rows - sum((b - a) * made.strikes for a, b in (made.parts[k] for k in missing))
-        save = functools.partial(_save, rows, self.format, json.dumps(self._description(), ensure_ascii=False))
+        # The values of a grid may be as long as all parts; they are in the columns.
+        notes = {key: value for key, value in self._description().items() if key != "vary"}
+        save = functools.partial(_save, rows, self.format, json.dumps(notes, ensure_ascii=False))
         try:
             yield from in_order(executor, functools.partial(with_sweep, pickle.dumps(made), save), missing)
         finally:
@@ -95,19 +97,31 @@ class Parts:
                 unfinished.unlink(missing_ok=True)
 
     def column(self, name: str) -> Iterator[Any]:
-        """A column, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there."""
-        for path in (_part(self._rows, self.format, k) for k in range(len(self.sweep.parts))):
-            if self.format == "parquet":
-                yield _arrow().parquet.read_table(path, columns=[name])[name].to_numpy()
-                continue
-            with path.open(encoding="utf-8", newline="") as file:
-                lines = csv.reader(file)
-                place = next(lines).index(name)
-                cells = [line[place] for line in lines]
-            if name == "message":
-                yield np.array(cells, dtype=object)
-            else:
-                yield np.array([cell == "yes" if name == "proven" else float(cell or "nan") for cell in cells])
+        """A column, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there.
+
+        Raises:
+            OutputError: a part is not as it was written.
+        """
+        for k, (a, b) in enumerate(self.sweep.parts):
+            path = _part(self._rows, self.format, k)
+            try:
+                values = self._read(path, name)
+            except (OSError, ValueError, LookupError):
+                values = np.zeros(0)
+            if len(values) != (b - a) * self.sweep.strikes:
+                raise OutputError(f'"{path}" is damaged; delete it, and run the same command with --resume')
+            yield values
+
+    def _read(self, path: Path, name: str) -> Any:
+        """A column of one part."""
+        if self.format == "parquet":
+            return _arrow().parquet.read_table(path, columns=[name])[name].to_numpy()
+        place = (*self.sweep.headings, "message").index(name)  # the file may hold the heading escaped
+        with path.open(encoding="utf-8", newline="") as file:
+            cells = [line[place] for line in csv.reader(file)][1:]
+        if name == "message":
+            return np.array(cells, dtype=object)
+        return np.array([cell == "yes" if name == "proven" else float(cell or "nan") for cell in cells])
 
     @property
     def _rows(self) -> Path:
@@ -146,7 +160,7 @@ def _save(rows: Path, format_: Format, description: str, made: Sweep, k: int) ->
     n = len(chunk.columns["proven"])
     messages = [chunk.messages.get(i) for i in range(n)]
     content = _csv(chunk, messages) if format_ == "csv" else _parquet(chunk, messages, description)
-    write_text(_part(rows, format_, k), content)
+    write_file(_part(rows, format_, k), content)
     return n
 
 

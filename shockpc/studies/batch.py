@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.errors import ShockError
+from shockpc.errors import refusal
 from shockpc.executor import in_order
 from shockpc.model.contact import Contact
 from shockpc.places import Place
@@ -142,14 +142,14 @@ def _landings(
     """All landings of one robot."""
     try:
         robot, scenes = read(name)
-    except ShockError as refusal:
-        return [Failure(name, "", str(refusal))]
+    except Exception as error:
+        return [Failure(name, "", str(refusal(error)))]
     cases: list[BatchRow | Failure] = []
     for scene in scenes:
         try:
             cases.append(_row(shock_profile(scene, robot), look, texts))
-        except ShockError as refusal:
-            cases.append(Failure(name, _contact(scene), str(refusal)))
+        except Exception as error:
+            cases.append(Failure(name, _contact(scene), str(refusal(error))))
     return cases
 
 

@@ -24,6 +24,7 @@ from shockpc.scene import Point, Scene
 from shockpc.solve import UNPHYSICAL
 from shockpc.studies.joint_scan import JointScan, greatest_shock, wave
 from shockpc.studies.question import moving_point, strike_angle
+from shockpc.toml import LARGEST
 from shockpc.trace import Trace
 
 __all__ = ["Interval", "ShockLimits", "StrikeLimits", "limits"]
@@ -168,8 +169,10 @@ def limits(
         ShockError: the landing cannot be computed.
     """
     trace = trace or Trace()
-    if not (math.isfinite(max_shock) and max_shock > 0.0):
-        raise StudyError(f"a bound of {max_shock:g} on the shock is kept by nothing; it has to be above zero, such as 0.1")
+    if not 0.0 < max_shock <= LARGEST:
+        raise StudyError(
+            f"a bound of {max_shock:g} on the shock is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}"
+        )
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot
     if landing.before.omega.any() or landing.before.joint_rates.any():
@@ -291,7 +294,8 @@ def _targets(own: float, strikes: tuple[float, float]) -> list[tuple[float, floa
 
 def _value(value: float, unit: str) -> str:
     """A value with its unit as messages show it."""
-    text = f"{round(math.degrees(value), 2) + 0.0:g}°" if unit == "rad" else f"{1e3 * value:.4g} mm"
+    degrees = round(math.degrees(value), 12) + 0.0
+    text = f"{round(degrees, 2) or degrees:g}°" if unit == "rad" else f"{1e3 * value:.4g} mm"
     return text.replace("-", "−")
 
 

@@ -6,7 +6,7 @@ file says which scenes it belongs to; the robot's file may change, since that is
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.printed import printable
 from shockpc.scene import scene_table
+from shockpc.studies.check.metrics import METRICS
 
 __all__ = ["SCHEMA", "Baseline", "Key", "baseline_text", "case_record", "read_baseline", "refuse_other_scene", "rounded"]
 
@@ -108,15 +109,45 @@ def read_baseline(path: Path) -> Baseline:
     if not path.exists():
         raise StudyError(f'no baseline "{path}" (looked in {Path.cwd()}); write it with --update-baseline')
     try:
-        document = json.loads(read_file(path, "baseline", StudyError))
+        data = read_file(path, "baseline", StudyError)
+        document = json.loads(data, object_pairs_hook=_unique, parse_constant=str)
+        _refuse_deep(document)
         if document["schema"] != SCHEMA:
             raise StudyError(f'"{path}" has schema {printable(str(document["schema"]), 60)}, not {SCHEMA}; {renew}')
-        values = {
-            Key(one["case"], one["strike_angle_deg"], one["at"], one["metric"]): float(one["value"]) for one in document["values"]
-        }
+        values = _unique(
+            (Key(*(entry[key] for key in Key._fields)), _number(entry["value"], entry["metric"])) for entry in document["values"]
+        )
+        for key in values:
+            _number(key.strike_angle_deg or 0.0, key.metric)
         return Baseline(path, str(document["shockpc"]), dict(document["cases"]), values)
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, KeyError, TypeError, ArithmeticError, RecursionError):
         raise StudyError(f'"{path}" is not a baseline that shockpc check wrote; {renew}') from None
+
+
+def _unique(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
+    """A table; ValueError if a key is there twice."""
+    listed = list(pairs)
+    table = dict(listed)
+    if len(table) < len(listed):
+        raise ValueError("a key is there twice")
+    return table
+
+
+def _number(value: Any, metric: str) -> float:
+    """A value; "inf" only where less is worse, so that no number is compared with infinity and passes. ValueError if it is none."""
+    if value == "inf" and METRICS[metric].worse == "less":
+        return math.inf
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError("not a finite number")
+    return float(value)
+
+
+def _refuse_deep(value: Any, levels: int = 20) -> None:
+    """Refuse, by a ValueError, more levels than a scene has."""
+    if not levels:
+        raise ValueError("nested too deep")
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        _refuse_deep(part, levels - 1)
 
 
 def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any]) -> None:

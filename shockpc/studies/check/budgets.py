@@ -73,6 +73,10 @@ class Budget:
         """Refuse what no landing can meet, or every landing meets."""
         if self.max is None and self.min is None and self.baseline_tolerance is None:
             raise StudyError(f"{self.metric} at {printable(self.at)} has no limit; give max, min or baseline_tolerance")
+        if not all(math.isfinite(limit) for limit in (self.max, self.min) if limit is not None):
+            raise StudyError(
+                f"{self.metric} at {printable(self.at)}: max and min have to be finite, so that a number can exceed them"
+            )
         if self.max is not None and self.min is not None and self.min > self.max:
             raise StudyError(f"{self.metric} at {printable(self.at)}: min {self.min:g} is above max {self.max:g}")
         if (self.max is None) != (self.min is None) and self.selection.signed and self.selection.quantity.worse == "greater":
@@ -97,8 +101,8 @@ class Budget:
 
     def margin(self, baseline: float) -> float:
         """How far from a baseline the value may be. An infinite radius has no share; no finite one is near it."""
-        number = re.fullmatch(r"(\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(%?)", (self.baseline_tolerance or "").strip())
-        if not number:
+        number = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(%?)", (self.baseline_tolerance or "").strip())
+        if not number or not math.isfinite(float(number[1])):
             raise StudyError(
                 f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; give a share such as "5%", or a '
                 'number such as "0.01"'

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from shockpc.errors import ShockError, StudyError
+from shockpc.errors import ShockError, StudyError, refusal
 from shockpc.landing import PosedLanding, resolve
 from shockpc.places import Place
 from shockpc.printed import printable
@@ -213,8 +213,8 @@ def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> t
         profile = shock_profile(planned.scene, planned.robot)
         numbers = {k: profile.numbers(given.budgets[k].selection, places) for k, places in planned.asked.items()}
         bound, warnings = float(profile.proof.bounds.max()), [str(warning) for warning in profile.health.warnings]
-    except ShockError as refusal:
-        refused = str(refusal)
+    except Exception as error:
+        refused = str(refusal(error))
     outcomes = []
     asked = [(k, place) for k, places in planned.asked.items() for place in places]
     for (k, place), number in zip(asked, itertools.chain(*numbers.values()), strict=True):

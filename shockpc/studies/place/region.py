@@ -1,14 +1,13 @@
 """Where on a body a sensor may be: in its geometry, on the surface of that, or in a box."""
 
 import itertools
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
-from shockpc.robot.geometry import HalfSpaces, Kind, facets, half_spaces, outline
+from shockpc.robot.geometry import LARGEST, HalfSpaces, Kind, facets, half_spaces, outline
 from shockpc.robot.record import Robot
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.search import box
@@ -106,12 +105,12 @@ def _checked_box(within: Box) -> tuple[Array, Array]:
     """Lower and upper corner of a box.
 
     Raises:
-        StudyError: a lower limit is above the upper one.
+        StudyError: a lower limit is above the upper one, or one is too large.
     """
     low, high = (np.array(corner, dtype=float) for corner in within)
     for axis, a, b in zip("xyz", low, high, strict=True):
-        if not (math.isfinite(a) and math.isfinite(b) and a <= b):
-            raise StudyError(f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, such as -0.1:0.1")
+        if not -LARGEST <= a <= b <= LARGEST:
+            raise StudyError(f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, up to {LARGEST:g}")
     return low, high
 
 

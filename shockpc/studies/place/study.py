@@ -31,7 +31,7 @@ __all__ = ["Margin", "PlaceStudy", "SensorPlace", "place"]
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
 
-MOST = 100
+MOST = 20
 """Alternatives that can be asked for."""
 
 
@@ -176,9 +176,8 @@ def place(
             )
     i = 0 if body is None else robot.body(body)
     if count < 1 or not 0 <= alternatives <= MOST:
-        raise StudyError(
-            f"{count} sensors and {alternatives} alternatives cannot be placed; give at least one sensor and at most {MOST}"
-        )
+        valid = f"give at least one sensor and at most {MOST} alternatives"
+        raise StudyError(f"{count} sensors and {alternatives} alternatives are not possible; {valid}")
     region = region_of(robot, i, within, surface, geometry)
     apart = max(region.size / 10.0, NEAREST) if apart is None else apart
     if not apart >= NEAREST:

@@ -14,7 +14,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
-from shockpc.errors import ShockError
+from shockpc.errors import ShockError, refusal
 from shockpc.landing import PosedLanding, resolve
 from shockpc.profile import shock_profile
 from shockpc.robot.record import Robot
@@ -184,8 +184,8 @@ class Sweep:
                 profile = shock_profile(*self._case(_picked(values, *divmod(i, S))))
                 exact = proven_columns(profile, self.computed)
                 error[i] = double_difference(profile, {name: float(flat[name][i]) for name in exact}, exact, self.computed)
-            except ShockError as refusal:
-                messages[i] = str(refusal)
+            except Exception as unexpected:
+                messages[i] = str(refusal(unexpected))
                 continue
             if prove.ravel()[i]:
                 proven[i] = True
@@ -233,8 +233,8 @@ class Sweep:
         for group in np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1):
             try:
                 yield group, resolve(*self._case({one: x[group[0]] for one, x in choices.items()}))
-            except ShockError as refusal:
-                yield group, refusal
+            except Exception as error:
+                yield group, refusal(error)
 
     @functools.cached_property
     def first(self) -> PosedLanding:

@@ -23,6 +23,10 @@ from shockpc.studies.sweep.variation import Variation, each_of, variation
 __all__ = ["sweep", "sweep_of", "with_sweep"]
 
 
+MOST_ROWS = 10**8
+"""Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
+
+
 def sweep_of(
     scene: Scene,
     robot: Robot,
@@ -59,6 +63,9 @@ def sweep_of(
     """
     # A mapping holds each subject once; pairs may repeat one, which is refused below.
     vary, vary_each = (given.items() if isinstance(given, Mapping) else given for given in (vary, vary_each))
+    for name, number in {"seed": seed, "prove": prove}.items():
+        if number < 0:
+            raise StudyError(f"{name} is {number}, and it has to be a whole number from 0")
     found = [variation(robot, subject, values) for subject, values in vary]
     found += [one for subject, values in vary_each for one in each_of(robot, variation(robot, subject, values))]
     if sample is not None:
@@ -78,6 +85,10 @@ def sweep_of(
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     scene = replace(scene, point=points)
     made = Sweep(scene, robot, tuple(found), (), sample, lhs, seed, prove)
+    if made.rows > MOST_ROWS:
+        raise StudyError(
+            f"{made.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
+        )
     plane = plane_of(scene)
     for one in made.axes:
         for value in (one.values or one.span or ()) if one.stage == 2 else ():
