@@ -127,17 +127,27 @@ class Impact:
     def v_in(self) -> Any:
         """Speed (N, S) by which shock is normalised, of the fastest contact or of the centre of mass [m/s]."""
         if self.landing.scene.v_in == "com":
-            bodies, mass = range(len(self.landing.robot.bodies)), self.exact(self.landing.robot.masses)
-            velocity = self.velocities_before(bodies, self.points(bodies, self.landing.robot.coms))
-            return norm(np.sum(velocity * mass[:, None], axis=-2) / np.sum(mass))
+            bodies = range(len(self.landing.robot.bodies))
+            velocity = self.velocities_before(bodies, self.points(bodies, self.coms))
+            return norm(np.sum(velocity * self.masses[:, None], axis=-2) / np.sum(self.masses))
         speeds = norm(self.approach)
         return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
+
+    @property
+    def masses(self) -> Any:
+        """Masses (nb,) of the bodies [kg]."""
+        return self.landing.robot.masses
+
+    @property
+    def coms(self) -> Any:
+        """Centres of mass (nb, 3) of the bodies, in their frames [m]."""
+        return self.landing.robot.coms
 
     @functools.cached_property
     def com(self) -> Any:
         """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]."""
-        mass, bodies = self.exact(self.landing.robot.masses), range(len(self.landing.robot.bodies))
-        return np.sum(self.points(bodies, self.landing.robot.coms) * mass[:, None], axis=1) / np.sum(mass)
+        bodies = range(len(self.landing.robot.bodies))
+        return np.sum(self.points(bodies, self.coms) * self.masses[:, None], axis=1) / np.sum(self.masses)
 
     @property
     def joint_origins(self) -> Any:

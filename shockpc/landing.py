@@ -143,8 +143,11 @@ class PosedLanding(Landing):
 
     @functools.cached_property
     def contact_places(self) -> tuple[Place, ...]:
-        """The contacts, then the standing feet."""
-        return tuple(Place(block.frame, number=k) for k, block in enumerate((*self.contacts, *self.stance)))
+        """The contacts, then the standing feet; a frame with several has numbers after its name."""
+        frames = [block.frame for block in (*self.contacts, *self.stance)]
+        times = [frames[: k + 1].count(frame) for k, frame in enumerate(frames)]
+        names = [frame if n == 1 else f"{frame} ({n})" for frame, n in zip(frames, times, strict=True)]
+        return tuple(Place(name, number=k) for k, name in enumerate(names))
 
     def places(self, kind: Kind) -> tuple[Place, ...]:
         """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the contacts and standing feet."""

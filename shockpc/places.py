@@ -20,8 +20,9 @@ class Place(NamedTuple):
     Attributes:
         name: as it is typed.
         body: index of the body; −1 for the world, the robot and contacts.
-        r: (3,) the point, of a body its centre of mass, in the body's frame [m].
+        r: (3,) the point in the body's frame [m].
         axes: (3, 3) axes of the point's frame, in the body's frame.
+        centre: whether the point is the body's centre of mass, wherever it is of the robot that is computed.
         number: of a contact among the landing's contacts and standing feet; of a joint, where its velocities begin in q̇.
     """
 
@@ -29,12 +30,13 @@ class Place(NamedTuple):
     body: int = -1
     r: Array = read_only(np.zeros(3))
     axes: Array = read_only(np.eye(3))
+    centre: bool = False
     number: int = 0
 
 
 def body_places(robot: Robot) -> tuple[Place, ...]:
     """The bodies, each with its centre of mass."""
-    return tuple(Place(body.name, i, body.com) for i, body in enumerate(robot.bodies))
+    return tuple(Place(body.name, i, body.com, centre=True) for i, body in enumerate(robot.bodies))
 
 
 def point_place(robot: Robot, point: Point) -> Place:

@@ -77,7 +77,7 @@ def levels(landing: PosedLanding, rotation: Array, position: Array, points: Arra
     for k, (body, shape) in enumerate(shapes):
         surface[:, k] = position[:, body] @ up - shape.reach(-up @ rotation[:, body])
     core = surface + [np.linalg.norm(shape.rounding, axis=0).min() for _, shape in shapes]
-    frames = [robot.frame(place.name) for place in landing.contact_places]
+    frames = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance)]
     own = np.array([[shape.belongs_to(frame) for _, shape in shapes] for frame in frames], dtype=bool)
     struck = np.where(own, surface[:, None], np.inf).min(axis=2, initial=np.inf)
     return Levels(core, surface, np.minimum(points @ up, struck), own, np.logical_not(own.any(axis=0)))

@@ -22,7 +22,7 @@ from shockpc.model.joint_model import JointModel
 from shockpc.places import Kind, Place, body_places, point_place
 from shockpc.plausibility import gained, implausible, pulled, saturated
 from shockpc.quantities.quantity import Quantity, evaluate
-from shockpc.quantities.table import quantity
+from shockpc.quantities.table import Selection, quantity
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, point_at
@@ -212,6 +212,16 @@ class ShockProfile:
         """The values of a quantity at all places of its kind, as `values`."""
         return self.values(quantity(kind, key))
 
+    def numbers(self, selection: Selection, places: Sequence[Place]) -> Array:
+        """The numbers (n,) of a selection at some places; NaN where there is none, or redundant rows leave it undetermined."""
+        numbers = selection.scalar(self.values(selection.quantity, places))
+        return np.full(len(places), np.nan) if selection.quantity.shared and self.redundant else numbers
+
+    @property
+    def redundant(self) -> bool:
+        """Whether contact or closure rows depend on one another, so that their impulses are one solution of many."""
+        return len(self.choice.rows) < len(self.proof.impulse)
+
     @cached_property
     def _cache(self) -> dict[Any, Array]:
         """What was computed already."""
@@ -229,7 +239,8 @@ class ShockProfile:
             shock = quantity("point", "shock")
             out[moving] = np.nan if other is None else other.read(lambda impact: evaluate(shock, impact, where))[0, 0]
         elif wanted.compute is None:
-            out[moving] = self.health.body_error_bounds if wanted.of == "body" else getattr(self.health, wanted.key)
+            bounds = self.health.body_error_bounds
+            out[moving] = [bounds[place.body] for place in where] if wanted.of == "body" else getattr(self.health, wanted.key)
         else:
             out[moving] = self.proof.read(lambda impact: evaluate(wanted, impact, where))[0, 0]
         return out
@@ -416,13 +427,13 @@ class ShockProfile:
     @cached_property
     def contacts(self) -> tuple[ContactImpulse, ...]:
         """Impulses, friction and effective masses of the contacts."""
-        frames = [place.name for place in self.landing.contact_places]
+        frames = [block.frame for block in (*self.landing.contacts, *self.landing.stance)]
         return self._records(ContactImpulse, "contact", frame=frames)[: len(self.landing.contacts)]
 
     @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:
         """Impulses of the standing feet."""
-        frames = [place.name for place in self.landing.contact_places]
+        frames = [block.frame for block in (*self.landing.contacts, *self.landing.stance)]
         return self._records(StanceImpulse, "contact", frame=frames)[len(self.landing.contacts) :]
 
     @cached_property

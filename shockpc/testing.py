@@ -9,7 +9,6 @@ from shockpc.show.reports.check import check_sheet, place_text
 from shockpc.show.tables import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
-from shockpc.studies.check.metrics import MetricName
 
 __all__ = ["assert_shock"]
 
@@ -18,7 +17,7 @@ def assert_shock(
     scene: Scene | str | os.PathLike[str],
     *,
     at: str,
-    metric: MetricName = "shock",
+    metric: str = "shock",
     max: float | None = None,
     min: float | None = None,
 ) -> None:
@@ -27,7 +26,7 @@ def assert_shock(
     Args:
         scene: the landing, or the path of its file.
         at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to.
-        metric: the number, as in a file of budgets.
+        metric: the quantity, as in a file of budgets.
         max: greatest value allowed, in the unit of the metric.
         min: least value allowed.
 

@@ -16,7 +16,7 @@ from shockpc.core.directions import extreme_directions, most_severe_directions
 from shockpc.core.spatial import plane_from
 from shockpc.errors import StudyError, UnknownName
 from shockpc.robot.changes import changed, links_with_mass, read_changes
-from shockpc.studies.sweep.columns import proven_columns
+from shockpc.studies.columns import proven_columns
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep, sweep_of
 
@@ -262,6 +262,39 @@ def test_undetermined_impulses_are_left_out_of_a_sweep(anymal):
     assert np.isnan(columns["joint_impulse@LF_HAA"]).all()
     assert np.isnan(columns["impulse.z@LF_FOOT"]).all()
     assert columns["energy_lost@anymal"][0] > 0.0
+
+
+def test_the_centre_of_mass_is_that_of_the_changed_robot():
+    """A centre of mass that is moved takes the point of the body's shock with it."""
+    scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
+    made = sweep_of(scene, load_robot("go2"), {"com-x:base": [0.0, 0.2]}, quantities=("shock@base", "ropc@base", "mass_sticking"))
+    columns, _ = table(made)
+    for row in range(2):
+        profile = shock_profile(*made.case(row))
+        found = [
+            columns[name][row] for name in ("shock_com@base", "shock@base (centre of mass)", "ropc@base", "mass_sticking@FL_foot")
+        ]
+        expected = [profile.shock_com[0], profile.shock_com[0], profile.ropc[0], profile.contacts[0].mass_sticking]
+        assert found == pytest.approx(expected, rel=1e-14)
+
+
+def test_contacts_may_differ_in_number():
+    """A landing on one foot has no second contact; the friction of each is that of the single analysis."""
+    scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
+    made = sweep_of(scene, load_robot("go2"), {"contact": "FL_foot+FR_foot,RL_foot"}, quantities=("impulse",))
+    columns, _ = table(made)
+    for row, n in ((0, 2), (1, 1)):
+        contacts = shock_profile(*made.case(row)).contacts
+        for k in range(2):
+            friction, impulse = (columns[f"{key}@contact {k + 1}"][row] for key in ("friction_needed", "impulse"))
+            if k < n:
+                assert friction == pytest.approx(contacts[k].friction_needed, rel=1e-12)
+                assert impulse == pytest.approx(np.linalg.norm(contacts[k].impulse), rel=1e-12)
+            else:
+                assert math.isnan(friction)
+                assert math.isnan(impulse)
+    with pytest.raises(StudyError, match="the contact varies"):
+        sweep_of(scene, load_robot("go2"), {"contact": "FL_foot,RL_foot"}, quantities=("impulse@FL_foot",))
 
 
 def test_a_change_of_a_link_changes_that_link_alone():

@@ -3,7 +3,7 @@
 import functools
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import OutputOptions, SceneOptions, in_output
+from shockpc.cli.options import QUANTITY, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import robot_name
 
 __all__ = ["batch"]
@@ -17,7 +17,8 @@ _in_robots = group("Robots")
     more=(
         "Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With"
         " --contact, only matching feet strike; a scene lands as it says. Ends with exit code 3 if some landings cannot"
-        " be computed."
+        " be computed. A quantity of bodies or points is that of the trunk, the heaviest body, unless a place is named; of"
+        " several places it is the worst."
     ),
 )
 def batch(
@@ -26,6 +27,7 @@ def batch(
     robots: tuple[str, ...] = _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET"),
     jobs: int = _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1, default=1),
     options: SceneOptions,
+    quantity: tuple[str, ...] = QUANTITY,
     output: OutputOptions,
     figures: bool = in_output("Also draw all landings on one contact sheet in that folder."),
 ) -> int:
@@ -50,6 +52,6 @@ def batch(
         look = view_of
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options, on_each_foot=True)
-        found = study.batch(every, read, pool, look, progress("robots computed", len(every)))
+        found = study.batch(every, read, pool, look, progress("robots computed", len(every)), quantity)
     give(batch_report(found), output)
     return SolveError.exit_code if found.failures else 0

@@ -32,24 +32,16 @@ and [[tool.shockpc.budget]]:
   case = "*"                      # name or glob
   at = "imu_link"                 # name or glob of points, bodies, joints or
                                   # contacts; FRAME:x,y,z is a point
-  metric = "shock"
+  metric = "shock"                # any that shockpc quantities lists
   max = 0.25                      # or min
   baseline_tolerance = "5%"       # how much worse than in --baseline; with or
                                   # without max and min
   severity = "error"              # or "warning", with which the check passes
 
-\b
-Metrics:
-  shock            of a point, or of a body's centre of mass, relative to the
-                   strike
-  shock_max        greatest over the geometry of a body
-  peak_g           peak acceleration of a point, or of a body's centre of
-                   mass, for the scene's pulse [g]
-  ropc             radius of percussion of a body; infinite if it does not
-                   rotate in the plane [m]
-  joint_impulse    magnitude of the impulse through a joint [N s]
-  friction_needed  least coefficient of friction with which a contact sticks
-  effective_mass   that the ground meets at a contact, along its normal [kg]
+Where a metric is of points, such as shock or peak_g, the name of a body means
+its centre of mass. A vector counts by its length; delta_v.z is a component. A
+number that may be of either sign needs both min and max, and with a
+baseline_tolerance alone may change in neither direction.
 
 \b
 Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,
@@ -90,7 +82,7 @@ def check(
     from shockpc.cli.progress import progress
     from shockpc.errors import OutputError, StudyError
     from shockpc.show.files import destination, write_file, write_folder
-    from shockpc.show.reports.check import append_summary, check_files, check_text
+    from shockpc.show.reports.check import append_summary, check_report, check_text
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.gate import check_budgets
@@ -118,7 +110,7 @@ def check(
         else:
             write_file(file, check_text(found, name))
     if out is not None:
-        write_folder(out, check_files(found))
+        write_folder(out, {**check_report(found).files(), "junit.xml": check_text(found, "junit")})
     if baseline is not None and update_baseline:
         if found.count("not computed"):
             complain(f'"{baseline}" is left as it was, because a number could not be computed')

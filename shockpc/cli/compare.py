@@ -1,7 +1,7 @@
 """`shockpc compare`: designs side by side."""
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import OutputOptions, SceneOptions
+from shockpc.cli.options import QUANTITY, OutputOptions, SceneOptions
 from shockpc.cli.parse import robot_name
 
 __all__ = ["compare"]
@@ -26,6 +26,7 @@ def compare(
         "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints.",
         "CHANGES",
     ),
+    quantity: tuple[str, ...] = QUANTITY,
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
@@ -47,4 +48,4 @@ def compare(
         robot, scene = one_scene(name, its)
         every.append(Design(name, scene, robot))
     every += [design_with(every[0], one) for one in changes]
-    give(compare_report(study(every)), output)
+    give(compare_report(study(every, quantity)), output)

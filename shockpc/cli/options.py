@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 from shockpc.cli.declare import argument, group
 from shockpc.cli.parse import Setting, Vector, definition, finite, folder, out_folder, path, plane, robot_name, setting, vector
 
-__all__ = ["EXPLAIN", "FRAME", "PACKAGE", "ROBOT", "XACRO", "OutputOptions", "SceneOptions", "in_output"]
+__all__ = ["EXPLAIN", "FRAME", "PACKAGE", "QUANTITY", "ROBOT", "XACRO", "OutputOptions", "SceneOptions", "in_output"]
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
@@ -17,6 +17,10 @@ XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
+QUANTITY = group("What is computed")(
+    "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
+    "KEY[@PLACE]",
+)
 
 
 class SceneOptions(NamedTuple):

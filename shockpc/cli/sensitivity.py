@@ -1,4 +1,4 @@
-"""`shockpc sensitivity`: what changes the shock at a point, and by how much."""
+"""`shockpc sensitivity`: what changes a number of a landing, and by how much."""
 
 import sys
 
@@ -7,15 +7,21 @@ from shockpc.cli.options import EXPLAIN, FRAME, ROBOT, OutputOptions, SceneOptio
 
 __all__ = ["sensitivity"]
 
+_in_question = group("Question")
+
 
 @command(
-    "Rank masses, inertias and angles by effect on the shock.",
+    "Rank masses, inertias and angles by their effect on a number.",
     "shockpc sensitivity anymal_b --contact LF_FOOT --at imu_link",
+    "shockpc sensitivity anymal_b --contact LF_FOOT --quantity joint_impulse@LF_KFE",
 )
 def sensitivity(
     *,
     robot: str = ROBOT,
-    at_: str = group("Question")("The point, offset in the frame [m].", FRAME),
+    at_: str | None = _in_question("The shock at this point, offset in the frame [m].", FRAME),
+    quantity: str | None = _in_question(
+        "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
+    ),
     options: SceneOptions,
     rows: int = in_output("Rows of the table; 16 by default.", "N", least=1, default=16),
     output: OutputOptions,
@@ -24,14 +30,16 @@ def sensitivity(
     from shockpc.cli.output import give
     from shockpc.cli.progress import ShownTrace
     from shockpc.cli.scenes import one_scene
-    from shockpc.scene import point_at
+    from shockpc.errors import StudyError
     from shockpc.show.reports.sensitivity import sensitivity_report
     from shockpc.studies.sensitivity import sensitivity as study
 
+    if (at_ is None) == (quantity is None):
+        raise StudyError("one number is changed: give a point with --at, or a quantity with --quantity, such as shock@imu_link")
     trace = ShownTrace()
     loaded, scene = one_scene(robot, options, trace)
-    found = study(scene, point_at(loaded, at_), loaded, trace)
+    result = study(scene, quantity or f"shock@{at_}", loaded, trace)
     with trace.stage("output"):
-        give(sensitivity_report(found, rows), output)
+        give(sensitivity_report(result, rows), output)
     if explain:
         sys.stderr.write(trace.text())

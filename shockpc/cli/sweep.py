@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from shockpc.cli.declare import command, group
-from shockpc.cli.options import ROBOT, SceneOptions
+from shockpc.cli.options import QUANTITY, ROBOT, SceneOptions
 from shockpc.cli.parse import Variable, out_folder, variable
 from shockpc.cli.process import complain
 
@@ -44,11 +44,7 @@ def sweep(
         "Bodies of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.", "BODY"
     ),
     greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
-    quantity: tuple[str, ...] = _in_computed(
-        "Also this quantity (shockpc quantities lists them), of all places of its kind, or of those that PLACE names: a name, a "
-        "glob or FRAME:X,Y,Z.",
-        "KEY[@PLACE]",
-    ),
+    quantity: tuple[str, ...] = QUANTITY,
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
     out: Path = _in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
     format_: Literal["parquet", "csv"] = _in_run("Format of the rows; parquet by default.", default="parquet"),

@@ -1,11 +1,12 @@
-"""Derivatives of an impact in ball arithmetic: central differences whose step is so small that only the derivative is left.
+"""Derivatives of an impact in ball arithmetic: difference quotients whose step is so small that only the derivative is left.
 
-With a step h the error of a central difference is h²/6 of the third derivative. With h = 2^-100 that is 1e-61, and the digits
+With a step h the quotient (f(h) − f(0)) / h is off by h/2 of the second derivative. With h = 2^-100 that is 4e-31, and the digits
 that the difference loses are covered by the working precision, which is raised until the quotient is known to the last digit of a
 double.
 """
 
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,36 +14,42 @@ from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, balls, entries, rotation_matrix, to_double
 from shockpc.exact.proof import Proof
 from shockpc.exact.solution import BallImpact
-from shockpc.landing import PosedLanding
 from shockpc.robot.record import Robot
 
-__all__ = ["derivatives", "displaced"]
+__all__ = ["Path", "derivatives", "displaced"]
 
 STEP = 2.0**-100
 BITS = 256
 
+Path: TypeAlias = Callable[[BallImpact, float], BallImpact]
+"""From an impact, and by how much a parameter changes, to the impact with that change."""
 
-def derivatives(proof: Proof, paths: Sequence[Callable[[float], PosedLanding]], outputs: Callable[[BallImpact], Balls]) -> Array:
-    """The derivatives (p, n) of n results of an impact along p paths of its landing, the doubles nearest to the exact ones.
+
+def derivatives(proof: Proof, paths: Sequence[Path], outputs: Callable[[BallImpact], Balls], size: Array) -> Array:
+    """The derivatives (p, n) of n results of an impact by p parameters, the doubles nearest to the exact ones.
 
     Args:
-        proof: of the landing, where every path is at t = 0.
-        paths: from t to landings; the configuration and contact points may be balls.
+        proof: of the impact.
+        paths: how each parameter changes it.
         outputs: the results (n,).
+        size: (n,) natural sizes of the results.
+
+    Returns: NaN where a result does not exist.
 
     Raises:
         SingularError: an impact beside the given one has no solution.
     """
 
-    def differences(impact: BallImpact) -> Array:
-        size = np.array([abs(float(value)) for value in outputs(impact)])
-        found = np.zeros((len(paths), len(outputs(impact))))
-        for k, path in enumerate(paths):
-            after, before = (outputs(BallImpact(path(t), proof.choice)) for t in (STEP, -STEP))
-            found[k] = to_double((after - before) / (2.0 * STEP), size)
-        return found
+    def quotients(impact: BallImpact) -> Array:
+        here = outputs(impact)
+        changes = np.zeros((len(paths), len(here)))
+        # Of what is infinite, such as the radius of percussion of a body that translates, the difference is NaN.
+        with np.errstate(invalid="ignore"):
+            for k, path in enumerate(paths):
+                changes[k] = to_double((outputs(path(impact, STEP)) - here) / STEP, size)
+        return changes
 
-    return proof.read(differences, BITS)
+    return proof.read(quotients, BITS)
 
 
 def displaced(robot: Robot, q: Array, rates: Array, t: float) -> Balls:
@@ -52,7 +59,7 @@ def displaced(robot: Robot, q: Array, rates: Array, t: float) -> Balls:
         robot: the robot.
         q: (nq,) configuration.
         rates: (nv,) joint velocities, Pinocchio's layout; none of a floating base.
-        t: the time [s]; the second order is the same for t and −t, so that it cancels in a central difference.
+        t: the time [s].
     """
     out = balls(q)
     for part in robot.single_joints:

@@ -6,7 +6,7 @@ an elementary joint is affine in the sine and cosine of its angle, and its place
 """
 
 import functools
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
@@ -16,7 +16,7 @@ from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rot
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.record import Joint, Robot
 
-__all__ = ["Data", "data_of", "forward_kinematics", "joint_inertia", "shift"]
+__all__ = ["Data", "body_coms", "body_inertia", "data_of", "forward_kinematics", "joint_inertia", "shift"]
 
 Numbers: TypeAlias = list[float]
 
@@ -64,9 +64,7 @@ def data_of(robot: Robot) -> Data:
     )
 
 
-def forward_kinematics(
-    robot: Robot, data: Data, q: Array | Balls, plane: Plane
-) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], list[arb_mat]]:
+def forward_kinematics(robot: Robot, data: Data, q: Array | Balls, plane: Plane) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]]]:
     """A robot in one posture, at the precision of the present context.
 
     Args:
@@ -75,8 +73,8 @@ def forward_kinematics(
         q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
         plane: along and about whose axes the velocities of a floating base are counted.
 
-    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; rotation (3, 3) and origin (3, 1) of
-        each joint's frame; and inertia (6, 6) of each body about that origin, world axes.
+    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; and rotation (3, 3) and origin (3, 1)
+        of each joint's frame.
     """
     q, numbers = balls(q), zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
     axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
@@ -93,8 +91,6 @@ def forward_kinematics(
             levers = (cross_matrix(p) * spins).transpose().table()
             columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
         places.append((R, p))
-    own = zip(data.mass.tolist(), data.lever.tolist(), data.inertia.tolist(), places, strict=True)
-    inertias = [_inertia(mass, lever, inertia, R) for mass, lever, inertia, (R, _) in own]
     frames = [
         (R * _rotation(turned), p + R * _column(offset))
         for (R, p), turned, offset in zip(places, data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
@@ -107,7 +103,7 @@ def forward_kinematics(
         (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
         robot.supports,
     )
-    return state, places, inertias
+    return state, places
 
 
 def _through(
@@ -162,11 +158,25 @@ def shift(r: arb_mat) -> arb_mat:
     return T
 
 
-def _inertia(mass: float, lever: Numbers, inertia: list[Numbers], R: arb_mat) -> arb_mat:
-    """Inertia (6, 6) of a body about its joint's origin, world axes (Featherstone 2008, Eq. 2.63). Args: R (3, 3) of the joint."""
-    C = cross_matrix(R * _column(lever))
+def body_coms(data: Data, levers: Balls) -> Balls:
+    """Centres of mass (nb, 3) in the bodies' frames [m]. Args: levers (nb, 3) in the joints' frames [m]."""
+    turns = [_rotation(quaternion).transpose() for quaternion in data.body_rotation.tolist()]
+    levers = levers - data.body_offset
+    return np.array([(R * arb_mat(3, 1, lever)).entries() for R, lever in zip(turns, levers.tolist(), strict=True)], dtype=object)
+
+
+def body_inertia(mass: Any, lever: Array | Balls, inertia: Array | Balls, R: arb_mat) -> arb_mat:
+    """Inertia (6, 6) of a body about its joint's origin, world axes (Featherstone 2008, Eq. 2.63).
+
+    Args:
+        mass: [kg].
+        lever: (3,) as in `Data`.
+        inertia: (3, 3) as in `Data`.
+        R: (3, 3) rotation of the joint's frame.
+    """
+    C = cross_matrix(R * _column(lever.tolist()))
     mC = C * arb(mass)
-    a, b, c = (R * arb_mat(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
+    a, b, c = (R * matrix(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
     return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 

@@ -17,7 +17,7 @@ from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array
 from shockpc.exact.balls import Balls, SingularError, balls, entries, matrix, to_double
-from shockpc.exact.kinematics import Data, data_of, forward_kinematics, joint_inertia, shift
+from shockpc.exact.kinematics import Data, body_coms, body_inertia, data_of, forward_kinematics, joint_inertia, shift
 from shockpc.impact import Impact
 from shockpc.landing import PosedLanding
 from shockpc.model.motion import approach_speeds
@@ -28,12 +28,18 @@ __all__ = ["BallImpact"]
 BASE = {"free": [True] * 6, "planar": [True, True, False, False, False, True], "fixed": [False] * 6}
 """Which velocities of a floating base are free: along the plane's first and second axis and its normal, then about them."""
 
+GEOMETRY = (
+    "landing", "blocks", "choice", "unique", "state", "_data", "_places", "_mimics", "_free", "_degrees", "_unit",
+    "_rows", "speeds", "approach",
+)  # fmt: skip
+"""What of an impact does not depend on the inertial parameters."""
+
 
 class BallImpact(Impact):
     """An impact in one posture (N = S = 1) at the precision of the present context; what is derived is computed when it is read.
 
     Args:
-        landing: the landing; its configuration may be balls, where it lies between doubles.
+        landing: the landing; its configuration may be balls, where it lies between doubles, and so may its motion and armature.
         choice: which of its rows are independent.
         data: the robot's own numbers; by default as loaded.
 
@@ -44,7 +50,10 @@ class BallImpact(Impact):
     def __init__(self, landing: PosedLanding, choice: RowChoice, data: Data | None = None) -> None:
         robot, locked = landing.robot, landing.joint_model.locked
         self.landing, self.blocks, self.choice, self.unique = landing, landing.blocks, choice, choice.unique[None]
-        self.state, self._places, self._own_inertias = forward_kinematics(robot, data or data_of(robot), landing.q, landing.plane)
+        self._data = data or data_of(robot)
+        self.state, self._places = forward_kinematics(robot, self._data, landing.q, landing.plane)
+        self._carried = list(zip(self._data.mass, self._data.lever, self._data.inertia, strict=True))
+        self._own_inertias = [body_inertia(*own, R) for own, (R, _) in zip(self._carried, self._places, strict=True)]
         column = {joint.name: joint.v.start for joint in robot.single_joints}
         self._mimics = [(column[m.joint], [(column[name], by) for name, by in m.leaders.items()]) for m in robot.mimics]
         free = ~locked
@@ -54,13 +63,35 @@ class BallImpact(Impact):
         self._free, flags = np.flatnonzero(free)[::-1], free.tolist()
         self._degrees = [sum(flags[joint.v]) for joint in robot.joints]
         self.resistances: dict[int, Any] = {}
-        self._unit, self._armature = np.ones(len(self._free)), landing.joint_model.armature
-        if self._mimics:
-            H = joint_inertia(robot, self.state.J[0], self._inertias, self._armature)
-            inertia = np.array([abs(float(H[k, k])) for k in self._free])
-            # A product with a power of two is exact.
-            self._unit = np.ldexp(1.0, -np.frexp(inertia)[1] // 2)
-            self._H = matrix(self._reduced(self._reduced(H).T))
+        self._responses: dict[int, tuple[arb_mat, arb_mat, arb_mat]] = {}
+
+    def with_body(self, body: int, mass: Any, lever: Array | Balls, inertia: Array | Balls) -> "BallImpact":
+        """The impact with other inertial parameters of a body, each as in `exact.kinematics.Data`, to first order in their change.
+
+        With dH = Jᵀ dI J for the twist J q̇ of the body, Eq. 4 gives H dΔq̇ − J_cᵀ dλ = −Jᵀ dI J Δq̇ and J_c dΔq̇ = 0.
+        """
+        other, (R, p), (rates, impulse) = object.__new__(BallImpact), self._places[body], self._solution
+        vars(other).update({name: value for name, value in vars(self).items() if name in GEOMETRY}, resistances={})
+        other._carried, other._own_inertias = self._carried.copy(), self._own_inertias.copy()
+        other._carried[body], other._own_inertias[body] = (mass, lever, inertia), body_inertia(mass, lever, inertia, R)
+        if body not in self._responses:
+            self._responses[body] = self._response(body)
+        J, by_rates, by_impulse = self._responses[body]
+        wrench = shift(p) * (other._own_inertias[body] - self._own_inertias[body]) * shift(p).transpose() * J * rates
+        other._solution = rates - by_rates * wrench, impulse + by_impulse * wrench
+        return other
+
+    def _response(self, body: int) -> tuple[arb_mat, arb_mat, arb_mat]:
+        """J (6, ny) of a body's twist; velocities (ny, 6) and impulses (r, 6) by unit wrenches on it while the rows are held."""
+        J, R = self._reduced(np.where(self.state.supports[body], self.state.J[0], 0.0)), matrix(self._rows[self.choice.rows])
+        free, by_held = self._by_inertia(matrix(J).transpose()), self._by_inertia(R.transpose())
+        impulse = _solve(R * by_held, R * free)
+        return matrix(J), free - by_held * impulse, impulse
+
+    def carried(self, body: int) -> tuple[Any, Balls, Balls]:
+        """Mass, lever (3,) and inertia (3, 3) of a body, as in `exact.kinematics.Data`."""
+        mass, lever, inertia = map(balls, self._carried[body])
+        return mass[()], lever, inertia
 
     def exact(self, values: Array) -> Balls:
         """Doubles as balls."""
@@ -69,6 +100,34 @@ class BallImpact(Impact):
     def rounded(self, values: Balls, size: Callable[[Array], Any]) -> Array:
         """The doubles nearest to balls."""
         return to_double(values, size(np.asarray(values).astype(float)))
+
+    @property
+    def masses(self) -> Balls:
+        """As in `Impact`."""
+        return balls(np.array([mass for mass, _, _ in self._carried]))
+
+    @property
+    def coms(self) -> Balls:
+        """As in `Impact`."""
+        return body_coms(self._data, np.stack([balls(lever) for _, lever, _ in self._carried]))
+
+    @cached_property
+    def _joint_inertia(self) -> Balls:
+        """H (nv, nv), which only joints that follow others need."""
+        return joint_inertia(self.landing.robot, self.state.J[0], self._inertias, self.landing.joint_model.armature)
+
+    @cached_property
+    def _unit(self) -> Array:
+        """Units (ny,) of the free velocities: a power of two, with which a product is exact."""
+        if not self._mimics:
+            return np.ones(len(self._free))
+        inertia = np.array([abs(float(self._joint_inertia[k, k])) for k in self._free])
+        return np.asarray(np.ldexp(1.0, -np.frexp(inertia)[1] // 2))
+
+    @cached_property
+    def _free_inertia(self) -> arb_mat:
+        """H (ny, ny) of the free velocities, in their units."""
+        return matrix(self._reduced(self._reduced(self._joint_inertia).T))
 
     def _reduced(self, rows: Balls) -> Balls:
         """Rows (n, nv) in the free velocities (n, ny): those that follow are parts of those that lead (Eq. 7)."""
@@ -173,19 +232,6 @@ class BallImpact(Impact):
         wrenches = matrix(block_wrenches(self.state, block)[0])
         return wrenches * _solve(sum(self._inertias, start=arb_mat(6, 6)), wrenches.transpose(), of_inertia=True)
 
-    def held_velocities(self, body: int) -> Balls:
-        """Jumps (nv, 6) of all joint velocities by unit moments and forces on a body, while the landing's rows stay held.
-
-        The moments and forces are those whose power is each component of the body's twist (ω, v) in its own frame.
-
-        Raises:
-            SingularError: the rows depend on one another.
-        """
-        block = Block("stance", "", body, np.zeros(3), np.eye(3), np.eye(3), axes_body=body)
-        # The rows of forces come first.
-        J = matrix(self._reduced(np.roll(row_jacobian(self.state, [block])[0], 3, axis=0)))
-        return self._in_base_axes(self._full(self._held_response(J, self._rows[self.choice.rows])))
-
     def _held_response(self, J: arb_mat, held: Balls | None) -> arb_mat:
         """Free velocities (ny, n) that unit impulses along rows J (n, ny) cause while rows (r, ny) are held."""
         if held is None:
@@ -200,9 +246,13 @@ class BallImpact(Impact):
         Each inertia is about its joint's own origin: about a distant one its terms would cancel, and balls widen at every joint.
         """
         if self._mimics:
-            return _solve(self._H, B, of_inertia=True)
+            return _solve(self._free_inertia, B, of_inertia=True)
         parents, m, end = self.landing.robot.parents, B.ncols(), 0
-        twists, right, armature = self.state.J[0].T[self._free].tolist(), B.table(), self._armature[self._free].tolist()
+        twists, right, armature = (
+            self.state.J[0].T[self._free].tolist(),
+            B.table(),
+            self.landing.joint_model.armature[self._free].tolist(),
+        )
         origins, inertia = [p for _, p in self._places], list(self._own_inertias)
         push, steps = [arb_mat(6, m)] * len(parents), []
         for i in range(len(parents) - 1, -1, -1):

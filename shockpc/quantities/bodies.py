@@ -9,6 +9,7 @@ from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
 from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact import Impact
+from shockpc.places import Place
 from shockpc.quantities.points import POINTS, point_velocity, shock, world_position
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
 from shockpc.robot.geometry import body_outline
@@ -114,18 +115,18 @@ BODIES = (
         vector=True),
     Quantity("copc_world", "body", "CoPc in the world", "m", "neither", _copc_world, lambda i, x: _length(i, x) + reach(i, x),
         STILL, vector=True),
-    Quantity("ropc", "body", "RoPc", "m", "less", lambda i, p: _percussion(i, p).ropc),
+    Quantity("ropc", "body", "radius of percussion", "m", "less", lambda i, p: _percussion(i, p).ropc),
     Quantity("translates", "body", "no rotation in the plane", "1", "neither", lambda i, p: translations(i, p)[0].astype(float)),
     Quantity("pitch", "body", "pitch of the screw", "m/rad", "neither", lambda i, p: _percussion(i, p).pitch, _pitch_size,
-        "the body does not rotate"),
+        "the body does not rotate", signed=True),
     Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
     Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock),
-    Quantity("shock_min", "body", "least shock", "1", "greater", _least, missing=NO_GEOMETRY),
-    Quantity("shock_max", "body", "greatest shock", "1", "greater", _greatest, missing=NO_GEOMETRY),
+    Quantity("shock_min", "body", "least shock over the body", "1", "greater", _least, missing=NO_GEOMETRY),
+    Quantity("shock_max", "body", "greatest shock over the body", "1", "greater", _greatest, missing=NO_GEOMETRY),
     *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key or q.key == "peak_g"),
     Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
         vector=True),
     Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
-        p: world_position(i, [place._replace(r=0.0 * place.r) for place in p]), reach, vector=True),
+        p: world_position(i, [Place(place.name, place.body) for place in p]), reach, vector=True),
     Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater", posed=True),
 )  # fmt: skip

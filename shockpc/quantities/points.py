@@ -16,15 +16,16 @@ from shockpc.scene import GRAVITY
 __all__ = ["POINTS", "directions", "point_velocity", "shock", "world_position"]
 
 
-def _r(places: Places) -> Array:
+def _r(impact: Impact, places: Places) -> Any:
     """The points (n, 3) in their bodies' frames [m]."""
-    return np.array([place.r for place in places])
+    coms = impact.coms
+    return np.array([coms[place.body] if place.centre else place.r for place in places])
 
 
 def point_velocity(impact: Impact, places: Places) -> Any:
     """Jumps (N, S, n, 3) of the velocities of points, axes of their bodies' frames [m/s] (Eq. 10)."""
     jumps = impact.jumps_of([place.body for place in places])
-    return velocity_at(jumps[..., :3], jumps[..., 3:], impact.exact(_r(places)))
+    return velocity_at(jumps[..., :3], jumps[..., 3:], impact.exact(_r(impact, places)))
 
 
 def _delta_v(impact: Impact, places: Places) -> Any:
@@ -45,13 +46,13 @@ def _peak(impact: Impact, places: Places) -> Any:
 def world_position(impact: Impact, places: Places) -> Any:
     """Positions (N, 1, n, 3) of points in the world [m]."""
     origin = impact.exact(impact.state.origin)[:, None]
-    return (impact.points([place.body for place in places], _r(places)) + origin)[:, None]
+    return (impact.points([place.body for place in places], _r(impact, places)) + origin)[:, None]
 
 
 def directions(impact: Impact, places: Places) -> ExtremeDirections:
     """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15 of the largest shock."""
     jumps = impact.maps_of([place.body for place in places])
-    r = np.broadcast_to(_r(places), (*jumps.shape[:2], 3)).reshape(-1, 3)
+    r = np.broadcast_to(_r(impact, places), (*jumps.shape[:2], 3)).reshape(-1, 3)
     maps = jump_at(jumps.reshape(-1, 6, 3), impact.exact(r))
     maps = impact.rounded(maps, lambda values: np.abs(values).max(axis=(1, 2), keepdims=True) + 1e-300)
     parts = extreme_directions(maps, impact.landing.up)

@@ -30,6 +30,7 @@ class Quantity(NamedTuple):
         vector: whether a value is a vector (3,), which counts by its length where one number is needed.
         posed: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
         shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
+        signed: whether a value, or a component of a vector, may be negative; then "greater" means farther from zero.
     """
 
     key: str
@@ -43,12 +44,14 @@ class Quantity(NamedTuple):
     vector: bool = False
     posed: bool = False
     shared: bool = False
+    signed: bool = False
 
     @property
     def note(self) -> str:
         """What else a user has to know of it."""
         remarks = {
             "vector": self.vector,
+            "of either sign": self.signed,
             "computed with a proof": self.posed,
             "of least norm where rows are redundant": self.shared,
         }

@@ -67,6 +67,7 @@ def _depth(impact: Impact, places: Places) -> Array:
 
 
 ROBOT = (
+    Quantity("mass", "robot", "mass", "kg", "neither", lambda i, p: np.full((*i.v_in.shape, 1), i.landing.robot.mass)),
     Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
         x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max())),
     Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size),

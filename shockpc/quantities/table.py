@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.percussion import norm
 from shockpc.errors import UnknownName
 from shockpc.places import Kind
 from shockpc.quantities.bodies import BODIES
@@ -39,11 +39,16 @@ class Selection(NamedTuple):
     def __reduce__(self) -> tuple[Any, ...]:
         return select, (self.name,)
 
-    def scalar(self, values: Array) -> Array:
-        """Values (...) of the selection. Args: values (...) or (..., 3) of the quantity."""
+    def scalar(self, values: Any) -> Any:
+        """Values (...) of the selection, doubles or balls. Args: values (...) or (..., 3) of the quantity."""
         if not self.quantity.vector:
             return values
-        return np.asarray(np.linalg.norm(values, axis=-1) if self.axis is None else values[..., self.axis])
+        return np.asarray(norm(values) if self.axis is None else values[..., self.axis])
+
+    @property
+    def signed(self) -> bool:
+        """Whether the number may be negative."""
+        return self.quantity.signed or self.axis is not None
 
 
 def quantities_of(kind: Kind) -> tuple[Quantity, ...]:

@@ -1,24 +1,30 @@
 """Designs side by side: what changes from the first one to each of the others, ranked, matched by name."""
 
+import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, SolveError, StudyError
+from shockpc.places import Kind
 from shockpc.profile import shock_profile
+from shockpc.quantities.table import Selection
 from shockpc.result import ShockProfile
 from shockpc.robot.changes import Change, changed
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
+from shockpc.studies.columns import selected
 
-__all__ = ["Comparison", "Design", "Difference", "Quantity", "Unmatched", "compare", "design_with"]
+__all__ = ["Comparison", "Design", "Difference", "Differences", "Unmatched", "compare", "design_with"]
 
-FORCE, MOMENT = "impulse", "impulsive moment"
-LOADS = ((FORCE, "N s"), (MOMENT, "N m s"))
-"""What a joint transmits."""
+STANDARD = ("shock_com", "shock_max", "shock", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
+"""Quantities that are always compared."""
+
+KINDS: tuple[Kind, ...] = ("body", "point", "joint")
+"""Places that are matched by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +44,7 @@ class Design:
     changes: tuple[Change, ...] = ()
 
 
-@dataclass(frozen=True)
-class Difference:
+class Difference(NamedTuple):
     """One number of every design.
 
     Attributes:
@@ -59,25 +64,19 @@ class Difference:
         )
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """What is compared.
+class Differences(NamedTuple):
+    """A quantity at all places that the designs have in common.
 
     Attributes:
-        name: such as "shock at the centre of mass".
-        of: what has it: "body", "point", "contact" or "joint".
-        unit: of its values.
-        rows: the largest change first; of radii of percussion that of their reciprocals.
+        selection: the quantity.
+        rows: the largest change first; of radii of percussion that of their reciprocals, the shock per metre.
     """
 
-    name: str
-    of: str
-    unit: str
+    selection: Selection
     rows: tuple[Difference, ...]
 
 
-@dataclass(frozen=True)
-class Unmatched:
+class Unmatched(NamedTuple):
     """What some designs lack.
 
     Attributes:
@@ -86,7 +85,7 @@ class Unmatched:
         designs: indices of those that have it.
     """
 
-    kind: str
+    kind: Kind
     name: str
     designs: tuple[int, ...]
 
@@ -104,7 +103,7 @@ class Comparison:
 
     designs: tuple[Design, ...]
     profiles: tuple[ShockProfile, ...] = field(repr=False)
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[Differences, ...]
     unmatched: tuple[Unmatched, ...]
 
 
@@ -128,25 +127,22 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     return Design(label, design.scene, changed(design.robot, changes), (*design.changes, *changes))
 
 
-def compare(designs: Iterable[Design]) -> Comparison:
+def compare(designs: Iterable[Design], quantities: Sequence[str] = ()) -> Comparison:
     """Compute the landings of some designs, and what differs.
 
+    Args:
+        designs: the first is the one that the others are compared with.
+        quantities: what is compared besides the standard ones: QUANTITY or QUANTITY@PLACES, as `selected` takes it.
+
     Raises:
-        ShockError: there are fewer than two designs, or one of them cannot be computed.
+        ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a place that is named.
     """
     every = tuple(designs)
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
     profiles = tuple(map(_profile, every))
-    quantities = (
-        _quantity("shock at the centre of mass", "body", "-", _by_body(profiles, lambda one: one.shock_com)),
-        _quantity("greatest shock over the body", "body", "-", _by_body(profiles, lambda one: one.shock_max)),
-        _quantity("shock at sensors and points", "point", "-", [_points(one) for one in profiles]),
-        _quantity("radius of percussion", "body", "m", _by_body(profiles, lambda one: one.ropc), _reciprocal),
-        _quantity("effective mass of the contact", "contact", "kg", _effective_masses(profiles)),
-        *(_quantity(f"{what} through the joint", "joint", unit, [_loads(one, what) for one in profiles]) for what, unit in LOADS),
-    )
-    return Comparison(every, profiles, tuple(one for one in quantities if one.rows), _unmatched(profiles))
+    differences = [_differences(profiles, text) for text in dict.fromkeys((*quantities, *STANDARD))]
+    return Comparison(every, profiles, tuple(one for one in differences if one.rows), _unmatched(profiles))
 
 
 def _profile(design: Design) -> ShockProfile:
@@ -157,35 +153,30 @@ def _profile(design: Design) -> ShockProfile:
         raise type(refusal)(f"{design.label}: {refusal}") from None
 
 
-def _quantity(
-    name: str, of: str, unit: str, found: Sequence[Mapping[str, float]], scale: Callable[[float], float] = float
-) -> Quantity:
-    """The numbers of what all designs have, by the size of the largest change.
-
-    Args:
-        name: of the quantity.
-        of: what has it.
-        unit: of the numbers.
-        found: the numbers of each design by place; NaN where it has none.
-        scale: of what the change is ranked by.
-    """
-    rows = []
-    for place in found[0]:
-        if all(place in numbers for numbers in found):
-            values = tuple(None if math.isnan(numbers[place]) else numbers[place] for numbers in found)
-            if any(value is not None for value in values):
-                rows.append(Difference(place, values))
-
-    def size(row: Difference) -> float:
-        first, *others = (None if value is None else scale(value) for value in row.values)
-        return max((abs(value - first) for value in others if value is not None and first is not None), default=-1.0)
-
-    return Quantity(name, of, unit, tuple(sorted(rows, key=size, reverse=True)))
+def _differences(profiles: Sequence[ShockProfile], text: str) -> Differences:
+    """The numbers of what all designs have, by the size of the largest change."""
+    values = []
+    for profile in profiles:
+        selection, places = selected(profile.landing, text)
+        numbers = selection.scalar(profile.values(selection.quantity, places)).tolist()
+        values.append({place.name: None if math.isnan(x) else x for place, x in zip(places, numbers, strict=True)})
+    if selection.quantity.of in ("robot", "contact"):
+        # Partners in their order, whatever their names, where all designs have as many of them.
+        names = list(map(_paired, zip(*values, strict=True))) if len(set(map(len, values))) == 1 else []
+        values = [dict(zip(names, own.values(), strict=False)) for own in values]
+    if selection.quantity.of == "body":
+        trunks = _trunks(profiles)
+        values = [own | ({_paired(trunks): own[trunk]} if trunk in own else {}) for own, trunk in zip(values, trunks, strict=True)]
+    shared = [place for place in values[0] if all(place in own for own in values)]
+    rows = [Difference(place, tuple(own[place] for own in values)) for place in shared]
+    rows = [row for row in rows if any(value is not None for value in row.values)]
+    return Differences(selection, tuple(sorted(rows, key=lambda row: _size(row, selection.quantity.key == "ropc"), reverse=True)))
 
 
-def _reciprocal(radius: float) -> float:
-    """Shock per metre, which is finite for an infinite radius of percussion."""
-    return 1.0 / radius
+def _size(row: Difference, reciprocal: bool) -> float:
+    """The largest change, or that of the reciprocals: of an infinite radius of percussion the shock per metre is finite."""
+    first, *others = (None if value is None else 1.0 / value if reciprocal else value for value in row.values)
+    return max((abs(value - first) for value in others if value is not None and first is not None), default=-1.0)
 
 
 def _trunks(profiles: Sequence[ShockProfile]) -> list[str]:
@@ -193,55 +184,18 @@ def _trunks(profiles: Sequence[ShockProfile]) -> list[str]:
     return [profile.bodies[int(np.argmax(profile.robot.masses))] for profile in profiles]
 
 
-def _by_body(profiles: Sequence[ShockProfile], read: Callable[[ShockProfile], Array]) -> list[dict[str, float]]:
-    """Numbers (nb,) of each design by the body's name; those of the heaviest bodies also under all their names together."""
-    trunks = _trunks(profiles)
-    found = [dict(zip(profile.bodies, map(float, read(profile)), strict=True)) for profile in profiles]
-    return [numbers | {_paired(trunks): numbers[trunk]} for numbers, trunk in zip(found, trunks, strict=True)]
-
-
 def _paired(names: Iterable[str]) -> str:
     """The names of partners as one."""
     return " / ".join(dict.fromkeys(names))
 
 
-def _points(profile: ShockProfile) -> dict[str, float]:
-    """Shock by the name of the sensor or point."""
-    return {point.frame: point.shock for point in profile.points}
-
-
-def _effective_masses(profiles: Sequence[ShockProfile]) -> list[dict[str, float]]:
-    """Effective masses of the contacts, which are paired in their order where all designs have as many of them."""
-    if len({len(profile.contacts) for profile in profiles}) > 1:
-        return [{}]
-    pairs = zip(*(profile.contacts for profile in profiles), strict=True)
-    names = [_paired(contact.frame for contact in pair) for pair in pairs]
-    return [
-        {
-            f"{name}, {how}": mass
-            for name, contact in zip(names, profile.contacts, strict=True)
-            for how, mass in (("sticking", contact.mass_sticking), ("frictionless", contact.mass_frictionless))
-        }
-        for profile in profiles
-    ]
-
-
-def _loads(profile: ShockProfile, what: str) -> dict[str, float]:
-    """Magnitude of the force impulse or of the moment impulse by joint."""
-    return {load.joint: math.hypot(*(load.force if what == FORCE else load.moment)) for load in profile.loads}
-
-
 def _unmatched(profiles: Sequence[ShockProfile]) -> tuple[Unmatched, ...]:
     """Bodies, points and joints that not all designs have. The heaviest bodies are partners whatever their names."""
-    trunks = _trunks(profiles)
-    found = []
-    for kind, names in (
-        ("body", [profile.bodies for profile in profiles]),
-        ("point", [tuple(_points(profile)) for profile in profiles]),
-        ("joint", [profile.robot.joint_names for profile in profiles]),
-    ):
-        for name in dict.fromkeys(name for own in names for name in own):
+    trunks, unmatched = _trunks(profiles), []
+    for kind in KINDS:
+        names = [[place.name for place in profile.places(kind)] for profile in profiles]
+        for name in dict.fromkeys(itertools.chain(*names)):
             having = tuple(k for k, own in enumerate(names) if name in own)
             if len(having) < len(profiles) and not (kind == "body" and name in trunks):
-                found.append(Unmatched(kind, name, having))
-    return tuple(found)
+                unmatched.append(Unmatched(kind, name, having))
+    return tuple(unmatched)

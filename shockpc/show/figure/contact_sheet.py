@@ -35,9 +35,10 @@ def draw_contact_sheet(batch: Batch) -> Figure:
         axes = page.picture(x, y, window)
         draw_bodies(axes, row.picture, 400.0)
         draw_velocities(axes, row.picture, window, 0.5)
-        shock = f"{row.shock_com:.2g} at CoM" if row.shock_max is None else f"up to {row.shock_max:.2g}"
+        greatest = row.values["shock_max"]
+        shock = f"{row.values['shock_com']:.2g} at CoM" if greatest is None else f"up to {greatest:.2g}"
         page.write(x, y - 0.04, f"{k + 1}  {printable(row.robot, 40)}", 7.5, WIDTH, fontweight="bold")
         page.write(x, y - 0.16, f"on {printable(row.contact, 40)}", 7.0, WIDTH)
-        page.write(x, y - 0.28, f"{shock}; RoPc {row.ropc:.3g} m", 7.0, WIDTH)
+        page.write(x, y - 0.28, f"{shock}; RoPc {row.values['ropc']:.3g} m", 7.0, WIDTH)
     page.bar(MARGIN, BAR)
     return page.figure

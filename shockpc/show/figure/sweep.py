@@ -133,7 +133,7 @@ def _distributions(title: str, extents: Sequence[Extent]) -> Figure:
         panel.bar(edges[:-1], extent.counts / extent.counts.sum(), np.diff(edges), align="edge", color=colours)
         panel.stairs(extent.counts / extent.counts.sum(), edges, color=INK, linewidth=0.6)
         panel.axvline(extent.median, color=INK, linewidth=0.8, linestyle="--")
-        name = printable(extent.column.name if common else extent.column.title, 60)
+        name = printable(extent.column.name if common else extent.column.heading, 60)
         panel.set(title=f"{name}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
         panel.spines["left"].set_visible(False)
         if extent.least >= 0.0:

@@ -1,13 +1,14 @@
 """A batch: one row for each landing, ranked by the shock of the trunk, and a sheet of pictures where the batch has them."""
 
-import math
 from collections.abc import Iterable
+from typing import Any
 
+from shockpc.quantities.table import select
 from shockpc.robot.landmarks import is_imu
 from shockpc.show.header import count
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet
-from shockpc.studies.batch import Batch
+from shockpc.studies.batch import Batch, BatchRow
 
 __all__ = ["batch_report"]
 
@@ -24,33 +25,36 @@ def batch_report(batch: Batch) -> Report:
         details=list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings)),
         sheets={"batch": lambda: _sheet(batch, fold=False)},
         document=lambda: {
-            "rows": [{key: value for key, value in vars(row).items() if key != "picture"} for row in batch.rows],
+            "rows": [_record(row) for row in batch.rows],
             "failures": list(map(vars, batch.failures)),
         },
         picture=Picture("sheet", caption, "contact_sheet:draw_contact_sheet", (batch,)) if drawn else None,
     )
 
 
+def _record(row: BatchRow) -> dict[str, Any]:
+    """One row, its values beside the others."""
+    values = {key: value for key, value in vars(row).items() if key not in ("values", "picture")}
+    return {"robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
+
+
 def _sheet(batch: Batch, fold: bool = True) -> Sheet:
     """One row for each landing. Args: fold, for people: without columns that repeat another, all sensors, and what failed."""
-    modelled = not fold or any(row.joint_model != "free" for row in batch.rows)
-    header = [
-        "robot", "contact", "mass [kg]", "trunk", "RoPc [m]", "greatest [-]", "free [-]", *["as modelled [-]"] * modelled,
-        "locked [-]", "IMU", "at IMU [-]", "eff. mass [kg]", "friction [-]",
-    ]  # fmt: skip
-    header += ["error"] if fold else ["error bound [-]", "posture", "joint model", "sensors and points [-]", "warnings", "failure"]
+    names = list(batch.columns)
+    if fold:
+        free = all(row.joint_model == "free" for row in batch.rows)
+        names = [name for name in names if name != "error_bound" and not (free and name == "shock_com")]
+    units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in names)
+    header = ["robot", "contact", "trunk", *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))]
+    header += ["IMU", "at IMU [-]", *([] if fold else ["posture", "joint model", "sensors and points [-]", "warnings", "failure"])]
     rows: list[Row] = []
     for row in batch.rows:
         imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
         imu = max(imus.items(), key=lambda one: one[1], default=(None, None))
-        cells: Row = (row.robot, row.contact, row.mass, row.trunk, row.ropc, row.shock_max, row.shock_free)
-        cells += (*[row.shock_com] * modelled, row.shock_locked, *imu, row.effective_mass)
-        if fold:
-            cells += ("tensile" if row.friction_needed == math.inf else row.friction_needed, f"{row.error_bound:.0e}")
-        else:
+        cells: Row = (row.robot, row.contact, row.trunk, *(row.values[name] for name in names), *imu)
+        if not fold:
             sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
-            cells += (row.friction_needed, row.error_bound, row.scene.posture.reference, row.joint_model)
-            cells += (sensors, "; ".join(row.warnings), None)
+            cells += (row.scene.posture.reference, row.joint_model, sensors, "; ".join(row.warnings), None)
         rows.append(cells)
     if not fold:
         rows += [(one.robot, one.contact, *[None] * (len(header) - 3), one.reason) for one in batch.failures]
@@ -61,14 +65,16 @@ def _sheet(batch: Batch, fold: bool = True) -> Sheet:
 def _notes(batch: Batch) -> Iterable[str]:
     """What the columns mean, and what distinguishes some rows."""
     rows = batch.rows
-    yield "trunk: the heaviest body; RoPc and greatest shock are its own, free and locked: shock at its CoM with such joints"
-    yield "effective mass and friction of a contact that sticks; error: proven bound, relative to each body's motion"
+    yield "trunk: the heaviest body; bodies' quantities are its own, points' its centre of mass's; of several places the worst"
+    if rows:
+        bound = max(row.values["error_bound"] or 0.0 for row in rows)
+        yield f"jumps proven to {bound:.0e} of each body's motion; shockpc quantities lists what the columns mean"
     models = sorted({row.joint_model for row in rows})
     if models == ["free"]:
         yield "joints are free, since nothing gives a reflected inertia; stiff gearboxes change the results considerably"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
         yield "of several IMUs the one with the greatest shock; CSV and JSON hold all"
-    if any(row.shock_max is None for row in rows):
+    if any(row.values["shock_max"] is None for row in rows):
         yield "–: the trunk has no geometry; such rows come last, ranked by the shock at its centre of mass"
     neutral = list(dict.fromkeys(row.robot for row in rows if row.scene.posture.reference == "neutral"))
     if neutral:

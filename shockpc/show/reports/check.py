@@ -8,14 +8,14 @@ from xml.etree import ElementTree as ET
 
 from shockpc.errors import OutputError
 from shockpc.printed import printable
-from shockpc.show.document import headed, json_text, record
+from shockpc.show.document import record
 from shockpc.show.header import count
-from shockpc.show.tables import Cell, Sheet, as_csv, as_markdown, as_text
+from shockpc.show.reports.report import Report
+from shockpc.show.tables import Cell, Sheet, as_markdown
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.gate import Check, Outcome
-from shockpc.studies.check.metrics import METRICS
 
-__all__ = ["append_summary", "check_files", "check_sheet", "check_text", "place_text"]
+__all__ = ["append_summary", "check_report", "check_sheet", "check_text", "place_text"]
 
 MOST_COMMANDS = 10
 """Errors of one step that GitHub shows."""
@@ -28,27 +28,35 @@ PROPERTY = MESSAGE | str.maketrans({":": "%3A", ",": "%2C"})
 """Characters that would end the message or a property of a workflow command."""
 
 
+def check_report(check: Check) -> Report:
+    """The outcomes; the CSV file is in the order of the file of budgets, the tables begin with what fails."""
+    records = [_record(outcome) for outcome in check.outcomes]
+    return Report(
+        name="check",
+        title="Budgets",
+        tables=lambda most: [check_sheet(check, fold=most is not None)],
+        short=len(check.outcomes),
+        sheets={"check": lambda: Sheet("", list(records[0]), [tuple(one.values()) for one in records])},
+        document=lambda: {
+            "file": check.path,
+            "exit_code": check.exit_code,
+            "counts": {status.replace(" ", "_"): check.count(status) for status in ("passed", "exceeded", "not computed")},
+            **record(check, "landings", "error_bound"),
+            "outcomes": records,
+            "notes": check.notes,
+        },
+    )
+
+
 def check_text(check: Check, format_: str) -> str:
     """The outcomes in a format: text, markdown, json, csv, junit or github."""
     match format_:
-        case "json":
-            return json_text(_document(check))
-        case "csv":
-            return as_csv(_outcomes(check))
         case "junit":
             return _junit(check)
         case "github":
             return _github_commands(check)
-        case "markdown":
-            return as_markdown(check_sheet(check, fold=False))
         case _:
-            return as_text(check_sheet(check))
-
-
-def check_files(check: Check) -> dict[str, str | bytes]:
-    """The files of a check by name."""
-    files = {"check.json": "json", "check.csv": "csv", "check.md": "markdown", "junit.xml": "junit"}
-    return {name: check_text(check, format_) for name, format_ in files.items()}
+            return check_report(check).text("table" if format_ == "text" else format_)
 
 
 def check_sheet(check: Check, fold: bool = True, most: int | None = None) -> Sheet:
@@ -64,7 +72,7 @@ def check_sheet(check: Check, fold: bool = True, most: int | None = None) -> She
         "result": [_status(one) for one in shown],
         "landing": [_landing_text(one) for one in shown],
         "at": [one.at for one in shown],
-        "metric": [f"{one.budget.metric} [{METRICS[one.budget.metric].unit.replace('1', '-')}]" for one in shown],
+        "metric": [f"{one.budget.metric} [{_unit(one).replace('1', '-')}]" for one in shown],
         "value": [one.value for one in shown],
         "limit": [_limit_text(one.budget) for one in shown],
         "baseline": [one.baseline for one in shown],
@@ -79,26 +87,13 @@ def check_sheet(check: Check, fold: bool = True, most: int | None = None) -> She
     return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
 
 
-def _outcomes(check: Check) -> Sheet:
-    """The same for a spreadsheet: in the order of the file, a column for each value of a record but the line."""
-    header = (
-        "case", "strike angle [deg]", "at", "metric", "unit", "value", "max", "min",
-        "baseline", "baseline tolerance", "change [%]", "severity", "result", "reason",
-    )  # fmt: skip
-    rows = []
-    for outcome in check.outcomes:
-        change = None if outcome.change is None else 100.0 * outcome.change
-        rows.append(tuple((_record(outcome) | {"change": change}).values())[: len(header)])
-    return Sheet(_summary_text(check), header, rows)
-
-
 def _record(outcome: Outcome) -> dict[str, Any]:
-    """One outcome; "inf" for an infinite number."""
+    """One outcome, as JSON and CSV hold it; "inf" for an infinite number."""
     budget = outcome.budget
     return {
         **record(outcome, "case", "strike_angle_deg", "at"),
         "metric": budget.metric,
-        "unit": METRICS[budget.metric].unit,
+        "unit": _unit(outcome),
         "value": _number(outcome.value),
         **record(budget, "max", "min"),
         "baseline": _number(outcome.baseline),
@@ -107,6 +102,11 @@ def _record(outcome: Outcome) -> dict[str, Any]:
         "severity": budget.severity,
         **record(outcome, "status", "reason", "line"),
     }
+
+
+def _unit(outcome: Outcome) -> str:
+    """The unit of a value."""
+    return outcome.budget.selection.quantity.unit
 
 
 def _summary_text(check: Check) -> str:
@@ -127,7 +127,7 @@ def _limit_text(budget: Budget) -> str:
     if budget.max is not None:
         parts.append(f"≤ {budget.max:.6g}")
     if budget.baseline_tolerance is not None:
-        sign = "≤ baseline +" if budget.worse == "greater" else "≥ baseline −"
+        sign = {"greater": "≤ baseline +", "less": "≥ baseline −", "neither": "= baseline ±"}[budget.worse]
         parts.append(f"{sign} {budget.baseline_tolerance}")
     return ", ".join(parts)
 
@@ -161,19 +161,6 @@ def append_summary(check: Check) -> None:
             summary.write(as_markdown(check_sheet(check, fold=False, most=MOST_ROWS)) + "\n")
     except OSError as refusal:
         raise OutputError(f'"{name}", which GITHUB_STEP_SUMMARY names, cannot be written: {refusal.strerror}') from None
-
-
-def _document(check: Check) -> dict[str, Any]:
-    """The document, schema `shockpc.check/1`; null where there is no number, "inf" for an infinite one."""
-    found = {
-        "file": check.path,
-        "exit_code": check.exit_code,
-        "counts": {status.replace(" ", "_"): check.count(status) for status in ("passed", "exceeded", "not computed")},
-        **record(check, "landings", "error_bound"),
-        "outcomes": [_record(outcome) for outcome in check.outcomes],
-        "notes": check.notes,
-    }
-    return headed("check", found)
 
 
 def _junit(check: Check) -> str:

@@ -9,7 +9,7 @@ from shockpc.show.document import record
 from shockpc.show.header import contact_name, count, strike_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet, largest
-from shockpc.studies.compare import Comparison, Quantity
+from shockpc.studies.compare import Comparison, Differences
 
 __all__ = ["compare_report"]
 
@@ -33,7 +33,7 @@ def compare_report(comparison: Comparison) -> Report:
         name="compare",
         title="Comparison",
         header=header,
-        tables=lambda most: [_sheet(quantity, letters, most) for quantity in comparison.quantities],
+        tables=lambda most: [_sheet(comparison, one, letters, most) for one in comparison.quantities],
         short=8,
         closing=_unmatched(comparison, letters),
         warnings=_warnings(comparison, letters),
@@ -61,21 +61,22 @@ def _document(comparison: Comparison) -> dict[str, Any]:
         ],
         "quantities": [
             {
-                **record(quantity, "name", "unit"),
-                "rows": [{quantity.of: row.place, "values": row.values, "changes": row.changes} for row in quantity.rows],
+                "quantity": one.selection.name,
+                **record(one.selection.quantity, "title", "unit"),
+                "rows": [{one.selection.quantity.of: row.place, "values": row.values, "changes": row.changes} for row in one.rows],
             }
-            for quantity in comparison.quantities
+            for one in comparison.quantities
         ],
         "unmatched": [{**record(one, "kind", "name"), "designs": [labels[k] for k in one.designs]} for one in comparison.unmatched],
     }
 
 
 def _all(comparison: Comparison, letters: list[str]) -> Sheet:
-    """All quantities as one table, with the name and unit of each in columns of their own."""
+    """All quantities as one table, with the key and unit of each in columns of their own."""
     rows: list[Row] = [
-        (quantity.name, quantity.unit, row.place, *row.values, *row.changes)
-        for quantity in comparison.quantities
-        for row in quantity.rows
+        (one.selection.name, one.selection.quantity.unit, row.place, *row.values, *row.changes)
+        for one in comparison.quantities
+        for row in one.rows
     ]
     return Sheet("", ("quantity", "unit", "place", *letters, *(f"{name} - {letters[0]}" for name in letters[1:])), rows)
 
@@ -100,19 +101,23 @@ def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:
     return [f"warning of {' and '.join(owners)}: {text}" for text, owners in found.items()]
 
 
-def _sheet(quantity: Quantity, names: list[str], most: int | None) -> Sheet:
+def _sheet(comparison: Comparison, differences: Differences, names: list[str], most: int | None) -> Sheet:
     """One quantity. Args: most, rows to show, those of the largest changes; None for all."""
-    header = [quantity.of, *(f"{name} [{quantity.unit}]" for name in names)]
+    selection, quantity = differences.selection, differences.selection.quantity
+    unit = quantity.unit.replace("1", "-")
+    header = [quantity.of, *(f"{name} [{unit}]" for name in names)]
     for name in names[1:]:
-        header += [f"{name} − {names[0]} [{quantity.unit}]", f"of {names[0]} [%]"]
+        header += [f"{name} − {names[0]} [{unit}]", f"of {names[0]} [%]"]
     rows: list[Row] = []
-    for row in quantity.rows:
+    for row in differences.rows:
         cells: Row = (row.place, *row.values)
         for change in row.changes:
             share = 100.0 * change / abs(row.values[0]) if change is not None and row.values[0] else None
             cells += (change, share if share is not None and math.isfinite(share) else None)
         rows.append(cells)
     rows, notes = largest(rows, most, quantity.of)
-    if quantity.unit == "m":
+    if quantity.key == "ropc":
         notes = ("ranked by the change of 1 / RoPc, the shock per metre", *notes)
-    return Sheet(quantity.name, header, rows, notes)
+    if quantity.shared and any(profile.redundant for profile in comparison.profiles):
+        notes = ("of the contact impulses of least norm, because rows are redundant", *notes)
+    return Sheet(f"{quantity.title} ({selection.name})", header, rows, notes)

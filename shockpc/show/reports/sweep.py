@@ -37,7 +37,7 @@ def _sheet(summary: SweepSummary) -> Sheet:
     rows: list[Row] = []
     for one in summary.extents:
         places = (str(one.least_row), str(one.greatest_row)) if one.greatest_row >= 0 else (None, None)
-        rows.append((one.column.title, one.least, one.median, one.greatest, *places))
+        rows.append((one.column.heading, one.least, one.median, one.greatest, *places))
     header = ("quantity", "least", "median", "greatest", "row of least", "row of greatest")
     return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
 

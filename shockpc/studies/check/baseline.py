@@ -16,8 +16,8 @@ from shockpc.landing import Landing
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.printed import printable
+from shockpc.quantities.table import select
 from shockpc.scene import scene_table
-from shockpc.studies.check.metrics import METRICS
 
 __all__ = ["SCHEMA", "Baseline", "Key", "baseline_text", "case_record", "read_baseline", "refuse_other_scene", "rounded"]
 
@@ -135,7 +135,7 @@ def _unique(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
 
 def _number(value: Any, metric: str) -> float:
     """A value; "inf" only where less is worse, so that no number is compared with infinity and passes. ValueError if it is none."""
-    if value == "inf" and METRICS[metric].worse == "less":
+    if value == "inf" and select(metric).quantity.worse == "less":
         return math.inf
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError("not a finite number")

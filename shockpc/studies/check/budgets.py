@@ -4,32 +4,21 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from shockpc.errors import SceneError, StudyError
+from shockpc.errors import SceneError, ShockError, StudyError
 from shockpc.paths import read_file, usable_path
-from shockpc.printed import listed, printable
+from shockpc.printed import printable
+from shockpc.quantities.table import Selection, select
 from shockpc.scene import Scene, read_scene, scene_from, scene_table
-from shockpc.studies.check.metrics import METRICS, MetricName
 from shockpc.toml import checked, reading, unknown_key
 
-__all__ = ["Budget", "Budgets", "Case", "Tolerance", "budgets_file", "read_budgets"]
+__all__ = ["Budget", "Budgets", "Case", "budgets_file", "read_budgets"]
 
 STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""
-
-
-class Tolerance(NamedTuple):
-    """How far a number may become worse than in the baseline.
-
-    Attributes:
-        amount: a share of the baseline, or a number in the unit of the metric.
-        relative: whether it is a share.
-    """
-
-    amount: float
-    relative: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +48,8 @@ class Budget:
 
     Attributes:
         case: name or glob of the cases.
-        at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to.
-        metric: the number.
+        at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to; all by default.
+        metric: a quantity, as `select` takes it.
         max: greatest value allowed, in the unit of the metric.
         min: least value allowed.
         baseline_tolerance: how much worse than the baseline it may be: a share such as "5%", or a number such as "0.01" in the
@@ -68,12 +57,13 @@ class Budget:
         severity: whether the check fails when the budget is exceeded.
 
     Raises:
-        StudyError: there is no such metric, it has no limit, its limits exclude every value, or the tolerance is not valid.
+        UnknownName: there is no such metric.
+        StudyError: it has no limit, its limits exclude every value or let any negative one pass, or the tolerance is not valid.
     """
 
     case: str = "*"
-    at: str
-    metric: MetricName
+    at: str = "*"
+    metric: str
     max: float | None = None
     min: float | None = None
     baseline_tolerance: str | None = None
@@ -81,8 +71,6 @@ class Budget:
 
     def __post_init__(self) -> None:
         """Refuse what no landing can meet, or every landing meets."""
-        if self.metric not in METRICS:
-            raise StudyError(f'there is no metric "{printable(self.metric)}"; valid are {listed(METRICS)}')
         if self.max is None and self.min is None and self.baseline_tolerance is None:
             raise StudyError(f"{self.metric} at {printable(self.at)} has no limit; give max, min or baseline_tolerance")
         if not all(math.isfinite(limit) for limit in (self.max, self.min) if limit is not None):
@@ -91,28 +79,36 @@ class Budget:
             )
         if self.max is not None and self.min is not None and self.min > self.max:
             raise StudyError(f"{self.metric} at {printable(self.at)}: min {self.min:g} is above max {self.max:g}")
-        _ = self.tolerance
+        if (self.max is None) != (self.min is None) and self.selection.signed and self.selection.quantity.worse == "greater":
+            raise StudyError(f"{self.metric} at {printable(self.at)} may be of either sign; give both min and max")
+        if self.baseline_tolerance is not None:
+            self.margin(1.0)
+
+    @cached_property
+    def selection(self) -> Selection:
+        """The metric."""
+        return select(self.metric)
 
     @property
-    def worse(self) -> Literal["greater", "less"]:
-        """Which change against the baseline is for the worse: that towards the only limit, else that of the metric."""
+    def worse(self) -> Literal["greater", "less", "neither"]:
+        """Which change against the baseline is for the worse: that towards the only limit, else that of the metric.
+
+        Neither means that any change is.
+        """
         if (self.max is None) != (self.min is None):
             return "greater" if self.min is None else "less"
-        return METRICS[self.metric].worse
+        return "neither" if self.selection.signed else self.selection.quantity.worse
 
-    @property
-    def tolerance(self) -> Tolerance | None:
-        """The tolerance as a number."""
-        if self.baseline_tolerance is None:
-            return None
-        text = self.baseline_tolerance.strip()
-        found = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(%?)", text)
-        if not found or not math.isfinite(float(found[1])):
+    def margin(self, baseline: float) -> float:
+        """How far from a baseline the value may be. An infinite radius has no share; no finite one is near it."""
+        number = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(%?)", (self.baseline_tolerance or "").strip())
+        if not number or not math.isfinite(float(number[1])):
             raise StudyError(
-                f'baseline_tolerance "{printable(text)}" is not valid; give a share such as "5%", or a number such as "0.01"'
+                f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; give a share such as "5%", or a '
+                'number such as "0.01"'
             )
-        relative = found[2] == "%"
-        return Tolerance(float(found[1]) / (100.0 if relative else 1.0), relative)
+        share = abs(baseline) if math.isfinite(baseline) else 1.0
+        return float(number[1]) / 100.0 * share if number[2] else float(number[1])
 
 
 class Budgets(NamedTuple):
@@ -207,7 +203,7 @@ def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | N
     own: list[str] = []
     try:
         budget: Budget | None = checked(entry, Budget, key, own)
-    except StudyError as refusal:
+    except ShockError as refusal:
         own.append(f"{key}: {refusal}")
         budget = None
     faults += own

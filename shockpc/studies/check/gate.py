@@ -4,6 +4,7 @@ A change of the strike angle alone changes the landing by a product with the map
 computed by `shock_profile`, so that each compared number is the midpoint of a proven enclosure. That takes milliseconds.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,15 +12,17 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from shockpc.errors import ShockError, StudyError, refusal
-from shockpc.landing import resolve
+from shockpc.landing import PosedLanding, resolve
+from shockpc.places import Place
 from shockpc.printed import printable
 from shockpc.profile import shock_profile
-from shockpc.robot.names import match, matches
+from shockpc.quantities.quantity import Quantity
+from shockpc.robot.names import match
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene, rounded
 from shockpc.studies.check.budgets import Budget, Budgets, Case
-from shockpc.studies.check.metrics import METRICS, Place, measure, places, with_points
+from shockpc.studies.columns import places_at
 
 __all__ = ["Check", "Outcome", "check_budgets"]
 
@@ -109,22 +112,14 @@ class Check:
         return {outcome.key: outcome.value for outcome in self.outcomes if outcome.value is not None}
 
 
-class _Asked(NamedTuple):
-    """A budget at a place: the budget's number in the file, and the baseline's value."""
-
-    number: int
-    place: Place
-    baseline: float | None
-
-
 class _Planned(NamedTuple):
-    """A landing that has budgets, checked and ready to be computed."""
+    """A landing that has budgets, checked and ready to be computed: places by the number of each budget in the file."""
 
     case: Case
     angle: float | None
     scene: Scene
     robot: Robot
-    asked: list[_Asked]
+    asked: dict[int, tuple[Place, ...]]
 
 
 def check_budgets(
@@ -148,14 +143,14 @@ def check_budgets(
     cases: dict[str, Any] = {}
     planned = list(_plan(given, baseline, renewing, cases))
     notes = [f'case "{printable(case.name)}" has no budget' for case in given.cases if case.name not in cases]
-    if baseline is None and not renewing and any(budget.tolerance for budget in given.budgets):
+    if baseline is None and not renewing and any(budget.baseline_tolerance for budget in given.budgets):
         notes.append("without a baseline no baseline_tolerance was checked")
     done: Callable[[str], object] = progress(len(planned)) if progress is not None else str
     outcomes: list[Outcome] = []
     bound = 0.0
     for one in planned:
-        found, own_bound, warnings = _computed(given, one)
-        outcomes += found
+        computed, own_bound, warnings = _computed(given, baseline, one)
+        outcomes += computed
         bound = max(bound, own_bound)
         notes += [f"warning of {printable(one.case.name)}: {warning}" for warning in warnings]
         done(one.case.name)
@@ -172,16 +167,16 @@ def check_budgets(
 def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict[str, Any]) -> Iterator[_Planned]:
     """All landings that have budgets, so that whatever is wrong in a file is reported before anything is computed."""
     names = [case.name for case in given.cases]
+    belongs = [match(budget.case, names, "case", f"{given.path}, budget[{k}]", "") for k, budget in enumerate(given.budgets)]
     for k, budget in enumerate(given.budgets):
-        match(budget.case, names, "case", f"{given.path}, budget[{k}]", "")
         if budget.max is None and budget.min is None and baseline is None and not renewing:
             raise StudyError(
                 f"{given.path}: budget[{k}] has only a baseline_tolerance; name the baseline with --baseline, or give a max"
             )
     for case in given.cases:
-        own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in matches(budget.case, names)]
+        own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in belongs[k]]
         for angle, scene in case.landings if own else ():
-            asked = []
+            asked = {}
             try:
                 robot = robot_of(scene)
                 landing = resolve(scene, robot)
@@ -189,62 +184,77 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                 if baseline is not None:
                     refuse_other_scene(baseline, case.name, cases[case.name])
                 for k, budget in own:
-                    for place in places(landing, budget.metric, budget.at):
-                        asked.append(_Asked(k, place, _before(baseline, budget, Key(case.name, angle, place.name, budget.metric))))
+                    asked[k] = _places(landing, budget.selection.quantity, budget.at)
+                    if baseline is not None and budget.baseline_tolerance is not None:
+                        _refuse_missing(baseline, [Key(case.name, angle, place.name, budget.metric) for place in asked[k]])
             except ShockError as refusal:
                 raise StudyError(f'case "{printable(case.name)}": {refusal}') from None
-            yield _Planned(case, angle, with_points(scene, [one.place for one in asked]), robot, asked)
+            yield _Planned(case, angle, scene, robot, asked)
 
 
-def _computed(given: Budgets, planned: _Planned) -> tuple[list[Outcome], float, list[str]]:
+def _places(landing: PosedLanding, quantity: Quantity, at: str) -> tuple[Place, ...]:
+    """The places that a budget means. Where a point is needed, a body is its centre of mass, and globs are those of sensors too."""
+    robot, bodies = landing.robot, {place.name: place for place in landing.places("body")}
+    if quantity.of == "body":
+        carried = f" (carries {at})" if at in robot.frames and at not in bodies else ""
+        return tuple(place._replace(name=place.name + carried) for place in places_at(landing, quantity, at))
+    centres = {name: place._replace(name=f"{name} (centre of mass)") for name, place in bodies.items()}
+    known = centres | {place.name: place for place in places_at(landing, quantity) if place.name not in centres}
+    if quantity.of == "point" and (at in known or not {at, at.rpartition(":")[0]} & robot.frames.keys()):
+        return tuple(known[name] for name in robot.match("point or body", at, known, robot.frames))
+    return places_at(landing, quantity, at)
+
+
+def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> tuple[list[Outcome], float, list[str]]:
     """The outcomes of one landing, the proven error of its jumps, and its warnings."""
-    measured: list[tuple[float | None, str]]
-    bound, warnings = 0.0, []
+    numbers: dict[int, Any] = {k: [math.nan] * len(places) for k, places in planned.asked.items()}
+    bound, warnings, refused = 0.0, list[str](), ""
     try:
         profile = shock_profile(planned.scene, planned.robot)
-        measured = [measure(profile, given.budgets[one.number].metric, one.place) for one in planned.asked]
+        numbers = {k: profile.numbers(given.budgets[k].selection, places) for k, places in planned.asked.items()}
         bound, warnings = float(profile.proof.bounds.max()), [str(warning) for warning in profile.health.warnings]
     except Exception as error:
-        measured = [(None, str(refusal(error)))] * len(planned.asked)
-    found = []
-    for one, (value, reason) in zip(planned.asked, measured, strict=True):
-        budget = given.budgets[one.number]
-        reasons = [reason] if value is None else _excesses(budget, value, one.baseline)
-        found.append(
+        refused = str(refusal(error))
+    outcomes = []
+    asked = [(k, place) for k, places in planned.asked.items() for place in places]
+    for (k, place), number in zip(asked, itertools.chain(*numbers.values()), strict=True):
+        budget, value = given.budgets[k], None if math.isnan(number) else float(number)
+        key = Key(planned.case.name, planned.angle, place.name, budget.metric)
+        before = None if baseline is None else baseline.values.get(key)
+        missing = refused or budget.selection.quantity.missing
+        reasons = [missing] if value is None else _excesses(budget, value, before)
+        outcomes.append(
             Outcome(
                 case=planned.case.name,
                 strike_angle_deg=planned.angle,
-                at=one.place.name,
+                at=place.name,
                 budget=budget,
-                line=given.lines[one.number] if given.lines else None,
+                line=given.lines[k] if given.lines else None,
                 value=value,
-                baseline=one.baseline,
+                baseline=before,
                 status="not computed" if value is None else "exceeded" if reasons else "passed",
                 reason="; ".join(reasons),
             )
         )
-    return found, bound, warnings
+    return outcomes, bound, warnings
 
 
 def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]:
     """Which limits of a budget a value exceeds."""
-    unit = METRICS[budget.metric].unit
+    unit = budget.selection.quantity.unit
     unit = "" if unit == "1" else f" {unit}"
     found = []
     if budget.max is not None and value > budget.max:
         found.append(f"{_digits(value, budget.max)}{unit} is above max {budget.max:.6g}{unit}")
     if budget.min is not None and value < budget.min:
         found.append(f"{_digits(value, budget.min)}{unit} is below min {budget.min:.6g}{unit}")
-    tolerance = budget.tolerance
-    if tolerance is not None and baseline is not None:
-        # An infinite radius has no share; no finite one is near it.
-        margin = tolerance.amount * (abs(baseline) if tolerance.relative and math.isfinite(baseline) else 1.0)
-        value, sign = rounded(value), 1.0 if budget.worse == "greater" else -1.0
-        limit = baseline + sign * margin
-        if sign * value > sign * limit:
-            word, plus = ("above", "+") if sign > 0.0 else ("below", "−")
-            allowed = f"the baseline {baseline:.6g} {plus} {budget.baseline_tolerance}"
-            found.append(f"{_digits(value, limit)}{unit} is {word} {limit:.6g}{unit}, which is {allowed}")
+    if budget.baseline_tolerance is not None and baseline is not None:
+        value = rounded(value)
+        for sign, word, plus, better in ((1.0, "above", "+", "less"), (-1.0, "below", "−", "greater")):
+            limit = baseline + sign * budget.margin(baseline)
+            if budget.worse != better and sign * value > sign * limit:
+                allowed = f"the baseline {baseline:.6g} {plus} {budget.baseline_tolerance}"
+                found.append(f"{_digits(value, limit)}{unit} is {word} {limit:.6g}{unit}, which is {allowed}")
     return found
 
 
@@ -253,13 +263,11 @@ def _digits(value: float, limit: float) -> str:
     return f"{value:.6g}" if f"{value:.6g}" != f"{limit:.6g}" else repr(value)
 
 
-def _before(baseline: Baseline | None, budget: Budget, key: Key) -> float | None:
-    """The value of the baseline; None without one."""
-    if baseline is None:
-        return None
-    if key not in baseline.values and budget.tolerance is not None:
-        angle = "" if key.strike_angle_deg is None else f" at {key.strike_angle_deg:g} deg"
-        raise StudyError(
-            f'baseline "{baseline.path}" has no {key.metric} at "{printable(key.at)}"{angle}; write it anew with --update-baseline'
-        )
-    return baseline.values.get(key)
+def _refuse_missing(baseline: Baseline, keys: list[Key]) -> None:
+    """Refuse a baseline that lacks a value with which one is to be compared."""
+    for case, angle, at, metric in keys:
+        if Key(case, angle, at, metric) not in baseline.values:
+            strike = "" if angle is None else f" at {angle:g} deg"
+            raise StudyError(
+                f'baseline "{baseline.path}" has no {metric} at "{printable(at)}"{strike}; write it anew with --update-baseline'
+            )

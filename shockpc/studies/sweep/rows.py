@@ -19,8 +19,8 @@ from shockpc.landing import PosedLanding, resolve
 from shockpc.profile import shock_profile
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
+from shockpc.studies.columns import Column, columns, double_difference, proven_columns
 from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.columns import Column, columns, double_difference, proven_columns
 from shockpc.studies.sweep.variation import ATTITUDE, Variation
 
 __all__ = ["Chunk", "Sweep"]

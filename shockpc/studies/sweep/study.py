@@ -10,14 +10,13 @@ from typing import Any
 
 from shockpc.errors import StudyError
 from shockpc.executor import in_order
-from shockpc.landing import PosedLanding
 from shockpc.places import Place, body_places
 from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene, plane_of, point_at, robot_of
+from shockpc.scene import Point, Scene, plane_of, robot_of
+from shockpc.studies.columns import Column, selected
 from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.columns import Column
 from shockpc.studies.sweep.rows import Chunk, Sweep
 from shockpc.studies.sweep.variation import Variation, each_of, variation
 
@@ -53,7 +52,7 @@ def sweep_of(
         at: points, as `Point` or names of frames.
         bodies: names or globs of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
-        quantities: more of the table, as KEY for all places of its kind, or KEY@PLACE for a name, a glob, or a point.
+        quantities: further columns, QUANTITY or QUANTITY@PLACES, as `selected` takes it.
         sample: number of random rows instead of the full grid. If no joint is varied, all are, within their limits.
         lhs: whether the sample is a Latin hypercube.
         seed: of the random numbers.
@@ -94,10 +93,7 @@ def sweep_of(
     for one in made.axes:
         for value in (one.values or one.span or ()) if one.stage == 2 else ():
             applied(scene, robot, one, value)[0].strike.vector(plane)
-    _ = made.first  # which has to be possible
-    computed = (*_columns(scene, robot, points, bodies, greatest), *(c for text in quantities for c in _asked(made.first, text)))
-    # A column that is asked for besides stands in the place of its own.
-    return replace(made, computed=tuple({column.name: column for column in computed}.values()))
+    return replace(made, computed=_columns(made, points, bodies, greatest, quantities))
 
 
 def sweep(
@@ -147,44 +143,33 @@ def _unpickled(pickled: bytes) -> Sweep:
     return made
 
 
-def _columns(scene: Scene, robot: Robot, points: tuple[Point, ...], names: Sequence[str], greatest: bool) -> tuple[Column, ...]:
-    """The columns of the points and bodies that are named, or of the base, and the friction that the contacts need."""
+def _columns(
+    made: Sweep, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
+) -> tuple[Column, ...]:
+    """The columns of the points and bodies that are named, or of the base, the friction of the contacts, and what is asked for."""
+    robot, landing = made.robot, made.first
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
-    bodies = [i for name in names for i in robot.match_bodies(name)]
-    if not places and not bodies:
-        bodies = [0]
+    bodies = [i for name in names for i in robot.match_bodies(name)] or ([] if places else [0])
     severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
     of_body = ["shock_com", *(["shock_max"] if greatest else []), *(f"copc.{axis}" for axis in "xyz"), "ropc"]
     columns = [Column(select(key), place) for place in places.values() for key in ("shock", *severe)]
     for body in dict.fromkeys(bodies):
         place = body_places(robot)[body]
         columns += [Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))]
-    contacts = [Place(contact.frame, number=k) for k, contact in enumerate(scene.contact)]
-    return (*columns, *(Column(select("friction_needed"), place) for place in contacts))
-
-
-def _asked(landing: PosedLanding, text: str) -> Iterator[Column]:
-    """The columns of KEY[@PLACE].
-
-    Raises:
-        ShockError: there is no such quantity, or no such place of its kind.
-    """
-    key, at, place = text.partition("@")
-    selection, robot = select(key), landing.robot
-    kind = selection.quantity.of
-    every = landing.places(kind)
-    if at and kind == "point":
-        found: Sequence[Place] = [moving_point(robot, point_at(robot, place))]
-    elif at and kind == "body":
-        found = [every[i] for i in robot.match_bodies(place)]
-    elif at:
-        names = robot.match(kind, place, [one.name for one in every])
-        found = [one for one in every if one.name in names]
-    else:
-        found = [one for one in every if kind != "point" or one.body >= 0]
-    if not found:
-        raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame, such as {key}@{robot.links[0]}')
-    return (Column(selection, one, asked=True) for one in found)
+    varied = [str(value).split("+") for one in made.variations if one.kind == "contact" for value in one.values]
+    for text in ("friction_needed", *quantities):
+        selection, chosen = selected(landing, text)
+        if text == "friction_needed":
+            chosen = chosen[: len(landing.contacts)]
+        if varied and selection.quantity.of == "contact":
+            if "@" in text:
+                raise StudyError(f'the contact varies, so "{text}" cannot name one; leave the @ and what follows out')
+            chosen = tuple(Place(f"contact {k + 1}", number=k) for k in range(max(map(len, varied))))
+        if not chosen:
+            raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame: {text}@{robot.links[0]}')
+        columns += [Column(selection, place, asked=text in quantities) for place in chosen]
+    # A column that is asked for besides stands in the place of its own.
+    return tuple({column.name: column for column in columns}.values())
 
 
 def _all_joints(robot: Robot) -> list[Variation]:

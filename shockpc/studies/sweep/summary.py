@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.studies.sweep.columns import Column
+from shockpc.studies.columns import Column
 from shockpc.studies.sweep.rows import Sweep
 
 __all__ = ["Extent", "SweepSummary", "summarise"]

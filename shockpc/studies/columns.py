@@ -1,0 +1,211 @@
+"""Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.bodies import in_body_axes
+from shockpc.core.spatial import Array
+from shockpc.errors import StudyError
+from shockpc.impact import DoubleImpact
+from shockpc.landing import PosedLanding
+from shockpc.model.dynamics import dynamics
+from shockpc.places import Place
+from shockpc.printed import listed
+from shockpc.profile import impact_jumps, needs_proof
+from shockpc.quantities.contacts import STANDS
+from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.table import Selection, quantity, select
+from shockpc.result import ShockProfile
+from shockpc.scene import points_at
+from shockpc.studies.question import moving_point
+
+__all__ = ["Column", "column", "columns", "double_difference", "places_at", "proven_columns", "selected"]
+
+SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
+"""Quantities by which the error of double precision is measured, and the shock that it is relative to."""
+
+BLOCK = 256
+"""Postures that are computed together, so that their arrays stay in the processor's cache."""
+
+
+class Column(NamedTuple):
+    """A column of numbers: a selected quantity at a place.
+
+    Attributes:
+        selection: the quantity.
+        place: where.
+        asked: whether it was asked for by name, so that the summary and the figure show it.
+    """
+
+    selection: Selection
+    place: Place
+    asked: bool = False
+
+    @property
+    def name(self) -> str:
+        """As the table of rows heads it, QUANTITY@PLACE."""
+        return f"{self.selection.name}@{self.place.name}"
+
+    @property
+    def heading(self) -> str:
+        """The name with its unit."""
+        return f"{self.name} [{self.selection.quantity.unit.replace('1', '-')}]"
+
+    @property
+    def title(self) -> str:
+        """As texts name it."""
+        component = "" if self.selection.axis is None else f" along {'xyz'[self.selection.axis]}"
+        where = "" if self.selection.quantity.of == "robot" else f" at {self.place.name}"
+        return f"{self.selection.quantity.title}{component}{where}"
+
+    @property
+    def unit(self) -> str:
+        """Of its numbers, as headings give it."""
+        return self.selection.quantity.unit.replace("1", "-")
+
+    @property
+    def shock(self) -> bool:
+        """Whether it is a shock of the row's own strike."""
+        return self.selection.quantity.key in SHOCKS
+
+    def exists(self, landing: PosedLanding) -> bool:
+        """Whether a landing has the place; it may have fewer contacts than others."""
+        if self.selection.quantity.of != "contact" or self.place.number < len(landing.contacts):
+            return True
+        return self.place.name in [place.name for place in landing.contact_places[self.place.number :][:1]]
+
+
+def selected(
+    landing: PosedLanding, text: str, allowed: Callable[[Quantity], bool] = lambda quantity: True
+) -> tuple[Selection, tuple[Place, ...]]:
+    """What QUANTITY[@PLACES] means: a selection, and the places, by default all of its kind.
+
+    Raises:
+        ShockError: as for `select` and `places_at`.
+    """
+    key, _, pattern = text.partition("@")
+    selection = select(key, allowed)
+    return selection, places_at(landing, selection.quantity, pattern or None)
+
+
+def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = None) -> tuple[Place, ...]:
+    """The places of a quantity's kind that a name or a glob means; without one, all of them.
+
+    A point is FRAME or FRAME:x,y,z; where a body is needed, a link means the body that it belongs to.
+
+    Raises:
+        UnknownName: nothing fits; the text names the nearest.
+        StudyError: a point is fixed to the world, or the scene lacks what the quantity needs.
+    """
+    robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
+    if quantity.key == "peak_g" and landing.pulse is None:
+        raise StudyError('peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"')
+    if quantity.missing == STANDS:
+        places = places[: len(landing.contacts)]
+    if pattern is None:
+        return tuple(place for place in places if place.body >= 0 or kind != "point")
+    if kind == "point":
+        return tuple(moving_point(robot, point) for point in points_at(robot, pattern))
+    if kind == "body":
+        return tuple(places[i] for i in robot.match_bodies(pattern))
+    named = {place.name: place for place in places}
+    return tuple(named[name] for name in robot.match(kind, pattern, named))
+
+
+def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]) -> Column:
+    """The number that a text names, QUANTITY@PLACE; of the robot as a whole QUANTITY alone.
+
+    Args:
+        profile: a landing in which it exists.
+        text: the text.
+        allowed: which quantities make sense.
+
+    Raises:
+        UnknownName: there is no such quantity, or no such place of its kind.
+        StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
+    """
+    selection, places = selected(profile.landing, text, allowed)
+    key, kind = selection.name, selection.quantity.of.upper()
+    if selection.quantity.shared and profile.redundant:
+        raise StudyError(f"{key} is not determined, because contacts or loops are redundant; choose another quantity")
+    if "@" not in text and kind != "ROBOT":
+        raise StudyError(f"{key} of what? Write {key}@{kind}, such as {key}@{places[0].name if places else kind}")
+    if len(places) > 1:
+        raise StudyError(f'"{text}" means {listed((place.name for place in places), 6)}; name one of them')
+    return Column(selection, places[0])
+
+
+def columns(
+    landing: PosedLanding, Q: Array, strikes: Array, wanted: Sequence[Column]
+) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
+    """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
+
+    Args:
+        landing: the landing.
+        Q: (m, nq) configurations.
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s].
+        wanted: the columns.
+
+    Returns: columns (m, S) by name; the condition (m,) of each posture, and whether (m,) it needs a proof; and which contacts
+        (m, S, c) do not approach the ground.
+    """
+    blocks = [_block(landing, Q[k : k + BLOCK], strikes[k : k + BLOCK], wanted) for k in range(0, len(Q), BLOCK)]
+    computed = {name: np.concatenate([block[0][name] for block in blocks]) for name in blocks[0][0]}
+    condition, prove, parting = (np.concatenate(parts) for parts in list(zip(*blocks, strict=True))[1:])
+    return computed, condition, prove, parting
+
+
+def _block(
+    landing: PosedLanding, Q: Array, strikes: Array, wanted: Sequence[Column]
+) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
+    """The same for a few postures."""
+    own = bool(landing.before.omega.any() or landing.before.joint_rates.any())
+    state = dynamics(landing.robot, Q, landing.joint_model.armature)
+    everywhere = any(c.selection.quantity.of in ("joint", "robot") or c.selection.quantity.key == "shock_min" for c in wanted)
+    carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0))
+    equation, solution, jumps = impact_jumps(landing, state, own, carriers)
+    condition, prove = needs_proof(landing, equation, solution)
+    jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
+    impact = DoubleImpact(landing, equation, solution, jumps, carriers, strikes)
+    parting = impact.approach @ landing.up >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
+    return _selected(impact, wanted, strikes.shape[:2]), condition, prove, parting
+
+
+def _selected(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...]) -> dict[str, Array]:
+    """The columns (m, S) by name, each quantity evaluated once for all of its places."""
+    computed: dict[str, Array] = {}
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for entry in dict.fromkeys(column.selection.quantity for column in wanted):
+            own = [column for column in wanted if column.selection.quantity is entry]
+            computed |= {column.name: np.full(shape, np.nan) for column in own}
+            own = [column for column in own if column.exists(impact.landing)]
+            places = list({column.place.name: column.place for column in own}.values())
+            if not places or entry.posed or entry.compute is None:
+                continue
+            values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
+            for column in own:
+                computed[column.name] = np.broadcast_to(column.selection.scalar(values[:, :, index[column.place.name]]), shape)
+    return computed
+
+
+def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
+    """The same columns of one landing, proven; NaN where redundant rows leave a number undetermined."""
+    computed = {column.name: np.nan for column in wanted}
+    for selection in dict.fromkeys(column.selection for column in wanted):
+        own = [column for column in wanted if column.selection == selection and column.exists(profile.landing)]
+        numbers = profile.numbers(selection, [column.place for column in own]).tolist()
+        computed |= dict(zip((column.name for column in own), numbers, strict=True))
+    return computed
+
+
+def double_difference(profile: ShockProfile, double: dict[str, float], exact: dict[str, float], wanted: Sequence[Column]) -> float:
+    """Largest difference of a shock in double precision, relative to the most severe one of the same point [1]."""
+    largest = 0.0
+    for column in filter(lambda column: column.shock, wanted):
+        entry = quantity(column.selection.quantity.of, SHOCKS[column.selection.quantity.key])
+        severe = float(profile.values(entry, [column.place])[0])
+        off = abs(double[column.name] - exact[column.name]) / (max(severe, abs(exact[column.name])) or 1.0)
+        largest = max(largest, off) if np.isfinite(off) else np.inf if np.isfinite(exact[column.name]) else largest
+    return float(largest)
