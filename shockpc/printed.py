@@ -1,20 +1,36 @@
-"""How names from files are printed: without characters that control a terminal or the direction of text, and not too many."""
+"""How names from files are printed: without what controls a terminal, the direction of text or a CI runner, and not too long."""
 
 import re
 from collections.abc import Iterable, Sequence
 
-__all__ = ["few", "listed", "message", "printable"]
+__all__ = ["few", "listed", "message", "printable", "visible"]
+
+_COMMANDS = ((re.compile("^( *):(?=:)"), r"\1\\x3a"), (re.compile(r"(?i)##(?=\[|vso\[)"), r"#\\x23"))
+"""How lines begin, or what they contain, that CI runners take for commands, and what is printed instead."""
+
+
+def visible(text: str, kept: str = "") -> str:
+    r"""A text with control characters, line breaks and invisible marks, except those kept, as escapes such as `\x1b`."""
+    if text.isprintable():
+        return text
+    return re.sub("[^ -~]", lambda sign: sign[0] if sign[0].isprintable() or sign[0] in kept else _escape(sign[0]), text)
+
+
+def _escape(sign: str) -> str:
+    return sign.encode("unicode_escape").decode("ascii")
 
 
 def printable(text: str, most: int | None = None) -> str:
-    r"""A text with control characters, line breaks and invisible marks as escapes such as `\x1b`.
+    r"""A name or a line as it is printed: visible, and not a command for a CI runner (`::error` at its beginning, or `##[`).
 
     Args:
         text: any text.
         most: largest number of characters; a longer text is shortened in the middle.
     """
-    if not text.isprintable():
-        text = "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii") for sign in text)
+    text = visible(text)
+    if "::" in text or "##" in text:
+        for command, instead in _COMMANDS:
+            text = command.sub(instead, text)
     if most is None or len(text) <= most:
         return text
     return f"{text[: most // 2]}…{text[len(text) - (most - 1 - most // 2) :]}"

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from shockpc.cli.process import complain, deliver, prepare, received
 from shockpc.errors import ShockError, SolveError
 from shockpc.paths import inputs
+from shockpc.printed import visible
 
 __all__ = ["entry", "main"]
 
@@ -75,7 +76,7 @@ def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
         return "the memory of this computer does not suffice; give a robot with fewer joints", SolveError.exit_code
     import traceback
 
-    traceback.print_exception(error)
+    sys.stderr.write(visible("".join(traceback.format_exception(error)), "\n"))
     return "this is an error in shockpc itself, not in your input; please report the lines above", DEFECT
 
 

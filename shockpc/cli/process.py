@@ -8,7 +8,7 @@ import sys
 from typing import Any, TextIO
 
 from shockpc.errors import OutputError
-from shockpc.printed import message
+from shockpc.printed import message, visible
 
 __all__ = ["complain", "deliver", "prepare", "received"]
 
@@ -69,7 +69,7 @@ def deliver(text: str) -> None:
     if isinstance(out, io.TextIOWrapper):
         out.reconfigure(encoding="utf-8", errors="backslashreplace")
     try:
-        out.write(text)
+        out.write(visible(text, "\n"))
         out.flush()
     except OSError as refusal:
         # Python must not try again at exit.

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from shockpc.cli.process import received
+from shockpc.printed import printable
 from shockpc.trace import Trace
 
 __all__ = ["ShownTrace", "progress"]
@@ -66,5 +67,5 @@ def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
 
 def _write(text: str) -> None:
     """Replace the line by a text."""
-    sys.stderr.write(f"\r\033[K{text}")
+    sys.stderr.write(f"\r\033[K{printable(text)}")
     sys.stderr.flush()

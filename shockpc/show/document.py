@@ -7,6 +7,7 @@ Keys keep their order, and new ones are added at the end of their object. Number
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -90,8 +91,9 @@ def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
 
 
 def json_text(document: Any) -> str:
-    """A document as text."""
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    """A document as text, in which JSON's own escapes stand for what a terminal or a CI runner would interpret."""
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False).replace("##", "#\\u0023")
+    return re.sub("[^ -~\n]", lambda sign: sign[0] if sign[0].isprintable() else json.dumps(sign[0])[1:-1], text) + "\n"
 
 
 def headed(name: str, found: dict[str, Any]) -> dict[str, Any]:

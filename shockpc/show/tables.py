@@ -18,6 +18,12 @@ Cell = str | float | None
 Row = tuple[Cell, ...]
 
 
+_MARKUP = re.compile(
+    r"[\\`*|~$]|\](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|^[#+=]|^-(?=[ -])|(?i:(?<=http)|(?<=https)|(?<=ftp)):(?=//)|(?i:(?<=www))\."
+)
+_FORMULA = tuple("=+-@＝＋－＠")
+
+
 class Sheet(NamedTuple):
     """A table: a title, a header with units, rows, and notes under it."""
 
@@ -63,7 +69,8 @@ def markdown_list(lines: Iterable[str]) -> str:
 def as_csv(sheet: Sheet) -> str:
     """A table for a spreadsheet: full precision, `inf` for an infinite radius, no -0.0, empty where there is nothing.
 
-    An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula.
+    An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula. Characters that are not printable
+    are escapes.
     """
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows([_exact(cell) for cell in row] for row in (sheet.header, *sheet.rows))
@@ -71,10 +78,10 @@ def as_csv(sheet: Sheet) -> str:
 
 
 def escaped(text: str) -> str:
-    """A text that Markdown shows as it is: neither HTML nor markup, links or new cells."""
+    """A text that Markdown shows as it is: neither HTML nor markup, links, references, formulas or new cells."""
     import html  # a table of all entities, which no other format needs
 
-    return re.sub(r"([\\`*|]|\](?=\())", r"\\\1", html.escape(printable(text), quote=False))
+    return _MARKUP.sub(r"\\\g<0>", html.escape(printable(text), quote=False))
 
 
 def largest(rows: list[Row], most: int | None, noun: str, sizes: Sequence[float] = ()) -> tuple[list[Row], tuple[str, ...]]:
@@ -116,7 +123,8 @@ def _at_the_point(cells: list[str]) -> list[str]:
 def _exact(cell: Cell) -> str:
     """A cell of a CSV file."""
     if isinstance(cell, str):
-        return f"'{cell}" if cell.startswith(("=", "+", "-", "@", "\t", "\r")) else cell
+        text = printable(cell)
+        return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) else text
     return "" if cell is None or math.isnan(cell) else repr(float(cell) + 0.0)
 
 

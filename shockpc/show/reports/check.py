@@ -196,8 +196,8 @@ def _github_commands(check: Check) -> str:
     lines = []
     for outcome in shown:
         properties = {**_line(check, outcome), "title": f"shockpc: {outcome.budget.metric} at {outcome.at}"}
-        listed = ",".join(f"{key}={value.translate(PROPERTY)}" for key, value in properties.items())
-        text = f"{place_text(outcome)}: {outcome.reason}".translate(MESSAGE)
+        listed = ",".join(f"{key}={printable(value).translate(PROPERTY)}" for key, value in properties.items())
+        text = printable(f"{place_text(outcome)}: {outcome.reason}").translate(MESSAGE)
         lines.append(f"::{'error' if outcome.fails else 'warning'} {listed}::{text}\n")
     if left := marked[len(shown) :]:
         kind = "error" if left[0].fails else "warning"

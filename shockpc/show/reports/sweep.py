@@ -4,6 +4,7 @@ import itertools
 import shlex
 from collections.abc import Iterator
 
+from shockpc.printed import printable
 from shockpc.show.reports.report import Picture
 from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text
 from shockpc.studies.sweep.rows import Sweep
@@ -17,13 +18,13 @@ MESSAGES = 5
 
 def sweep_text(summary: SweepSummary) -> str:
     """The summary for a terminal."""
-    return "\n".join([as_text(_sheet(summary)), *_lines(summary)]) + "\n"
+    return "\n".join([as_text(_sheet(summary)), *map(printable, _lines(summary))]) + "\n"
 
 
 def sweep_files(summary: SweepSummary) -> dict[str, str | bytes]:
     """The summary as Markdown and CSV, and the figure, by file name."""
     sheet = _sheet(summary)
-    lines = "".join(f"    {line}\n" for line in _lines(summary))
+    lines = "".join(f"    {printable(line)}\n" for line in _lines(summary))
     return {
         **Picture("sweep", "results over the sweep", "sweep:draw_sweep", (summary,)).files(),
         "summary.md": "\n".join([as_markdown(sheet), "![results over the sweep](sweep.svg)\n", lines]),

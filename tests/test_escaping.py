@@ -1,0 +1,114 @@
+"""Names that files give, at every exit of every command: terminal, Markdown, CSV, JSON, JUnit and annotations."""
+
+import csv
+import json
+import re
+from xml.etree import ElementTree
+
+import pytest
+from commands import run
+from robot_texts import joint, link, urdf
+
+from shockpc.show.files import MANIFEST
+
+NAMES = (
+    "::error::x", "  ::add-mask::x", "##[error]x", "##vso[task.complete]x", "\x85::error::x", "\x9b31mred", "\u202eright", "\u200b",
+    "\ufeffx", "a\rb", "\r=1+1", "\n::error::x", "\n=1+1", "\u2028x", "=1+1", " =1+1", "+x", "-x", "@SUM(1)", "＝1+1", "\t=1",
+    "[x]: http://evil.example", "](http://evil.example)[", "![x](http://evil.example)", "<img src=x onerror=alert(1)>", "a|b",
+    "`x`", "*b*", "__x__", "~~x~~", "$x^2$", "# x", "- x", "http://evil.example", "www.evil.example", "\\", '"', "a,b;c", "%s{}",
+)  # fmt: skip
+"""Each would be a command, an escape sequence, a formula, markup, or the end of a line or a cell."""
+
+
+def robot():
+    """A leg whose links and joints have the names, in order, and fixed links with the rest of them as sensors."""
+    box = '<collision><geometry><box size=".1 .1 .1"/></geometry></collision><visual><geometry><mesh filename="{}"/></geometry></visual>'
+    parts = [link("base", "5", more=box.format("none.stl"))]
+    for k, name in enumerate(map(quoted, NAMES)):
+        carrier = "base" if k % 8 == 0 else f"{quoted(NAMES[k - 1])}{k - 1}"
+        parts += [
+            link(f"{name}{k}", more=box.format(f"{name}.stl")),
+            joint(
+                f"{name}{k}j",
+                carrier,
+                f"{name}{k}",
+                more='<origin xyz="0 0 -.1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>',
+            ),
+            f'<link name="{name}{k} imu"/>',
+            joint(f"{name}{k} fixed", f"{name}{k}", f"{name}{k} imu", "fixed"),
+        ]
+    return urdf(*parts, name=quoted("".join(NAMES)))
+
+
+def quoted(name):
+    """A name in an attribute of XML."""
+    return "".join(f"&#{ord(sign)};" if ord(sign) < 32 or sign in '<&"' or ord(sign) > 126 else sign for sign in name)
+
+
+HOSTILE = range(len(NAMES))
+LANDING = ("odd.urdf", "--contact", f"{NAMES[-1]}{len(NAMES) - 1}")
+SENSORS = [word for k in (0, 1, 2, 5, 6, 14, 21) for word in ("--point", f"{NAMES[k]}{k} imu")]
+FORMATS = ("table", "markdown", "csv", "json")
+COMMANDS = {
+    "analyze": (*LANDING, *SENSORS),
+    "robots": ("odd.urdf",),
+    "batch": ("odd.urdf", "--contact", f"{NAMES[7]}7", "--contact", f"{NAMES[-1]}{len(NAMES) - 1}"),
+    "compare": ("odd.urdf", "odd.urdf", *LANDING[1:], *SENSORS),
+    "sensitivity": (*LANDING, "--at", f"{NAMES[0]}0 imu"),
+    "limits": (*LANDING, "--joint", f"joint", "--at", f"{NAMES[0]}0 imu", "--max-shock", "9", "--step", "20"),
+    "place": (*LANDING, "--body", f"{NAMES[21]}21", "--alternatives", "0", *SENSORS),
+    "sweep": (*LANDING, "--vary", f"joint:{NAMES[0]}0j=0:1:2", *(word.replace("--point", "--at") for word in SENSORS)),
+}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with the robot, and budgets of a case with such a name."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "odd.urdf").write_text(robot(), encoding="utf-8")
+    return tmp_path
+
+
+def check_text(text, workflow=False):
+    """What is printed, or a file as text, holds nothing that a terminal or a CI runner would interpret."""
+    assert [sign for sign in text if not (sign.isprintable() or sign == "\n")] == []
+    assert not re.search(r"(?i)##(\[|vso\[)", text)
+    commands = [line for line in text.splitlines() if line.lstrip().startswith("::")]
+    assert workflow or commands == []
+    assert all(re.match("::(error|warning) (file=|title=shockpc)", line) for line in commands)
+
+
+def check_csv(text):
+    """All rows have as many cells, and no spreadsheet computes one of them."""
+    rows = list(csv.reader(text.splitlines()))
+    assert len({len(row) for row in rows}) == 1
+    assert [cell for row in rows for cell in row if re.match(r"\s*[=+@＝]|\s*-(?![\d.])", cell)] == []
+
+
+def check_markdown(text):
+    """No definition, link, image, HTML or formula comes from a name."""
+    own = re.sub(r"!\[[^\n]*\]\(\w+\.svg\)\n", "", text)
+    for markup in (r"\](?=[(:\[])", "<(?!!)", r"(?<=http):(?=//)", r"(?<=www)\.", r"\$", "`", r"~"):
+        assert not re.search(r"(?<!\\)" + markup, "".join(line for line in own.splitlines(True) if not line.startswith("    ")))
+
+
+CHECKS = {"markdown": check_markdown, "csv": check_csv, "json": json.loads}
+SUFFIXES = {".md": check_markdown, ".csv": check_csv, ".json": json.loads, ".svg": ElementTree.fromstring}
+
+
+@pytest.mark.parametrize("format_", FORMATS)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_names_of_a_robot(capfd, here, command, format_):
+    """Whatever a robot's file calls its parts, every output is what its format says, on both streams and in every file."""
+    formats = () if command in ("robots", "sweep") else ("--format", format_)
+    outcome = run(capfd, command, *COMMANDS[command], *formats, *(() if command == "robots" else ("--out", "out")))
+    assert outcome.code in (0, 3), outcome.err
+    check_text(outcome.out)
+    check_text(outcome.err)
+    if formats:
+        CHECKS.get(format_, str)(outcome.out)
+    for path in (here / "out").rglob("*"):
+        if path.suffix in SUFFIXES and path.name != MANIFEST:
+            text = path.read_text(encoding="utf-8")
+            check_text(text)
+            SUFFIXES[path.suffix](text)
