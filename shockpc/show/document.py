@@ -41,8 +41,8 @@ TYPES = {"translates": bool}
 def document(profile: ShockProfile) -> dict[str, Any]:
     """The document of one profile: every quantity at every place; positions in metres, world or body axes as the table says."""
     robot, assembly = profile.robot, profile.assembly
-    size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
     (whole,) = _selected(profile, "robot")
+    size = {"name": robot.name, "file": robot.label, "mass": whole.pop("mass"), "n_bodies": len(robot.bodies), "nv": robot.model.nv}
     bodies, contacts = _selected(profile, "body"), _selected(profile, "contact")
     places = [{"position": body.pop("position"), "rotation": R} for body, R in zip(bodies, profile.rotation, strict=True)]
     named = [{"body": body.name, "links": body.links} for body in robot.bodies]
