@@ -69,7 +69,8 @@ def test_every_number_is_that_of_a_single_analysis(dog):
         )]  # fmt: skip
         load = next(load for load in profile.loads if load.joint == "FL_calf_joint")
         assert found == pytest.approx([
-            load.delta_qd, profile.contacts[0].impulse[2], profile.energy_lost, float(profile.shock_at("base", np.array([0.0, 0.0, 0.1]))),
+            load.delta_qd, profile.contacts[0].impulse[2], profile.energy_lost,
+            float(profile.shock_at("base", np.array([0.0, 0.0, 0.1]))),
             np.linalg.norm(profile.position[profile.bodies.index("FL_calf")]), np.linalg.norm(load.moment),
         ], rel=1e-14)  # fmt: skip
     assert ("delta_qd", "FR_calf_joint") not in rows

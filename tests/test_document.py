@@ -136,7 +136,12 @@ def test_document_is_the_table(profile):
     assert (read["schema"], read["shockpc"], read["pinocchio"]) == ("shockpc.profile/1", shockpc.__version__, PINOCCHIO)
     size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
     assert (read["robot"], read["joint_model"]) == (size, profile.joint_model)
-    rows = {"robot": [read | read["health"] | {"mass": read["robot"]["mass"]}], "body": read["bodies"], "point": read["points"], "joint": read["joints"]}
+    rows = {
+        "robot": [read | read["health"] | {"mass": read["robot"]["mass"]}],
+        "body": read["bodies"],
+        "point": read["points"],
+        "joint": read["joints"],
+    }
     rows["contact"] = [*read["contacts"], *read["stance"]]
     for quantity in QUANTITIES:
         path = PATHS.get(quantity.key, quantity.key)
