@@ -23,7 +23,7 @@ COLOUR_MAP = "YlGnBu"
 """Light to dark, as the bands of the other figures."""
 
 
-class Curve(NamedTuple):
+class _Curve(NamedTuple):
     """Values that are drawn: their name, the label of their axis with the unit, and the values (n,) or, of a map, (slow, fast)."""
 
     name: str
@@ -41,7 +41,7 @@ def draw_sweep(summary: SweepSummary) -> Figure:
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
     values = [
-        Curve(printable(one.column.name, 60), _label(one), np.where(np.isfinite(one.values), one.values, np.nan))
+        _Curve(printable(one.column.name, 60), _label(one), np.where(np.isfinite(one.values), one.values, np.nan))
         for one in shown
         if one.values is not None
     ]
@@ -58,7 +58,7 @@ def draw_sweep(summary: SweepSummary) -> Figure:
         return _maps(title, slow, fast, grids)
     names = [printable(str(name), 60) for name in slow.values[:MOST]]
     panels = {
-        grid.name: [Curve(*row) for row in zip(names, [grid.label] * len(names), grid.values, strict=False)] for grid in grids
+        grid.name: [_Curve(*row) for row in zip(names, [grid.label] * len(names), grid.values, strict=False)] for grid in grids
     }
     return _curves(title, fast, panels, slow.subject)
 
@@ -69,7 +69,7 @@ def _label(extent: Extent) -> str:
     return SHOCK if column.shock else printable(f"{entry.title} [{entry.unit.replace('1', '-')}]", 60)
 
 
-def _curves(title: str, one: Variation, panels: Mapping[str, Sequence[Curve]], varied: str = "") -> Figure:
+def _curves(title: str, one: Variation, panels: Mapping[str, Sequence[_Curve]], varied: str = "") -> Figure:
     """Curves over one variable: panels one above the other, each with curves of one label.
 
     Args:
@@ -95,7 +95,7 @@ def _curves(title: str, one: Variation, panels: Mapping[str, Sequence[Curve]], v
     return figure
 
 
-def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[Curve]) -> Figure:
+def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve]) -> Figure:
     """Maps over two variables, a panel each, those of one label with one scale of colours."""
     across = min(len(grids), 2)
     down = math.ceil(len(grids) / across)
