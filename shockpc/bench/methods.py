@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc import Robot, Scene, SceneError, resolve, shock_profile
+from shockpc import Robot, Scene, SceneError, ShockProfile, resolve, shock_profile
 from shockpc.core.spatial import Array
 from shockpc.landing import PosedLanding
 from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_axes, block_point
 from shockpc.profile import impact_jumps
+from shockpc.quantities.table import QUANTITIES
 
-__all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "System", "UnsuitedError", "double_jumps", "system_of"]
+__all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "System", "UnsuitedError", "all_quantities", "double_jumps", "system_of"]
 
 PROVEN = "shockpc, proven"
 WORLD_AXES = pin.LOCAL_WORLD_ALIGNED
@@ -127,6 +128,19 @@ def _proven(system: System) -> Prepared:
         lambda: shock_profile(system.landing.scene, system.landing.robot),
         lambda profile: np.concatenate([profile.delta_omega, profile.delta_v], axis=1),
     )
+
+
+def all_quantities(system: System) -> Prepared:
+    """The package: a whole analysis, every number that its document holds."""
+    scene, robot = system.landing.scene, system.landing.robot
+
+    def run() -> ShockProfile:
+        profile = shock_profile(scene, robot)
+        for quantity in QUANTITIES:
+            profile.values(quantity)
+        return profile
+
+    return Prepared(run, _proven(system).read)
 
 
 def double_jumps(landing: PosedLanding) -> Array:

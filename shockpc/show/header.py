@@ -12,7 +12,7 @@ from shockpc.robot.record import WORLD, Robot
 
 __all__ = [
     "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
-    "shown_as", "strike_text", "vector_text", "warning_lines",
+    "proof_text", "shown_as", "strike_text", "vector_text", "warning_lines",
 ]  # fmt: skip
 
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
@@ -121,6 +121,11 @@ def shown_as(value: float, unit: str, digits: int = 3) -> str:
 def vector_text(values: Iterable[float]) -> str:
     """A vector to four digits."""
     return ", ".join(f"{round(float(value), 12) + 0.0:.4g}" for value in values)
+
+
+def proof_text(bound: float) -> str:
+    """How far the jumps are proven, and of what: not how far a real robot agrees with its file."""
+    return f"proven to {bound:.0e} of each body's motion, for the robot as loaded"
 
 
 def warning_lines(profile: ShockProfile) -> list[str]:

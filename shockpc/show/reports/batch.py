@@ -5,7 +5,7 @@ from typing import Any
 
 from shockpc.quantities.table import select
 from shockpc.robot.landmarks import is_imu
-from shockpc.show.header import count
+from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet
 from shockpc.studies.batch import Batch, BatchRow
@@ -68,7 +68,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     yield "trunk: the heaviest body; bodies' quantities are its own, points' its centre of mass's; of several places the worst"
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
-        yield f"jumps proven to {bound:.0e} of each body's motion; shockpc quantities lists what the columns mean"
+        yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean"
     models = sorted({row.joint_model for row in rows})
     if models == ["free"]:
         yield "joints are free, since nothing gives a reflected inertia; stiff gearboxes change the results considerably"

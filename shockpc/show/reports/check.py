@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 from shockpc.errors import OutputError
 from shockpc.printed import printable
 from shockpc.show.document import record
-from shockpc.show.header import count
+from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Cell, Sheet, as_markdown
 from shockpc.studies.check.budgets import Budget
@@ -116,7 +116,7 @@ def _summary_text(check: Check) -> str:
     text = f"budgets of {count(check.landings, 'landing')}: {check.count('passed')} passed, {failed} exceeded"
     text += f", {warned} exceeded with a warning" if warned else ""
     text += f", {missing} not computed" if missing else ""
-    return text + (f"; jumps proven to {check.error_bound:.0e} of each body's motion" if check.error_bound else "")
+    return text + (f"; jumps {proof_text(check.error_bound)}" if check.error_bound else "")
 
 
 def _limit_text(budget: Budget) -> str:

@@ -10,7 +10,7 @@ from shockpc.core.directions import ExtremeDirections
 from shockpc.printed import few
 from shockpc.result import ShockProfile
 from shockpc.show.document import document
-from shockpc.show.header import contact_name, count, header_lines, shown_as, vector_text, warning_lines
+from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet, largest, rounded
 
@@ -100,7 +100,7 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
 def accuracy_line(profile: ShockProfile) -> str:
     """The proven error bound, and what double precision and the last digit of the data contribute."""
     health = profile.health
-    proven = f"proven to {health.error_bound:.0e} of each body's motion, for the robot as loaded ({health.bits} bits)"
+    proven = f"{proof_text(health.error_bound)} ({health.bits} bits)"
     double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
     data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
     return f"accuracy: {proven}; double precision alone {double}; {data}"

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.show.document import record
-from shockpc.show.header import count, header_lines
+from shockpc.show.header import count, header_lines, proof_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Row, Sheet, largest
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
@@ -164,7 +164,7 @@ def _proof(study: PlaceStudy) -> list[str]:
     unfinished = "" if study.complete else "; the search ended at its limit before the optimum was proven"
     return [
         f"optimum: {what} {study.region.text} {verb} below {study.bound:.6g} (gap {study.gap:.0e}){unfinished}",
-        f"accuracy: the shock at these places is proven to {bound:.0e} of the body's motion",
+        f"accuracy: the shock at these places is {proof_text(bound)}",
     ]
 
 
