@@ -66,7 +66,7 @@ class Shape(NamedTuple):
 
     link: str
     points: Array
-    rounding: Array = np.zeros((3, 3))
+    rounding: Array = read_only(np.zeros((3, 3)))
     mesh: Mesh | None = None
     name: str = ""
 
