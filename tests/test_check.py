@@ -16,6 +16,7 @@ from commands import STICK, STICK_WITH_IMU, environment, good, run
 import shockpc
 from shockpc import Contact, Point, Scene, ShockError, Strike, assert_shock, shock_profile
 from shockpc.cli.check import EPILOG
+from shockpc.printed import printable
 from shockpc.show.files import MANIFEST
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.gate import check_budgets
@@ -418,7 +419,7 @@ def test_github(capfd, here, monkeypatch):
     (kind, properties, message), warning = commands(outcome.out)
     assert kind == "error"
     assert properties == {"file": "robot/a,b:c%.toml", "line": "4", "title": "shockpc: shock at imu_link"}
-    assert message.startswith(f"{ODD}: shock at imu_link: ")
+    assert message.startswith(f"{printable(ODD)}: shock at imu_link: ")
     assert message.endswith(" is above max 0.001")
     assert warning[0] == "warning"
     summary = (here / "summary.md").read_text(encoding="utf-8")

@@ -21,8 +21,9 @@ NAMES = (
 
 
 def robot():
-    """A leg whose links and joints have the names, in order, and fixed links with the rest of them as sensors."""
-    box = '<collision><geometry><box size=".1 .1 .1"/></geometry></collision><visual><geometry><mesh filename="{}"/></geometry></visual>'
+    """Chains of links that have the names, with shapes, joints and sensors of the same names."""
+    mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    box = f'<collision><geometry><box size=".1 .1 .1"/></geometry></collision>{mesh}'
     parts = [link("base", "5", more=box.format("none.stl"))]
     for k, name in enumerate(map(quoted, NAMES)):
         carrier = "base" if k % 8 == 0 else f"{quoted(NAMES[k - 1])}{k - 1}"
@@ -45,19 +46,25 @@ def quoted(name):
     return "".join(f"&#{ord(sign)};" if ord(sign) < 32 or sign in '<&"' or ord(sign) > 126 else sign for sign in name)
 
 
-HOSTILE = range(len(NAMES))
-LANDING = ("odd.urdf", "--contact", f"{NAMES[-1]}{len(NAMES) - 1}")
-SENSORS = [word for k in (0, 1, 2, 5, 6, 14, 21) for word in ("--point", f"{NAMES[k]}{k} imu")]
+def called(k, more=""):
+    """The name of a link, as the reader of XML gives it."""
+    return f"{NAMES[k]}{k}{more}".strip()
+
+
+LAST = len(NAMES) - 1
+FRAME = json.dumps(called(LAST))
+LANDING = ("odd.urdf", "--contact", called(LAST))
+SENSORS = [word for k in (0, 1, 2, 5, 6, 14, 21) for word in ("--at", called(k, " imu"))]
 FORMATS = ("table", "markdown", "csv", "json")
 COMMANDS = {
     "analyze": (*LANDING, *SENSORS),
     "robots": ("odd.urdf",),
-    "batch": ("odd.urdf", "--contact", f"{NAMES[7]}7", "--contact", f"{NAMES[-1]}{len(NAMES) - 1}"),
+    "batch": ("odd.urdf", "--contact", called(7), "--contact", called(LAST)),
     "compare": ("odd.urdf", "odd.urdf", *LANDING[1:], *SENSORS),
-    "sensitivity": (*LANDING, "--at", f"{NAMES[0]}0 imu"),
-    "limits": (*LANDING, "--joint", f"joint", "--at", f"{NAMES[0]}0 imu", "--max-shock", "9", "--step", "20"),
-    "place": (*LANDING, "--body", f"{NAMES[21]}21", "--alternatives", "0", *SENSORS),
-    "sweep": (*LANDING, "--vary", f"joint:{NAMES[0]}0j=0:1:2", *(word.replace("--point", "--at") for word in SENSORS)),
+    "sensitivity": (*LANDING, *SENSORS[:2]),
+    "limits": (*LANDING, "--joint", called(LAST, "j"), *SENSORS[:2], "--max-shock", "99", "--step", "20"),
+    "place": (*LANDING, "--body", called(21), "--alternatives", "0", *SENSORS),
+    "sweep": (*LANDING, "--vary", f"joint:{called(0, 'j')}=0:1:2", *SENSORS),
 }
 
 
@@ -92,23 +99,49 @@ def check_markdown(text):
         assert not re.search(r"(?<!\\)" + markup, "".join(line for line in own.splitlines(True) if not line.startswith("    ")))
 
 
-CHECKS = {"markdown": check_markdown, "csv": check_csv, "json": json.loads}
-SUFFIXES = {".md": check_markdown, ".csv": check_csv, ".json": json.loads, ".svg": ElementTree.fromstring}
+CHECKS = {"markdown": check_markdown, "csv": check_csv, "json": json.loads, "junit": ElementTree.fromstring}
+SUFFIXES = {
+    ".md": check_markdown,
+    ".csv": check_csv,
+    ".json": json.loads,
+    ".svg": ElementTree.fromstring,
+    ".xml": ElementTree.fromstring,
+}
 
 
-@pytest.mark.parametrize("format_", FORMATS)
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    ("command", "format_"),
+    [(command, format_) for command in COMMANDS for format_ in (FORMATS if command not in ("robots", "sweep") else FORMATS[:1])],
+)
 def test_names_of_a_robot(capfd, here, command, format_):
     """Whatever a robot's file calls its parts, every output is what its format says, on both streams and in every file."""
-    formats = () if command in ("robots", "sweep") else ("--format", format_)
-    outcome = run(capfd, command, *COMMANDS[command], *formats, *(() if command == "robots" else ("--out", "out")))
+    formats = () if format_ == "table" else ("--format", format_)
+    out = ("--out", "out") if format_ == "table" and command != "robots" else ()
+    outcome = run(capfd, command, *COMMANDS[command], *formats, *out)
     assert outcome.code in (0, 3), outcome.err
     check_text(outcome.out)
     check_text(outcome.err)
-    if formats:
-        CHECKS.get(format_, str)(outcome.out)
+    CHECKS.get(format_, str)(outcome.out)
     for path in (here / "out").rglob("*"):
         if path.suffix in SUFFIXES and path.name != MANIFEST:
             text = path.read_text(encoding="utf-8")
             check_text(text)
             SUFFIXES[path.suffix](text)
+
+
+@pytest.mark.parametrize("format_", ["text", "json", "junit", "markdown", "github"])
+def test_names_of_budgets(capfd, here, format_):
+    """Cases, places and the file of budgets have such names."""
+    cases = "".join(
+        f'[[case]]\nname = {json.dumps(name)}\nrobot = "odd.urdf"\n[[case.contact]]\nframe = {FRAME}\n' for name in NAMES[:9]
+    )
+    budgets = "".join(f'[[budget]]\nat = {json.dumps(name)}\nmetric = "shock"\nmax = 1e-30\n' for name in SENSORS[1::2])
+    (here / "::a\u202e##[b].toml").write_text(cases + budgets, encoding="utf-8")
+    outcome = run(capfd, "check", "::a\u202e##[b].toml", "--format", format_, "--out", "out")
+    assert outcome.code == 1, outcome.err
+    check_text(outcome.out, format_ == "github")
+    check_text(outcome.err)
+    CHECKS.get(format_, str)(outcome.out)
+    for path in (here / "out").iterdir():
+        check_text(path.read_text(encoding="utf-8"))
+        SUFFIXES.get(path.suffix, str)(path.read_text(encoding="utf-8"))

@@ -21,7 +21,7 @@ from shockpc.executor import in_order
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.scene import scene_table
-from shockpc.show.document import record
+from shockpc.show.document import json_text, record
 from shockpc.show.files import write_file
 from shockpc.show.tables import Sheet, as_csv
 from shockpc.studies.sweep.rows import Chunk, Sweep
@@ -74,7 +74,7 @@ class Parts:
                     f'"{self.folder}" holds another sweep, which differs in: {", ".join(different)}; it cannot be continued with '
                     "this one; name another folder with --out"
                 )
-        write_file(path, json.dumps(description, indent=1, ensure_ascii=False) + "\n")
+        write_file(path, json_text(description))
 
     def write(self, executor: Executor | None) -> Iterator[int]:
         """Compute the parts that are missing; yield the number of rows that were there, then of each part.

@@ -26,7 +26,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
     figure = new_chart(7.2, 1.45 + HEIGHT * len(effects), f"What changes the {target} of {landing}")
     axes, rows = figure.add_subplot(), range(len(effects))
     changes = np.array([effect.derivative * effect.step for effect in effects])
-    largest = float(np.abs(changes).max()) or abs(study.value)
+    largest = max(float(np.abs(changes).max()), 1e-9 * abs(study.value)) or 1.0
     # Nothing can have less than none of a mass or of an inertia.
     lower = [effect.kind not in ("mass", "armature") or effect.value >= effect.step for effect in effects]
     bars = axes.barh(rows, changes, left=study.value, height=0.72, color=BANDS[6], label="change as given (the number)")
