@@ -231,6 +231,10 @@ class ShockProfile:
         """The values of a quantity."""
         out = np.zeros((len(places), 3) if wanted.vector else len(places))
         moving = [k for k, place in enumerate(places) if wanted.of != "point" or place.body >= 0]
+        if wanted.key == "position":
+            out = np.array([place.r for place in places]).reshape(-1, 3)
+        if wanted.key == "peak_g" and self.landing.pulse is None:
+            out[:] = np.nan
         if not moving:
             return out
         where = [places[k] for k in moving]

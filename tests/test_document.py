@@ -11,8 +11,10 @@ from pydantic import TypeAdapter
 
 import shockpc
 from shockpc import Closure, Contact, Joints, Place, Point, Posture, Scene, Strike, shock_profile
+from shockpc.diagnostic import Diagnostic
 from shockpc.model.dynamics import PINOCCHIO
-from shockpc.show.document import document, to_json
+from shockpc.quantities.table import QUANTITIES
+from shockpc.show.document import PATHS, document, json_text
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
@@ -50,24 +52,30 @@ SCENES = {
 }
 
 STRIKES = "most_severe:strike least_severe:strike"
-FOOT = "frame:str point:vector impulse:vector? friction_needed:float?"
+FOOT = (
+    "frame:str point:vector impulse:vector? friction_needed:float? approach:vector? mass_sticking:float? mass_frictionless:float? "
+    "mitigation:float? moment:vector? effective_mass:float? pull:float?"
+)
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
     "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
-    "assembly:assembly? loads_unique:bool",
+    "assembly:assembly? loads_unique:bool depth:float?",
     "robot": "name:str file:str mass:float n_bodies:int nv:int",
     "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
-    f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES}",
+    f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES} peak_g:float? "
+    "delta_v_com:vector error_bound:float",
     "placement": "position:vector rotation:matrix",
     "strike": "direction:vector shock:float",
-    "point": f"frame:str body:str delta_v:vector shock:float {STRIKES} peak_g:float?",
-    "contact": f"{FOOT} approach:vector mass_sticking:float? mass_frictionless:float? mitigation:float? moment:vector?",
+    "point": f"frame:str body:str delta_v:vector shock:float {STRIKES} peak_g:float? position:vector shock_free:float? "
+    "shock_locked:float?",
+    "contact": FOOT,
     "health": "rank:int rows:int error_bound:float? body_error_bounds:float?* double_error:float data_sensitivity:float? bits:int "
-    "warnings:str*",
+    "warnings:warning*",
+    "warning": "kind:str subject:str value:float? text:str",
     "foot": FOOT,
     "total": "impulse:vector moment:vector",
     "energy": "lost:float share:float?",
-    "joint": "joint:str force:vector moment:vector along:float?",
+    "joint": "joint:str force:vector moment:vector along:float? delta_qd:float? joint_impulse:float joint_moment:float",
     "row": "place:str free:float? as_modelled:float locked:float?",
     "assembly": "gap:float turn:float moved:step*",
     "step": "joint:str by:float",
@@ -102,7 +110,7 @@ def profile(request):
 
 def test_document_fits_its_schema(profile):
     """Every key is there, in its order, with a value of its kind; and no other key."""
-    written = to_json([profile])
+    written = json_text(document(profile))
     assert misfits("document", json.loads(written)) == []
     assert written.endswith("}\n")
 
@@ -115,32 +123,37 @@ def same(read, value):
     return read is None if not np.isfinite(array).any() else np.array_equal(read, array)
 
 
-def test_document_is_the_profile(profile):
-    """Reading the text gives back every number of the profile."""
-    read, robot, assembly = json.loads(to_json([profile])), profile.robot, profile.assembly
+def at(row, path):
+    """What stands at a path such as "most_severe.shock"."""
+    for key in path.split("."):
+        row = row[key]
+    return row
+
+
+def test_document_is_the_table(profile):
+    """Every quantity of every place is in the document, to the last bit, and so are the robot, the assembly and the warnings."""
+    read, robot, assembly = json.loads(json_text(document(profile))), profile.robot, profile.assembly
     assert (read["schema"], read["shockpc"], read["pinocchio"]) == ("shockpc.profile/1", shockpc.__version__, PINOCCHIO)
     size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
-    assert read["robot"] == size
-    assert (read["v_in"], read["joint_model"]) == (profile.v_in, profile.joint_model)
-    for i, body in enumerate(read["bodies"]):
-        assert (body.pop("body"), tuple(body.pop("links"))) == (profile.bodies[i], robot.bodies[i].links)
-        place = body.pop("placement")
-        assert same(place["position"], profile.position[i])
-        assert same(place["rotation"], profile.rotation[i])
-        same_strikes(body, [found[i] for found in profile.directions])
-        assert all(same(value, getattr(profile, key)[i]) for key, value in body.items())
-    for row, point in zip(read["points"], profile.points, strict=True):
-        same_strikes(row, point.directions)
-    tables = {"points": profile.points, "contacts": profile.contacts, "stance": profile.stance, "joints": profile.loads}
-    for name, records in (tables | {"bracket": profile.bracket}).items():
-        for row, record in zip(read[name], records, strict=True):
-            assert all(same(value, getattr(record, key)) for key, value in row.items())
+    assert (read["robot"], read["joint_model"]) == (size, profile.joint_model)
+    rows = {
+        "robot": [read | read["health"] | {"mass": read["robot"]["mass"]}],
+        "body": read["bodies"],
+        "point": read["points"],
+        "joint": read["joints"],
+    }
+    rows["contact"] = [*read["contacts"], *read["stance"]]
+    for quantity in QUANTITIES:
+        path = PATHS.get(quantity.key, quantity.key)
+        path = f"placement.{path}" if (quantity.of, path) == ("body", "position") else path
+        values = profile.values(quantity)
+        assert len(values) == len(rows[quantity.of])
+        assert all(same(at(row, path), value) for row, value in zip(rows[quantity.of], values, strict=True)), quantity.key
+    assert [(body["body"], tuple(body["links"])) for body in read["bodies"]] == [(body.name, body.links) for body in robot.bodies]
+    assert [body["placement"]["rotation"] for body in read["bodies"]] == profile.rotation.tolist()
     assert [foot["frame"] for foot in read["stance"]] == list(profile.scene.stance)
-    assert same(read["total"]["impulse"], profile.total_impulse)
-    assert same(read["total"]["moment"], profile.total_moment)
-    assert read["health"].pop("warnings") == [str(warning) for warning in profile.health.warnings]
-    assert all(same(value, getattr(profile.health, key)) for key, value in read["health"].items())
-    assert read["energy"] == {"lost": profile.energy_lost, "share": profile.energy_share}
+    assert [tuple(row.values()) for row in read["bracket"]] == list(profile.bracket)
+    assert [tuple(warning.values()) for warning in read["health"]["warnings"]] == list(profile.health.warnings)
     moved = None if assembly is None else [{"joint": name, "by": by} for name, by, _ in assembly.moved]
     assert read["assembly"] == (assembly and {"gap": assembly.gap, "turn": assembly.turn, "moved": moved})
 
@@ -156,30 +169,19 @@ def test_nulls_stand_where_things_do_not_exist():
     assert [contact["friction_needed"] for contact in pulled["contacts"]] == [0.0, None]
 
 
-def same_strikes(row, found):
-    """The most and the least severe direction of a row are those of the profile; they are taken out of it."""
-    most_severe, most_severe_shock, least_severe, least_severe_shock = found
-    for strike, direction, shock in (
-        (row.pop("most_severe"), most_severe, most_severe_shock),
-        (row.pop("least_severe"), least_severe, least_severe_shock),
-    ):
-        assert same(strike["direction"], direction)
-        assert strike["shock"] == shock
-
-
 def test_scene_in_the_document_is_the_whole_scene(profile):
     """Its `scene` alone computes the same bytes again; strike, base and posture are there even if nobody named them."""
-    read = json.loads(to_json([profile]))
+    read = json.loads(json_text(document(profile)))
     assert {"robot", "base", "plane", "posture", "strike", "contact"} <= set(read["scene"])
     assert "reference" in read["scene"]["posture"]
     again = TypeAdapter(Scene).validate_python(read["scene"])
-    assert to_json([shock_profile(again)]) == to_json([profile])
+    assert json_text(document(shock_profile(again))) == json_text(document(profile))
 
 
 def test_same_bytes_every_time():
     """Two processes, with other hash seeds, write the same bytes."""
     code = "import sys; from shockpc.cli.entry import main; main(sys.argv[1:])"
-    words = ("analyze", "anymal_b", "--contact", "foot", "--strike-angle", "30", "--format", "json")
+    words = ("analyze", "anymal_b", "--contact", "*_FOOT", "--strike-angle", "30", "--format", "json")
     first, second = (python(code, *words, PYTHONHASHSEED=seed) for seed in ("1", "2"))
     assert (first.returncode, first.stderr) == (0, "")
     assert first.stdout == second.stdout
@@ -188,7 +190,7 @@ def test_same_bytes_every_time():
 
 def test_text_of_numbers(profile):
     """Shortest round trip, no -0.0, no NaN, Unicode as it is."""
-    text = to_json([profile])
+    text = json_text(document(profile))
     assert "NaN" not in text
     assert "Infinity" not in text
     assert "-0.0," not in text.replace("\n", ",")
@@ -196,9 +198,10 @@ def test_text_of_numbers(profile):
 
 
 def test_health_without_a_number_is_null():
-    """What was not computed, or is without bound, is null; warnings are their texts."""
+    """What was not computed, or is without bound, is null; warnings are objects."""
     profile = shock_profile(SCENES["beam that is pulled"])
-    warned = health(error_bound=math.inf, body_error_bounds=(math.inf,), data_sensitivity=None, warnings=(ValueError("a record"),))
+    warning = Diagnostic("sensor", "imu", math.inf, "beyond its range")
+    warned = health(error_bound=math.inf, body_error_bounds=(math.inf,), data_sensitivity=None, warnings=(warning,))
     found = document(Altered(profile, health=warned))["health"]
     assert [found[key] for key in ("error_bound", "body_error_bounds", "data_sensitivity")] == [None, [None], None]
-    assert found["warnings"] == ["a record"]
+    assert found["warnings"] == [{"kind": "sensor", "subject": "imu", "value": None, "text": "beyond its range"}]

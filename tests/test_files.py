@@ -14,9 +14,10 @@ from commands import ROBOTS
 
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.paths import read_file
-from shockpc.show.document import to_json
+from shockpc.show.document import document as document_of
+from shockpc.show.document import json_text
 from shockpc.show.files import MANIFEST, check_folder, write_file, write_folder
-from shockpc.show.reports.landing import landing_files, landing_report
+from shockpc.show.reports.landing import landing_report, landings_report
 
 
 def failure(code: int) -> OSError:
@@ -184,14 +185,14 @@ FILES = {"profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md"
 def test_folder_of_a_landing(tmp_path, profile):
     """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do not move."""
     folder = tmp_path / "new" / "out"
-    write_folder(folder, landing_files([profile], ["lf_foot"]))
+    write_folder(folder, landings_report([profile], ["lf_foot"]).files())
     assert listing(folder) == FILES
-    assert (folder / "profile.json").read_text(encoding="utf-8") == to_json([profile])
+    assert (folder / "profile.json").read_text(encoding="utf-8") == json_text(document_of(profile))
     assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).markdown(figure=True)
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
-    document = json.loads(to_json([profile]))
+    document = json.loads(json_text(document_of(profile)))
     bodies = rows(folder / "bodies.csv")
-    assert [row[0] for row in bodies[1:]] == [body["body"] for body in document["bodies"]]
+    assert [row[1] for row in bodies[1:]] == [body["body"] for body in document["bodies"]]
     assert [float(row[bodies[0].index("shock at CoM [-]")]) for row in bodies[1:]] == [b["shock_com"] for b in document["bodies"]]
     points = rows(folder / "points.csv")
     assert [(row[0], row[1], float(row[5])) for row in points[1:]] == [
@@ -202,7 +203,7 @@ def test_folder_of_a_landing(tmp_path, profile):
 
 def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, only its own files."""
-    write_folder(tmp_path, landing_files([profile, profile], ["a", "b"]))
+    write_folder(tmp_path, landings_report([profile, profile], ["a", "b"]).files())
     assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in FILES} | {"summary.csv", "summary.md"}
-    write_folder(tmp_path, landing_files([profile], ["a"]))
+    write_folder(tmp_path, landings_report([profile], ["a"]).files())
     assert listing(tmp_path) == FILES

@@ -220,8 +220,8 @@ def test_a_number_that_is_zero():
         ("copc.x@base_link", UnknownName, "no quantity"),
         ("shock", StudyError, "shock of what. Write shock@POINT"),
         ("shock@world", UnknownName, 'no frame "world"'),
-        ("shock_max@base_link", StudyError, "greatest shock is computed in double precision"),
-        ("peak_g@trunk_imu", StudyError, "no peak acceleration at trunk_imu in this landing: the scene gives no pulse"),
+        ("shock_max@base_link", StudyError, "greatest shock over the body is computed in double precision"),
+        ("peak_g@trunk_imu", StudyError, "peak_g needs the duration of the impact"),
         ("along@lf_kfe", UnknownName, 'no joint "lf_kfe".*nearest: "lf_kfe_joint"'),
     ],
 )

@@ -16,11 +16,12 @@ from trees import robot_from
 
 from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
+from shockpc.diagnostic import Diagnostic
 from shockpc.printed import printable
 from shockpc.result import StanceImpulse
 from shockpc.show.header import header_lines
-from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_text
-from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text
+from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_report
+from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text, escaped, rounded
 
 
 def directions(*shape):
@@ -34,13 +35,18 @@ def landing(contact: str, **changes):
     scene = Scene(robot="beam", contact=contact, point=(Point(frame="tip", offset=(0, 0, 0.1)),), **changes)
     found = shock_profile(scene)
     points = tuple(Altered(point, directions=directions()) for point in found.points)
-    warned = health(warnings=("the ground is wet; feet may slip",))
+    warned = health(warnings=(Diagnostic("scene", "", None, "the ground is wet; feet may slip"),))
     return Altered(found, health=warned, directions=directions(1), points=points)
 
 
 @pytest.fixture(scope="module")
 def landings():
     return [landing("pivot"), landing("center")]
+
+
+def text_of(profiles, format_):
+    """The landings in a format."""
+    return landings_report(profiles, [str(k) for k in range(len(profiles))]).text(format_)
 
 
 def header(**scene):
@@ -51,12 +57,42 @@ def header(**scene):
 # Whole texts
 
 
-def test_reports(landings, snapshot):
-    """Terminal, Markdown with a figure, and CSV."""
-    assert landings_text(landings, "table") == snapshot(name="terminal")
-    assert landing_report(landings[0]).markdown(figure=True) == snapshot(name="markdown")
-    assert landings_text(landings, "markdown").endswith("| at tip:0,0,0.1 | 0.5220 | 1.0000 |\n")
-    assert "![" not in landings_text(landings, "markdown")
+def test_formats_hold_the_same(landings):
+    """Every line and every cell of the text for a terminal is in the Markdown document too, for one landing and for several."""
+    report = landing_report(landings[0])
+    text, markdown = report.text("table"), report.markdown(figure=True)
+    assert "![shock profile of beam](shock.svg)" in markdown
+    for sheet in report.tables(None):
+        for cell in (part for row in sheet.rows for part in row):
+            assert f" {rounded(cell)}" in text.replace("\n", " ")
+            assert f"| {escaped(rounded(cell))} |" in markdown
+    for _, line in (*report.summary, *report.header, *((None, line) for line in (*report.closing, *report.warnings))):
+        assert line in text
+        assert escaped(line) in markdown
+    several = text_of(landings, "markdown")
+    assert several.startswith(report.text("markdown"))
+    assert several.endswith("| at tip:0,0,0.1 | 0.5220 | 1.000 |\n")
+    assert "![" not in several
+
+
+def test_the_result_comes_first():
+    """The shock at every sensor with its range, the largest impulse through a joint, and the warnings; then all else."""
+    scene = Scene(robot="anymal_b", contact="LF_FOOT", posture=Posture(joints={"RH_KFE": 0.1}))
+    profile = shock_profile(scene)
+    shock, joint, warnings, blank = text_of([profile], "table").splitlines()[:4]
+    here, free, locked = (profile.value(key, "point")[0] for key in ("shock", "shock_free", "shock_locked"))
+    assert shock == f"shock        imu_link {here:.4f} (joints free {free:.4f} … locked {locked:.4f})"
+    sizes = [np.linalg.norm(load.force) for load in profile.loads]
+    load = profile.loads[int(np.argmax(sizes))]
+    assert joint == f"joint        largest impulse: {load.joint} {max(sizes):.3f} N s, 0 N m s along its axis"
+    found = [str(warning) for warning in profile.health.warnings]
+    assert found
+    assert warnings == f"warnings     {len(found)} warning{'s' * (len(found) > 1)}: {found[0]}"
+    assert blank == ""
+    assert text_of([profile], "markdown").splitlines()[2].startswith("- **shock**: imu_link ")
+    beam = text_of([shock_profile(Scene(robot="beam", contact="pivot"))], "table").splitlines()
+    assert beam[0] == "shock        CoM of beam 0.2500 (joints free 0.2500 … locked 0.2500)"
+    assert beam[1:3] == ["joint        largest impulse: none, because the robot has no joints", "warnings     no warnings"]
 
 
 def test_report_of_a_robot_with_joints(snapshot):
@@ -84,17 +120,17 @@ def test_the_last_line_is_the_accuracy():
     profile = shock_profile(Scene(robot="beam", contact="pivot"))
     proven = Altered(profile, health=health())
     line = (
-        "accuracy: proven to 2e-16 of each body's motion (128 bits); double precision alone was off by 6e-15; "
-        "last-digit changes of the data move it by 3e-15"
+        "accuracy: proven to 2e-16 of each body's motion, for the robot as loaded (128 bits); double precision alone "
+        "was off by 6e-15; last-digit changes of the data move it by 3e-15"
     )
-    assert landings_text([proven], "table").splitlines()[-1] == line
-    assert landings_text([proven], "markdown").splitlines()[-1] == f"- {line}"
+    assert text_of([proven], "table").splitlines()[-1] == line
+    assert text_of([proven], "markdown").splitlines()[-1] == f"- {line}"
     assert "double precision alone finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
 
 
 def test_csv_has_every_digit(landings):
     """One row for each landing and body; a body that translates has empty cells and an infinite radius."""
-    head, pivot, center, end = landings_text(landings, "csv").split("\n")
+    head, pivot, center, end = text_of(landings, "csv").split("\n")
     assert head.startswith("contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM [-],least [-],")
     assert (center, end) == ("center,beam,0.0,,,,inf,1.0,1.0,1.0,0.0,yes", "")
     name, body, *numbers, still = pivot.split(",")
@@ -110,27 +146,33 @@ def test_csv_has_every_digit(landings):
 
 CELLS = {
     None: "–", "trunk": "trunk", math.inf: "inf", 0.0: "0", -1e-13: "0", 1e-12: "1.00e-12", -0.0009999: "-1.00e-03",
-    0.001: "0.0010", 1.0: "1.0000", -12.34567: "-12.3457", 99999.0: "99999.0000", 100000.0: "1.00e+05",
+    0.001: "0.0010", 0.99996: "1.000", 1.0: "1.000", -12.34567: "-12.35", 123.456: "123.5", 9999.0: "9999", 9999.6: "1.00e+04",
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("cell", CELLS)
 def test_cells(cell):
-    """Four decimals, or powers of ten where those would hide a number."""
+    """At most four digits and four decimals; powers of ten where those would hide a number."""
     assert as_text(Sheet("t", ("value",), [(cell,)])).splitlines()[-1].strip() == CELLS[cell]
     assert as_markdown(Sheet("t", ("value",), [(cell,)])).splitlines()[-1] == f"| {CELLS[cell]} |"
 
 
 def test_alignment_and_notes():
-    """Names to the left, numbers to the right, headers over both; the unit below the name, if there is one."""
-    sheet = Sheet("title", ("name", "long number [m]", "note"), [("a", 1.0, "x"), ("longer name", None, "–")], ("first", "second"))
+    """Names to the left, numbers at their points, headers over both; the unit below the name, if there is one."""
+    sheet = Sheet(
+        "title",
+        ("name", "long number [m]", "note"),
+        [("a", 1.0, "x"), ("longer name", 0.5, "–"), ("neither", None, "–")],
+        ("first", "second"),
+    )
     assert as_text(sheet) == (
         "title\n"
         "name         long number  note\n"
         "                     [m]\n"
         "───────────  ───────────  ────\n"
-        "a                 1.0000  x\n"
-        "longer name            –  –\n"
+        "a                 1.000   x\n"
+        "longer name       0.5000  –\n"
+        "neither                –  –\n"
         "(first)\n"
         "(second)\n"
     )
@@ -267,11 +309,11 @@ def test_a_body_that_rotates_out_of_the_plane(plane, base):
     """Struck beside its centre, seen along the axis and across it: a word, or a point; in CSV no word among numbers."""
     contact = Contact(frame="base", offset=(0.0, 0.5, 0.0))
     profile = shock_profile(Scene(robot="r", contact=(contact,), plane=plane), robot_from(SPINNING))
-    rows = [re.split(r" {2,}", line) for line in landings_text([profile], "table").split("─\n")[1].splitlines()]
+    rows = [re.split(r" {2,}", line) for line in text_of([profile], "table").split("─\n")[1].splitlines()]
     # A wheel on a bearing along the axis of the turn keeps its orientation and is only carried: I / (m d) = 0.4 / (2 · 0.5).
     assert [(row[0], *row[2:6]) for row in rows[:2]] == [("base", *base), ("wheel", "translates", "–", "–", "inf")]
-    assert [row[-1] for row in rows[:2]] == (["100.0000" if plane == "xz" else "0", "0"])
-    table = list(csv.reader(io.StringIO(landings_text([profile], "csv"))))
+    assert [row[-1] for row in rows[:2]] == (["100.0" if plane == "xz" else "0", "0"])
+    table = list(csv.reader(io.StringIO(text_of([profile], "csv"))))
     assert [row[-1] for row in table[1:]] == ["yes" if plane == "xz" else "no", "yes"]
     assert table[2][3:7] == ["", "", "", "inf"]
     assert (table[1][3:6] == ["", "", ""]) == (plane == "xz")
@@ -279,8 +321,8 @@ def test_a_body_that_rotates_out_of_the_plane(plane, base):
 
 def test_stance_feet_are_listed_with_the_total(snapshot):
     """A row for each stance foot, one for the total, and the total moment; contacts without an impulse of their own say so."""
-    contacts = (ContactImpulse("box", np.zeros(3), np.array([0.0, 0.0, 1.5]), None, 0.0, np.zeros(3), 1.0, 1.0, None),)
-    stance = (StanceImpulse("flap", np.zeros(3), np.array([0.0, 0.0, -0.5]), None),)
+    contacts = (ContactImpulse("box", np.zeros(3), np.array([0.0, 0.0, 1.5]), None, 0.0, np.zeros(3), 1.0, 1.0, 1.0, None, 0.0),)
+    stance = (StanceImpulse("flap", np.zeros(3), np.array([0.0, 0.0, -0.5]), None, 0.5),)
     total = {"total_impulse": np.array([0.0, 0.0, 1.0]), "total_moment": np.array([-1e-17, 0.25, 0.0])}
     found = SimpleNamespace(contacts=contacts, stance=stance, **total)
     assert as_text(contacts_sheet(found)) == snapshot(name="stance")
@@ -292,9 +334,9 @@ def test_stance_feet_are_listed_with_the_total(snapshot):
 def test_bodies_that_do_not_move_become_one_line():
     """On a fixed base most bodies of a quadruped stay as they are; CSV has them all."""
     profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT", base="fixed"))
-    report = landings_text([profile], "table")
+    report = text_of([profile], "table")
     rows = [line.split("  ")[0] for line in report.split("─\n")[1].splitlines()]
     assert rows[:3] == ["LF_HIP", "LF_THIGH", "LF_SHANK"]
     listed = "base, LH_HIP, LH_THIGH, LH_SHANK, RF_HIP, RF_THIGH and 4 more"
     assert f"\n(10 bodies not shown, not moved by the impact: {listed})\n" in report
-    assert landings_text([profile], "csv").count("\n") == 14
+    assert text_of([profile], "csv").count("\n") == 14

@@ -32,25 +32,21 @@ def analyze(
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import file_names, scene_files, shown
+        from shockpc.cli.output import file_names, give, scene_files
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
-        from shockpc.show.files import write_file, write_folder
+        from shockpc.show.files import write_file
+        from shockpc.show.reports.landing import landings_report
     loaded, scenes = scenes_from(robot, options, trace)
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
     with trace.stage("output"):
-        text = shown(profiles, output.format, bodies)
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
             write_file(file, scene_text(profile.scene, file.parent), over_input=force)
-        if output.out is not None:
-            from shockpc.show.reports.landing import landing_files
-
-            write_folder(output.out, landing_files(profiles, file_names(scenes), bodies))
-        else:
+        if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        sys.stdout.write(text)
+        give(landings_report(profiles, file_names(scenes), bodies), output)
     if explain:
         sys.stderr.write(trace.text())

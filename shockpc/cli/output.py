@@ -2,7 +2,6 @@
 
 import os
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,14 +9,13 @@ from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import complain
 from shockpc.cli.progress import ShownTrace
 from shockpc.errors import OutputError
-from shockpc.result import ShockProfile
 from shockpc.scene import Scene
 from shockpc.show.files import write_folder
 
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
 
-__all__ = ["file_names", "give", "scene_files", "shown"]
+__all__ = ["file_names", "give", "scene_files"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
@@ -36,20 +34,6 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     return files
 
 
-def shown(profiles: list[ShockProfile], format_: str, bodies: Sequence[int] | None) -> str:
-    """What goes to standard output. A CSV file cannot hold warnings, so they go to standard error."""
-    if format_ == "json":
-        from shockpc.show.document import to_json
-
-        return to_json(profiles)
-    from shockpc.show.reports.landing import landings_text
-
-    if format_ == "csv":
-        for warning in dict.fromkeys(str(warning) for profile in profiles for warning in profile.health.warnings):
-            complain(f"warning: {warning}")
-    return landings_text(profiles, format_, bodies)
-
-
 def give(report: "Report", output: OutputOptions) -> None:
     """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error."""
     if output.out is not None:
@@ -57,7 +41,7 @@ def give(report: "Report", output: OutputOptions) -> None:
             write_folder(output.out, report.files())
     sys.stdout.write(report.text(output.format))
     if output.format == "csv":
-        for line in report.warnings:
+        for line in dict.fromkeys(line for part in (*report.parts.values(), report) for line in part.warnings):
             complain(line)
 
 

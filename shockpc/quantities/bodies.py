@@ -108,6 +108,8 @@ def _pitch_size(impact: Impact, values: Array) -> Any:
 
 
 BODIES = (
+    Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
+        p: world_position(i, [Place(place.name, place.body) for place in p]), reach, vector=True),
     Quantity("delta_omega", "body", "Δω, body axes", "rad/s", "greater", lambda i, p: _split(i, p)[0], largest_jump, vector=True),
     Quantity("delta_v", "body", "Δv of the frame's origin, body axes", "m/s", "greater", lambda i, p: _split(i, p)[1],
         largest_jump, vector=True),
@@ -126,7 +128,5 @@ BODIES = (
     *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key or q.key == "peak_g"),
     Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
         vector=True),
-    Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
-        p: world_position(i, [Place(place.name, place.body) for place in p]), reach, vector=True),
     Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater", posed=True),
 )  # fmt: skip

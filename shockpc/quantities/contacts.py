@@ -231,10 +231,10 @@ CONTACTS = (
         posed=True),
     Quantity("mass_frictionless", "contact", "effective mass if it slides", "kg", "greater", _resistance("frictionless"),
         missing=STANDS, posed=True),
-    Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True),
     Quantity("mitigation", "contact", "impact mitigation factor", "1", "less", _resistance("mitigation"), missing=MITIGATION,
         posed=True),
     Quantity("moment", "contact", "moment about the contact point, world axes", "N m s", "greater", _moment, _impulse_size,
         f"{REDUNDANT}; or it is a point", vector=True),
+    Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True),
     Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", _pull, missing=REDUNDANT),
 )  # fmt: skip

@@ -55,14 +55,14 @@ def _size(impact: Impact, values: Array) -> float:
 
 
 JOINTS = (
-    Quantity("delta_qd", "joint", "jump of the joint's rate", "rad/s, m/s", "greater", _delta_qd, lambda i,
-        x: float(np.abs(i.along(i.delta_qd).astype(float)).max()), AXES, signed=True),
     Quantity("force", "joint", "impulse on the body, world axes", "N s", "greater", _force, _size, REDUNDANT, shared=True,
         vector=True),
     Quantity("moment", "joint", "moment about the joint's origin, world axes", "N m s", "greater", _moment, _size, REDUNDANT,
         shared=True, vector=True),
     Quantity("along", "joint", "impulse along the joint's axis", "N m s, N s", "greater", _along, _size, f"{AXES}; or {REDUNDANT}",
         shared=True, signed=True),
+    Quantity("delta_qd", "joint", "jump of the joint's rate", "rad/s, m/s", "greater", _delta_qd, lambda i,
+        x: float(np.abs(i.along(i.delta_qd).astype(float)).max()), AXES, signed=True),
     Quantity("joint_impulse", "joint", "impulse through the joint", "N s", "greater", lambda i, p: norm(_force(i, p)), _size,
         REDUNDANT, shared=True),
     Quantity("joint_moment", "joint", "impulsive moment through the joint", "N m s", "greater", lambda i, p: norm(_moment(i, p)),

@@ -65,15 +65,15 @@ def _extreme(part: str) -> Callable[[Impact, Places], Array]:
 
 
 POINTS = (
-    Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock),
     Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True),
-    Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse"),
-    Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", _extreme("most_severe_shock")),
+    Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock),
     Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", _extreme("most_severe"),
         vector=True),
-    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", _extreme("least_severe_shock")),
+    Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", _extreme("most_severe_shock")),
     Quantity("least_severe_direction", "point", "least severe strike, world axes", "1", "neither", _extreme("least_severe"),
         vector=True),
+    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", _extreme("least_severe_shock")),
+    Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse"),
     Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True),
     Quantity("shock_free", "point", "shock with free joints", "1", "greater", missing="not solvable with free joints", posed=True),
     Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", missing="not solvable with locked joints",

@@ -14,62 +14,80 @@ from typing import Any
 import numpy as np
 
 import shockpc
-from shockpc.core.directions import ExtremeDirections
-from shockpc.diagnostic import Diagnostic
 from shockpc.model.dynamics import PINOCCHIO
+from shockpc.places import Kind
+from shockpc.quantities.table import quantities_of
 from shockpc.result import ShockProfile
 from shockpc.scene import Scene, scene_table
 
-__all__ = ["document", "headed", "json_text", "record", "to_json"]
+__all__ = ["document", "headed", "json_text", "record"]
 
-BODY = (
-    "delta_omega", "delta_v", "copc", "copc_world", "ropc", "translates", "pitch", "off_plane", "shock_com",
-    "shock_min", "shock_max",
-)  # fmt: skip
-CONTACT = ("frame", "point", "impulse", "friction_needed", "approach", "mass_sticking", "mass_frictionless", "mitigation", "moment")
+PATHS = {
+    "most_severe": "most_severe.shock",
+    "most_severe_direction": "most_severe.direction",
+    "least_severe": "least_severe.shock",
+    "least_severe_direction": "least_severe.direction",
+    "energy_lost": "energy.lost",
+    "energy_share": "energy.share",
+    "total_impulse": "total.impulse",
+    "total_moment": "total.moment",
+}
+"""Where quantities stand in the object of their place; others stand under their own key."""
+
+TYPES = {"translates": bool}
+"""Of what is not a length, a ratio or another measure."""
 
 
 def document(profile: ShockProfile) -> dict[str, Any]:
-    """The document of one profile; positions in metres, world or body axes as `ShockProfile` says."""
+    """The document of one profile: every quantity at every place; positions in metres, world or body axes as the table says."""
     robot, assembly = profile.robot, profile.assembly
-    size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
-    found = {
+    (whole,) = _selected(profile, "robot")
+    size = {"name": robot.name, "file": robot.label, "mass": whole.pop("mass"), "n_bodies": len(robot.bodies), "nv": robot.model.nv}
+    bodies, contacts = _selected(profile, "body"), _selected(profile, "contact")
+    places = [{"position": body.pop("position"), "rotation": R} for body, R in zip(bodies, profile.rotation, strict=True)]
+    named = [{"body": body.name, "links": body.links} for body in robot.bodies]
+    carriers = ["world" if place.body < 0 else robot.bodies[place.body].name for place in profile.places("point")]
+    feet = [{"frame": place.name} | contact for place, contact in zip(profile.places("contact"), contacts, strict=True)]
+    content = {
         "robot": size,
         "scene": profile.scene,
-        "v_in": profile.v_in,
-        "bodies": [
-            {
-                "body": body.name,
-                "links": body.links,
-                "placement": {"position": profile.position[i], "rotation": profile.rotation[i]},
-                **{key: getattr(profile, key)[i] for key in BODY},
-                **_directions(ExtremeDirections(*(part[i] for part in profile.directions))),
-            }
-            for i, body in enumerate(robot.bodies)
-        ],
+        "v_in": whole.pop("v_in"),
+        "bodies": [name | {"placement": place} | body for name, place, body in zip(named, places, bodies, strict=True)],
         "points": [
-            {**record(one, "frame", "body", "delta_v", "shock"), **_directions(one.directions), "peak_g": one.peak_g}
-            for one in profile.points
+            {"frame": place.name, "body": carrier} | point
+            for place, carrier, point in zip(profile.places("point"), carriers, _selected(profile, "point"), strict=True)
         ],
-        "contacts": [record(one, *CONTACT) for one in profile.contacts],
+        "contacts": feet[: len(profile.landing.contacts)],
         "joint_model": profile.joint_model,
         "health": profile.health,
-        "stance": profile.stance,
-        "total": {"impulse": profile.total_impulse, "moment": profile.total_moment},
-        "energy": {"lost": profile.energy_lost, "share": profile.energy_share},
-        "joints": profile.loads,
+        "stance": feet[len(profile.landing.contacts) :],
+        "total": whole.pop("total"),
+        "energy": whole.pop("energy"),
+        "joints": [
+            {"joint": place.name} | joint for place, joint in zip(profile.places("joint"), _selected(profile, "joint"), strict=True)
+        ],
         "bracket": profile.bracket,
         "assembly": assembly
         and {**record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": by} for name, by, _ in assembly.moved]},
         "loads_unique": profile.health.rank == profile.health.rows,
+        **whole,
     }
-    return headed("profile", found)
+    return headed("profile", content)
 
 
-def to_json(profiles: list[ShockProfile]) -> str:
-    """One document, or a list of them where a contact pattern made several cases."""
-    documents = [document(profile) for profile in profiles]
-    return json_text(documents[0] if len(documents) == 1 else documents)
+def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
+    """The quantities of every place of a kind; those of the robot without its health, which is a record."""
+    rows: list[dict[str, Any]] = [{} for _ in profile.places(kind)]
+    for quantity in quantities_of(kind):
+        if kind == "robot" and quantity.compute is None:
+            continue
+        *groups, key = PATHS.get(quantity.key, quantity.key).split(".")
+        convert = TYPES.get(quantity.key, lambda value: value)
+        for row, value in zip(rows, profile.values(quantity), strict=True):
+            for group in groups:
+                row = row.setdefault(group, {})
+            row[key] = convert(value)
+    return rows
 
 
 def json_text(document: Any) -> str:
@@ -88,16 +106,8 @@ def record(one: object, *keys: str) -> dict[str, Any]:
     return {key: getattr(one, key) for key in keys}
 
 
-def _directions(found: ExtremeDirections) -> dict[str, Any]:
-    """The most and the least severe impact direction of one place."""
-    return {
-        "most_severe": {"direction": found.most_severe, "shock": found.most_severe_shock},
-        "least_severe": {"direction": found.least_severe, "shock": found.least_severe_shock},
-    }
-
-
 def _plain(value: Any) -> Any:
-    """A value as JSON holds it: named tuples are objects, a scene its table, warnings and other records their text; no -0.0."""
+    """A value as JSON holds it: named tuples are objects, a scene its table; no -0.0."""
     match value:
         case None | str() | int():
             return value
@@ -110,8 +120,6 @@ def _plain(value: Any) -> Any:
         case list():
             parts = [_plain(part) for part in value]
             return None if parts and all(part is None for part in parts) else parts
-        case Diagnostic():
-            return str(value)
         case tuple():
             return _plain(value._asdict()) if hasattr(value, "_asdict") else [_plain(part) for part in value]
         case Scene():

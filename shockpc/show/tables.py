@@ -10,7 +10,7 @@ from typing import NamedTuple
 from shockpc.printed import message, printable
 from shockpc.show.header import count
 
-__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "largest", "markdown_list"]
+__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "largest", "markdown_list", "rounded"]
 
 Cell = str | float | None
 """Content of a table: a text, a number, or nothing, for which NaN stands as well."""
@@ -34,14 +34,15 @@ class Sheet(NamedTuple):
 
 
 def as_text(sheet: Sheet) -> str:
-    """A table for a terminal: names to the left, numbers to the right, each column as wide as it must be."""
+    """A table for a terminal: names to the left, numbers below one another at their points, columns as wide as they must be."""
     heads = [printable(head).partition(" [") for head in sheet.header]
     names, units = [name for name, _, _ in heads], [bracket.strip() + unit for _, bracket, unit in heads]
-    cells = [[printable(_shown(cell), 80) for cell in row] for row in sheet.rows]
+    columns = [_at_the_point([printable(rounded(row[k]), 80) for row in sheet.rows]) for k in range(len(names))]
+    cells = list(zip(*columns, strict=True))
     widths = [max(map(len, column)) for column in zip(names, units, *cells, strict=True)]
     numeric = _numeric(sheet)
 
-    def line(parts: list[str]) -> str:
+    def line(parts: Sequence[str]) -> str:
         placed = [part.rjust(w) if right else part.ljust(w) for part, w, right in zip(parts, widths, numeric, strict=True)]
         return "  ".join(placed).rstrip()
 
@@ -52,7 +53,7 @@ def as_text(sheet: Sheet) -> str:
 
 def as_markdown(sheet: Sheet) -> str:
     """A table for a report."""
-    rows = [sheet.header, *(map(_shown, row) for row in sheet.rows)]
+    rows = [sheet.header, *(map(rounded, row) for row in sheet.rows)]
     lines = ["| " + " | ".join(map(escaped, row)) + " |" for row in rows]
     lines.insert(1, "|" + "|".join("---:" if right else "---" for right in _numeric(sheet)) + "|")
     notes = [f"\n*{note[0].upper()}{note[1:]}.*" for note in map(escaped, sheet.notes)]
@@ -98,8 +99,8 @@ def largest(rows: list[Row], most: int | None, noun: str, sizes: Sequence[float]
     return [rows[k] for k in sorted(kept)], (f"{count(len(rows) - most, noun)} with smaller values not shown; --out writes all",)
 
 
-def _shown(cell: Cell) -> str:
-    """A cell as people read it: four decimals, so that a column is aligned; powers of ten where those would hide a number."""
+def rounded(cell: Cell) -> str:
+    """A cell as people read it: at most four digits and four decimals; powers of ten where those would hide a number."""
     if isinstance(cell, str):
         return cell
     if cell is None or math.isnan(cell):
@@ -108,7 +109,15 @@ def _shown(cell: Cell) -> str:
         return "inf"
     if abs(cell) < 1e-12:
         return "0"
-    return f"{cell:.4f}" if 1e-3 <= abs(cell) < 1e5 else f"{cell:.2e}"
+    exponent = int(f"{cell:.3e}".partition("e")[2])
+    return f"{cell:.{min(4, 3 - exponent)}f}" if -3 <= exponent <= 3 else f"{cell:.2e}"
+
+
+def _at_the_point(cells: list[str]) -> list[str]:
+    """The cells of a column with blanks after the decimals that some numbers have fewer of."""
+    decimals = [len(cell.partition(".")[2]) if re.fullmatch(r"-?\d+\.\d+", cell) else None for cell in cells]
+    most = max((n for n in decimals if n is not None), default=0)
+    return [cell if n is None else cell + " " * (most - n) for cell, n in zip(cells, decimals, strict=True)]
 
 
 def _exact(cell: Cell) -> str:

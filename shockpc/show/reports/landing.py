@@ -1,7 +1,10 @@
 """The results of landings: the tables and lines of each, and their shocks side by side where there are several."""
 
+import functools
 import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
 from shockpc.printed import few
@@ -9,11 +12,15 @@ from shockpc.result import ShockProfile
 from shockpc.show.document import document
 from shockpc.show.header import contact_name, count, header_lines, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text, largest
+from shockpc.show.tables import Row, Sheet, largest, rounded
 
-__all__ = [
-    "accuracy_line", "bodies_sheet", "contacts_sheet", "directions_sheet", "landing_files", "landing_report", "landings_text",
-]  # fmt: skip
+__all__ = ["accuracy_line", "bodies_sheet", "contacts_sheet", "directions_sheet", "landing_report", "landings_report"]
+
+BODIES = (
+    "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]",
+    "out of plane [%]",
+)  # fmt: skip
+"""Columns of the table of bodies."""
 
 OUT_OF_PLANE = 25.0
 """Share of a body's motion out of the plane above which a note says what its CoPc and RoPc describe [%]."""
@@ -27,24 +34,25 @@ NO_MITIGATION = (
 
 
 def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -> Report:
-    """Everything of one landing; of the bodies only some, if they are given by their indices.
+    """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
     The files are profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
     """
     return Report(
         name="profile",
         title=f"Shock of {profile.robot.name} landing on {contact_name(profile)}",
+        summary=_summary(profile),
         header=header_lines(profile),
         tables=lambda most: _tables(profile, bodies, most),
         short=6,
         closing=[
             *_balance_lines(profile),
             f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
-            *warning_lines(profile),
             accuracy_line(profile),
         ],
+        warnings=warning_lines(profile),
         sheets={
-            "bodies": lambda: bodies_sheet(profile, bodies, fold=False),
+            "bodies": lambda: _every_body(profile, bodies),
             "points": lambda: _points_sheet(profile),
             "contacts": lambda: contacts_sheet(profile),
         },
@@ -53,62 +61,66 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -
     )
 
 
-def landings_text(profiles: Sequence[ShockProfile], format_: str, bodies: Sequence[int] | None = None) -> str:
-    """Some landings in a format, "table", "markdown" or "csv"; of the bodies only some, if they are given by their indices."""
-    if format_ == "csv":
-        sheets = [(contact_name(profile), bodies_sheet(profile, bodies, fold=False)) for profile in profiles]
-        return as_csv(Sheet("", ("contact", *sheets[0][1].header), [(name, *row) for name, sheet in sheets for row in sheet.rows]))
-    blocks = [landing_report(profile, bodies).text(format_) for profile in profiles]
-    if len(profiles) > 1:
-        blocks.append((as_markdown if format_ == "markdown" else as_text)(_summary_sheet(profiles, bodies)))
-    return "\n".join(blocks)
-
-
-def landing_files(
-    profiles: Sequence[ShockProfile], names: Sequence[str], bodies: Sequence[int] | None = None
-) -> dict[str, str | bytes]:
-    """The files of one landing by path; of several, in a folder for each, with a summary beside them.
+def landings_report(profiles: Sequence[ShockProfile], names: Sequence[str], bodies: Sequence[int] | None = None) -> Report:
+    """The report of one landing, or of several with their shocks side by side.
 
     Args:
         profiles: the landings.
-        names: of the folders.
-        bodies: indices of the only bodies in bodies.csv and report.md.
+        names: of their folders.
+        bodies: indices of the only bodies that are shown.
     """
-    every = [landing_report(profile, bodies).files() for profile in profiles]
-    if len(every) == 1:
-        return every[0]
-    files = {f"{name}/{file}": content for name, own in zip(names, every, strict=True) for file, content in own.items()}
-    summary = _summary_sheet(profiles)
-    return files | {"summary.csv": as_csv(summary), "summary.md": as_markdown(summary)}
+    parts = {name: landing_report(profile, bodies) for name, profile in zip(names, profiles, strict=True)}
+    if len(parts) == 1:
+        return next(iter(parts.values()))
+    sheet = functools.partial(_side_by_side, profiles, bodies)
+    return Report(name="summary", tables=lambda _: [sheet()], sheets={"summary": sheet}, document=dict, parts=parts)
+
+
+def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
+    """What matters most: the shock at the sensors, the largest impulse through a joint, and the warnings."""
+    sensors = [row for row in profile.bracket if row.place in {place.name for place in profile.landing.points}]
+    shown = [(row.place, row) for row in sensors] or [(f"CoM of {row.place}", row) for row in profile.bracket]
+    texts = [
+        f"{name} {rounded(row.as_modelled)} (joints free {rounded(row.free)} … locked {rounded(row.locked)})" for name, row in shown
+    ]
+    loads, warnings = profile.loads, profile.health.warnings
+    force = "none, because the robot has no joints"
+    if loads:
+        sizes = profile.value("joint_impulse", "joint")
+        load, joint = loads[int(np.argmax(sizes))], profile.robot.joint(loads[int(np.argmax(sizes))].joint)
+        along = (
+            "" if load.along is None else f", {rounded(abs(load.along))} {'N s' if joint.unit == 'm' else 'N m s'} along its axis"
+        )
+        force = f"{load.joint} {rounded(sizes.max())} N s{along}"
+        force += "; of least norm, because rows are redundant" if profile.health.rank < profile.health.rows else ""
+    first = "no warnings" if not warnings else f"{count(len(warnings), 'warning')}: {warnings[0]}"
+    return [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), ("warnings", first)]
 
 
 def accuracy_line(profile: ShockProfile) -> str:
     """The proven error bound, and what double precision and the last digit of the data contribute."""
     health = profile.health
-    proven = f"proven to {health.error_bound:.0e} of each body's motion ({health.bits} bits)"
+    proven = f"proven to {health.error_bound:.0e} of each body's motion, for the robot as loaded ({health.bits} bits)"
     double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
     data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
     return f"accuracy: {proven}; double precision alone {double}; {data}"
 
 
-def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None, fold: bool = True) -> Sheet:
-    """One row for each body.
+def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> Sheet:
+    """One row for each body that the impact moves; a word says why a CoPc is missing.
 
     Args:
         profile: the result.
         bodies: indices of the only bodies that are shown.
-        fold: for people: bodies that the impact does not move become a note, and a word says why a CoPc is missing.
     """
     matching = range(len(profile.bodies)) if bodies is None else bodies
-    shown = [i for i in matching if profile.moved[i] or not fold]
-    rows: list[Row] = []
+    shown = [i for i in matching if profile.moved[i]]
+    rows = []
     for i in shown:
-        x, y, z = profile.copc[i]
-        if fold and profile.translates[i]:
+        name, spin, x, *others = _body_row(profile, i)
+        if profile.translates[i]:
             x = "translates" if math.isnan(profile.pitch[i]) else "out of plane"
-        shocks = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
-        row = (profile.bodies[i], math.hypot(*profile.delta_omega[i]), x, y, z, profile.ropc[i], *shocks)
-        rows.append(row if fold else (*row, "yes" if profile.translates[i] else "no"))
+        rows.append((name, spin, x, *others))
     notes = []
     if any(100.0 * profile.off_plane[i] > OUT_OF_PLANE for i in shown):
         notes.append(
@@ -119,11 +131,23 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None, fol
         notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
     if hidden := len(profile.bodies) - len(matching):
         notes.append(f"{count(hidden, 'body')} not shown, no match for --body")
-    header = [
-        "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]",
-        "shock at CoM [-]", "least [-]", "greatest [-]", "out of plane [%]", *([] if fold else ["no rotation in the plane"]),
-    ]  # fmt: skip
-    return Sheet("bodies (CoPc in body coordinates; shock relative to the strike)", header, rows, notes)
+    return Sheet("bodies (CoPc in body coordinates; shock relative to the strike)", BODIES, rows, notes)
+
+
+def _every_body(profile: ShockProfile, bodies: Sequence[int] | None) -> Sheet:
+    """The same for a spreadsheet, in which several landings can stand one below the other."""
+    contact = contact_name(profile)
+    rows = [
+        (contact, *_body_row(profile, i), "yes" if profile.translates[i] else "no")
+        for i in (range(len(profile.bodies)) if bodies is None else bodies)
+    ]
+    return Sheet("", ("contact", *BODIES, "no rotation in the plane"), rows)
+
+
+def _body_row(profile: ShockProfile, i: int) -> Row:
+    """The numbers of a body."""
+    shocks = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
+    return (profile.bodies[i], math.hypot(*profile.delta_omega[i]), *profile.copc[i], profile.ropc[i], *shocks)
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
@@ -221,7 +245,7 @@ def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
     return Sheet("impulse through the joints", header, rows, notes)
 
 
-def _summary_sheet(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None = None) -> Sheet:
+def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None) -> Sheet:
     """Several landings side by side: shock at every body's centre of mass and at every point, a column for each landing."""
     rows: list[Row] = [
         (body, *(profile.shock_com[i] for profile in profiles))
