@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import jsonschema
 import numpy as np
 import pytest
 from commands import STICK, STICK_WITH_IMU, good, run
@@ -692,6 +693,16 @@ def test_assert_shock_refuses_what_it_cannot_compute(here):
         assert_shock(scene, at="body", metric="shock_max", max=1.0)
     with pytest.raises(ShockError, match="no mass or inertia resists it"):
         assert_shock(Scene(robot="massless.urdf", contact="foot"), at="body", max=1.0)
+
+
+def test_schema_accepts_valid_budgets_alone(capfd, here):
+    """The schema for editors lists every metric and every key, and refuses all others."""
+    validator = jsonschema.Draft202012Validator(json.loads(good(capfd, "schema", "budgets")))
+    inline = '[[case]]\nname = "inline"\nrobot = "stick.urdf"\nposture = { joints_deg = { knee = 3 } }\n'
+    every = {"case": "l*", "at": "shin", "max": 2, "min": 1, "baseline_tolerance": "5%", "severity": "warning"}
+    validator.validate(tomllib.loads(ANGLES + inline + PASSES + budget(metric="body.delta_v.x", **every)))
+    for text in (CASE, PASSES, CASE + FAILS.replace('"shock"', '"shok"'), CASE + PASSES + "mx = 1\n", CASE + "robt = 1\n" + PASSES):
+        assert len(list(validator.iter_errors(tomllib.loads(text)))) == 1
 
 
 def test_the_file_of_the_help_is_valid(here):
