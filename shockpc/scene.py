@@ -40,6 +40,7 @@ __all__ = [
     "point_at",
     "points_at",
     "read_scene",
+    "record_schema",
     "robot_of",
     "scene_from",
     "scene_schema",
@@ -319,10 +320,14 @@ def scene_text(scene: Scene, folder: Path) -> str:
 
 def scene_schema() -> dict[str, Any]:
     """The JSON Schema of a scene file, for editors."""
+    return record_schema(Scene) | {"title": "shockpc scene"}
+
+
+def record_schema(record: type) -> dict[str, Any]:
+    """The JSON Schema of a table that becomes a record."""
     from pydantic import TypeAdapter
 
-    schema: dict[str, Any] = TypeAdapter(Scene).json_schema()
-    return schema | {"title": "shockpc scene"}
+    return TypeAdapter(record).json_schema()
 
 
 def scene_table(record: Any) -> dict[str, Any]:

@@ -1,16 +1,21 @@
-"""`shockpc schema`: the JSON Schema of scene files."""
+"""`shockpc schema`: the JSON Schema of scene files and of files of budgets."""
 
 import sys
+from typing import Literal
 
-from shockpc.cli.declare import command
+from shockpc.cli.declare import argument, command
 
 __all__ = ["schema"]
 
 
-@command("Print the JSON Schema of scene files, for editors.", "shockpc schema > scene.schema.json")
-def schema() -> None:
+@command("Print the JSON Schema of scene files, or of files of budgets, for editors.", "shockpc schema > scene.schema.json")
+def schema(
+    *, file: Literal["scene", "budgets"] = argument("Which files; scene by default.", "[scene|budgets]", default="scene")
+) -> None:
     import json
 
     from shockpc.scene import scene_schema
+    from shockpc.studies.check.budgets import budgets_schema
 
-    sys.stdout.write(json.dumps(scene_schema(), indent=1) + "\n")
+    text = json.dumps(budgets_schema() if file == "budgets" else scene_schema(), indent=1)
+    sys.stdout.write(text + "\n")

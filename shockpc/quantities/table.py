@@ -15,7 +15,7 @@ from shockpc.quantities.points import POINTS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.robot import ROBOT
 
-__all__ = ["QUANTITIES", "Selection", "quantities_of", "quantity", "select"]
+__all__ = ["QUANTITIES", "Selection", "quantities_of", "quantity", "select", "selections"]
 
 QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
@@ -71,12 +71,18 @@ def select(text: str, allowed: Callable[[Quantity], bool] = lambda quantity: Tru
     Raises:
         UnknownName: there is none; the text names the nearest, and the command that lists all.
     """
+    names = selections(allowed)
+    if text not in names:
+        raise UnknownName("quantity", text, names, "the table of quantities", "shockpc quantities")
+    return names[text]
+
+
+def selections(allowed: Callable[[Quantity], bool] = lambda quantity: True) -> dict[str, Selection]:
+    """All selections of the quantities that make sense, by the texts that mean them."""
     names: dict[str, Selection] = {}
     for entry in filter(allowed, QUANTITIES):
         parts = [("", None), *((f".{axis}", k) for k, axis in enumerate(AXES) if entry.vector)]
         for suffix, axis in parts:
             for name in (f"{entry.key}{suffix}", f"{entry.of}.{entry.key}{suffix}"):
-                names.setdefault(name, Selection(text, entry, axis))
-    if text not in names:
-        raise UnknownName("quantity", text, list(names), "the table of quantities", "shockpc quantities")
-    return names[text]
+                names.setdefault(name, Selection(name, entry, axis))
+    return names

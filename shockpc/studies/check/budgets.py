@@ -11,11 +11,11 @@ from typing import Any, Literal, NamedTuple
 from shockpc.errors import SceneError, ShockError, StudyError
 from shockpc.paths import read_file, usable_path
 from shockpc.printed import printable
-from shockpc.quantities.table import Selection, select
-from shockpc.scene import Scene, read_scene, scene_from, scene_table
+from shockpc.quantities.table import Selection, select, selections
+from shockpc.scene import Scene, read_scene, record_schema, scene_from, scene_schema, scene_table
 from shockpc.toml import checked, reading, unknown_key
 
-__all__ = ["Budget", "Budgets", "Case", "budgets_file", "read_budgets"]
+__all__ = ["Budget", "Budgets", "Case", "budgets_file", "budgets_schema", "read_budgets"]
 
 STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""
@@ -142,6 +142,22 @@ def budgets_file(folder: Path) -> Path:
                 return project
     found = "the pyproject.toml there has no table [tool.shockpc]" if project.exists() else "nor a pyproject.toml"
     raise StudyError(f'there is no budgets.toml in "{folder}", and {found}; name the file: shockpc check FILE')
+
+
+def budgets_schema() -> dict[str, Any]:
+    """The JSON Schema of a file of budgets, for editors; it lists the metrics."""
+    scene, case, budget = (record_schema(record)["properties"] for record in (Scene, Case, Budget))
+    keys = {
+        "case": scene | {"name": case["name"], "scene": {"type": "string"}, "strike_angle_deg": case["strike_angle_deg"]},
+        "budget": budget | {"metric": {"enum": list(selections())}},
+    }
+    required = {"case": ["name"], "budget": ["metric"]}
+
+    def table(properties: Any, needed: list[str]) -> dict[str, Any]:
+        return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
+
+    lists = {name: {"type": "array", "items": table(properties, required[name])} for name, properties in keys.items()}
+    return {"title": "shockpc budgets", "$defs": scene_schema()["$defs"], **table(lists, list(lists))}
 
 
 def read_budgets(path: Path) -> Budgets:
