@@ -116,18 +116,18 @@ def test_derivatives_against_landings_beside_the_given_one(target):
     study = sensitivity(scene, target, robot)
     here = numbers(study.profile, study)
     known = slice(5 if np.isfinite(study.ropc) else 1)
-    kinds = {effect.kind for effect in study.effects} - ({"armature"} if scene.joints is not GEARED else set())
+    kinds = {effect.kind for effect in study.ranked} - ({"armature"} if scene.joints is not GEARED else set())
     for kind in kinds:
         effects = [effect for effect in study.ranked if effect.kind == kind]
         for effect in (effects[0], effects[len(effects) // 2]):
             h = 1e-5 if effect.unit in ("rad", "1") else 1e-5 * max(abs(effect.value), effect.step)
-            computed = slope(lambda t, effect=effect: numbers(shock_profile(*beside(scene, robot, effect, t)), study), h)
+            computed = slope(lambda t, effect=effect: numbers(shock_profile(*beside(scene, robot, effect, t)), study)[known], h)
             # Analyses are proven to 1e-16 of the value, of which the difference is a small part.
-            pairs = predicted(effect)[known] * h, computed[known] * h
+            pairs = predicted(effect)[known] * h, computed * h
             np.testing.assert_allclose(*pairs, rtol=1e-8, atol=1e-14 * np.nanmax(np.abs(here[known])))
 
 
-@pytest.mark.parametrize("number", [8, 10, 11, 12, 13, 14, 15, 17, 18, 60, 62, 63])
+@pytest.mark.parametrize("number", [8, 10, 12, 14, 17, 18, 63])
 def test_joint_values_against_other_postures(number):
     """Joints of every kind, followers and joint velocities before the impact, in random landings."""
     robot, scene = random_landing(number)
@@ -202,6 +202,18 @@ def test_displacement_of_joints_of_every_kind():
         h = 1e-4
         ends = [pin.normalize(robot.model, displaced(robot, q, rates, t).astype(float)) for t in (h, -h)]
         np.testing.assert_allclose(pin.difference(robot.model, ends[1], ends[0]) / (2.0 * h), rates, atol=1e-7)
+
+
+def test_contacts_that_depend_on_one_another_in_one_posture_alone():
+    """Two flat feet have one more independent row beside this posture, in which the result jumps: it has no derivative."""
+    scene, robot = solo()
+    study = sensitivity(scene, "shock@base_link", robot)
+    assert {effect.reason for effect in study.effects if effect.kind == "angle" and effect.name == "FL_HFE"} != {""}
+    for joint, reason in [(effect.name, effect.reason) for effect in study.effects if effect.kind == "angle"]:
+        value = next(effect.value for effect in study.effects if effect.kind == "angle" and effect.name == joint)
+        posture = dataclasses.replace(scene.posture, joints={joint: value + 1e-3})
+        rank = shock_profile(dataclasses.replace(scene, posture=posture), robot).health.rank
+        assert bool(reason) == (rank > study.profile.health.rank), joint
 
 
 def test_a_number_that_is_zero():

@@ -106,7 +106,7 @@ class BallImpact(Impact):
         """As in `Impact`."""
         return balls(np.array([mass for mass, _, _ in self._carried]))
 
-    @property
+    @cached_property
     def coms(self) -> Balls:
         """As in `Impact`."""
         return body_coms(self._data, np.stack([balls(lever) for _, lever, _ in self._carried]))

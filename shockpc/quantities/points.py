@@ -18,8 +18,7 @@ __all__ = ["POINTS", "directions", "point_velocity", "shock", "world_position"]
 
 def _r(impact: Impact, places: Places) -> Any:
     """The points (n, 3) in their bodies' frames [m]."""
-    coms = impact.coms
-    return np.array([coms[place.body] if place.centre else place.r for place in places])
+    return np.array([impact.coms[place.body] if place.centre else place.r for place in places])
 
 
 def point_velocity(impact: Impact, places: Places) -> Any:

@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, read_only
 from shockpc.errors import StudyError
 from shockpc.exact.balls import Balls, balls
@@ -22,7 +23,7 @@ from shockpc.landing import PosedLanding
 from shockpc.model.closure import closure_block
 from shockpc.model.columns import free_columns
 from shockpc.model.contact import locate_lowest_point
-from shockpc.model.dynamics import dynamics
+from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.posture import held_joints
 from shockpc.model.rows import row_jacobian
 from shockpc.places import Place, body_places
@@ -55,6 +56,14 @@ ZERO = 1e-12
 
 FASTEST_LOWEST_POINT = 1e3
 """Speed of a lowest contact point over its foot, in metres per radian, that no turning foot has: the point jumps."""
+
+
+INDEPENDENT = 1e-6
+"""Rate at which rows that depend on others become independent of them as a joint moves, above which they do [m/rad, 1/rad]."""
+
+
+NEAR = 2.0**-20
+"""Step of differences in double precision [rad, m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +170,7 @@ def sensitivity(scene: Scene, target: str | Point, robot: Robot | None = None, t
     value, size = _value(profile, asked)
     landing, body, nothing = profile.landing, asked.place.body, np.full(3, np.nan)
     copc, ropc = (profile.copc[body], float(profile.ropc[body])) if body >= 0 else (nothing, np.nan)
-    parameters = [*_inertial(landing.robot), *_armatures(landing), *_joint_values(landing), *_strike(landing)]
+    parameters = [*_inertial(landing.robot), *_armatures(landing), *_joint_values(profile), *_strike(landing)]
     paths = [parameter.path for parameter in parameters if parameter.path is not None]
     sizes = np.array([size, *3 * [landing.length + np.nan_to_num(np.linalg.norm(copc))], ropc])
     with trace.stage("differences in ball arithmetic"):
@@ -289,30 +298,48 @@ def _strike(landing: PosedLanding) -> Iterator[_Parameter]:
     yield _Parameter("strike", "", "", strike_angle(landing), "rad", path)
 
 
-def _joint_values(landing: PosedLanding) -> Iterator[_Parameter]:
+def _joint_values(profile: ShockProfile) -> Iterator[_Parameter]:
     """The values of the joints."""
+    landing = profile.landing
     for joint, axis, unit, v in _coordinates(landing.robot):
         rates, reason = _rates(landing, v)
         path = None if reason else _path(landing, rates)
         if path is None:
             reason = reason or "the lowest point of a contact jumps here"
+        elif profile.redundant and _become_independent(landing, profile.choice, rates):
+            path, reason = None, "contacts or loops depend on one another at this value alone, so that the impact jumps here"
         # A rotation about several axes has no value, and counts from where it is.
         part = next((part for part in joint.parts if part.v.start == v), joint)
         value = part.value(landing.q) if part.axis is not None else 0.0
         yield _Parameter("angle", axis, joint.name, value, unit, path, reason)
 
 
+def _beside(landing: PosedLanding, rates: Array) -> Dynamics:
+    """The robot in two postures (N = 2) beside that of a landing, `NEAR` along and against some joint rates."""
+    Q = np.stack([displaced(landing.robot, landing.q, rates, t).astype(float) for t in (NEAR, -NEAR)])
+    return dynamics(landing.robot, Q, landing.joint_model.armature)
+
+
+def _become_independent(landing: PosedLanding, choice: RowChoice, rates: Array) -> bool:
+    """Whether rows that depend on others do so in this posture alone: beside it they hold motions that the others allow."""
+    J, (after, before) = landing.equation(landing.state).J_c[0], landing.equation(_beside(landing, rates)).J_c
+    rows, change = choice.rows, (after - before) / (2.0 * NEAR)
+    allowed = np.linalg.svd(J[rows])[2][len(rows) :].T
+    # J = J J⁺ J of the rows, so that on the motions that these allow the change of all rows has to be the same product of theirs.
+    return bool(np.abs((change - J @ np.linalg.pinv(J[rows]) @ change[rows]) @ allowed).max(initial=0.0) > INDEPENDENT)
+
+
 def _path(landing: PosedLanding, rates: Array) -> Path | None:
     """The impact as joints move; None where the lowest point of a contact jumps."""
-    robot, h = landing.robot, 2.0**-20
+    robot = landing.robot
     lowest = [k for k, contact in enumerate(landing.contacts) if contact.lowest]
     speeds: dict[int, Array] = {}
     if lowest:
         # What is lowest is found in double precision, so the speed of that point over its link is known to ten digits.
-        state = dynamics(robot, np.stack([displaced(robot, landing.q, rates, t).astype(float) for t in (h, -h)]))
+        state = _beside(landing, rates)
         for k in lowest:
             after, before = locate_lowest_point(landing.contacts[k], state.rotation[:, landing.contacts[k].body], landing.up).point
-            speeds[k] = (after - before) / (2.0 * h)
+            speeds[k] = (after - before) / (2.0 * NEAR)
             if np.abs(speeds[k]).max() > FASTEST_LOWEST_POINT:
                 return None
 
