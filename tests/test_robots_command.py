@@ -45,12 +45,12 @@ def test_mjcf_with_a_fixed_base(capfd, tmp_path):
         "postures     up, neutral; neutral by default",
     ]
     assert table(out, "bodies, and what is fixed to them") == [
-        ("arm", "body", "world", "1.0000"),
+        ("arm", "body", "world", "1.000"),
         ("tip_imu", "site", "arm", "–"),
         ("wheel", "body", "arm", "0.5000"),
     ]
     swing, axle = table(out, f"joints (read by Pinocchio {PINOCCHIO})")
-    assert swing == ("swing", "revolute", "-45.0000", "30.0000", "deg", "0.0200")
+    assert swing == ("swing", "revolute", "-45.00", "30.00", "deg", "0.0200")
     assert (axle[0], axle[2:]) == ("axle", ("–", "–", "deg", "0"))
     assert out.endswith("\ncheck-up\nnothing found\n")
 
@@ -84,9 +84,9 @@ def test_list_of_all(capfd):
     rows = table(out, "robots known by name")
     assert [row[0] for row in rows] == [entry.name for entry in catalogue()]
     found = {row[0]: row[1:] for row in rows}
-    assert found["leg"][:3] == ("2", "10.5000", "heel")
+    assert found["leg"][:3] == ("2", "10.50", "heel")
     assert found["leg"][3] == "standing and 3 more"
-    assert found["hyq"] == ("13", "86.7740", "lf_foot, lh_foot, rf_foot, rh_foot", "standing, straight_standing")
+    assert found["hyq"] == ("13", "86.77", "lf_foot, lh_foot, rf_foot, rh_foot", "standing, straight_standing")
     assert found["laikago"][3] == "neutral only"
     assert found["romeo_laas_small"][2].endswith(" more")
     lost = {name: row[3] for name, row in found.items() if row[2] == "cannot be loaded"}

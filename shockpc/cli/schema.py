@@ -8,7 +8,7 @@ from shockpc.cli.declare import argument, command
 __all__ = ["schema"]
 
 
-@command("Print the JSON Schema of scene files, or of files of budgets, for editors.", "shockpc schema > scene.schema.json")
+@command("Print the JSON Schema of scenes, or of budgets, for editors.", "shockpc schema > scene.schema.json")
 def schema(
     *, file: Literal["scene", "budgets"] = argument("Which files; scene by default.", "[scene|budgets]", default="scene")
 ) -> None:

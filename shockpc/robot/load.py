@@ -23,7 +23,7 @@ from shockpc.robot.urdf import build_urdf
 
 __all__ = ["load_robot", "shared_robot"]
 
-_MEMORY = 4 * 2**30  # bytes; 406 velocities
+_MEMORY = 8 * 2**30  # bytes; 511 velocities
 _KEPT = 16
 _SOURCES: dict[Hashable, RobotSource] = {}
 """What was read last for `shared_robot`, the latest at the end."""
