@@ -13,7 +13,7 @@ from shockpc.bench.costs import COSTS, PEERS, many_system, postures
 from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.bench.report import run_suite
+from shockpc.bench.report import WHOLE, run_suite
 from shockpc.errors import SolveError
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
@@ -188,7 +188,7 @@ def test_a_command_that_fails_is_reported(monkeypatch):
 def test_bench_of_one_s_own_robot(capfd, tmp_path):
     """`shockpc bench robot --contact foot` prints a row for each method, and writes the table and the chart if asked to."""
     out = good(capfd, "bench", "solo12", "--contact", "FL_FOOT", "--out", tmp_path)
-    assert [line.split("  ")[0] for line in out.splitlines()[4:-2]] == [*DIRECT, *MUJOCO]
+    assert [line.split("  ")[0] for line in out.splitlines()[4:-3]] == [*DIRECT, *MUJOCO, WHOLE]
     assert {path.name for path in tmp_path.iterdir()} == {"landing.csv", "landing.md", "error-against-run-time.svg", MANIFEST}
 
 
