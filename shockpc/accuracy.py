@@ -20,6 +20,9 @@ __all__ = ["AT_REST", "SENSITIVE", "Health", "data_sensitivity", "double_error",
 SENSITIVE = 1e-9
 """A result that a change of the data in their last digits moves by more than this share carries a warning."""
 
+PATTERNS = 2
+"""Patterns of changes of the data, of which the largest effect counts: a scalar may happen to stay as it is under one of them."""
+
 AT_REST = 1e-13
 """A body that moves by less than this share of the fastest one counts as at rest where errors are compared with motion."""
 
@@ -100,20 +103,24 @@ def data_sensitivity(
         return [impact.jumps[0].astype(float), *(np.asarray(value, dtype=object).astype(float) for value in values)]
 
     try:
-        jumps, *values = proof.with_last_digits_changed(changed)
+        patterns = [proof.with_last_digits_changed(changed, pattern) for pattern in range(PATTERNS)]
     except (PrecisionError, SingularError):
         return np.inf, tuple(_sensitive("the result", "", np.inf))
     size = motion(proof.jumps[..., 3:], length)[:, 0]
-    moves = motion(jumps[..., 3:] - proof.jumps[..., 3:], length)[:, 0] / np.where(size > 0.0, size, 1.0)
+    off = np.max([motion(jumps[..., 3:] - proof.jumps[..., 3:], length)[:, 0] for jumps, *_ in patterns], axis=0)
+    moves = off / np.where(size > 0.0, size, 1.0)
     moves[size <= AT_REST * size.max(initial=0.0)] = 0.0
     worst = int(np.argmax(moves))
     warnings = [*_sensitive(f'the result of body "{bodies[worst].name}"', bodies[worst].name, float(moves[worst]))]
-    for (entry, places, before), after in zip(others, values, strict=True):
-        norms = (np.linalg.norm(part.reshape(len(places), -1), axis=1) for part in (after - before, before))
-        off, whole = norms
+    for k, (entry, places, before) in enumerate(others):
+        whole, *changes = (
+            np.linalg.norm(part.reshape(len(places), -1), axis=1)
+            for part in (before, *(after[k + 1] - before for after in patterns))
+        )
+        off = np.max(changes, axis=0)
         share = off / np.where(whole > 0.0, whole, np.inf)
-        k = int(np.argmax(share))
-        warnings += _sensitive(f'{entry.title} of {entry.of} "{places[k].name}"', places[k].name, float(share[k]))
+        place = places[int(np.argmax(share))].name
+        warnings += _sensitive(f'{entry.title} of {entry.of} "{place}"', place, float(share.max()))
     return float(moves.max(initial=0.0)), tuple(warnings)
 
 

@@ -93,15 +93,15 @@ class Proof:
                 self._bits *= 2
                 self._impact = None
 
-    def with_last_digits_changed(self, compute: Callable[[BallImpact], T]) -> T:
-        """The value of a function of the impact when every datum is changed in its last digit.
+    def with_last_digits_changed(self, compute: Callable[[BallImpact], T], pattern: int) -> T:
+        """The value of a function of the impact when every datum is changed in its last digit, in a pattern of that number.
 
         Raises:
             PrecisionError: a ball is too wide.
             SingularError: that impact has no solution.
         """
         with PRECISION, ctx.workprec(self.bits):
-            landing, data = last_digits_changed(self.landing)
+            landing, data = last_digits_changed(self.landing, pattern)
             return compute(BallImpact(landing, self.choice, data))
 
 

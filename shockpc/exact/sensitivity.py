@@ -15,13 +15,13 @@ STEPS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 """Changes of a datum in units in the last place; a decimal file's last digit is as large as a few of them."""
 
 
-def last_digits_changed(landing: PosedLanding) -> tuple[PosedLanding, Data]:
+def last_digits_changed(landing: PosedLanding, pattern: int) -> tuple[PosedLanding, Data]:
     """A landing, and the numbers of its robot, with every datum changed by one to four units in the last place; zeros stay.
 
-    The signs and sizes are a fixed pseudo-random pattern. Two numbers that would change by the same amount keep their difference,
-    so there are more amounts than one.
+    The signs and sizes are one of several fixed pseudo-random patterns. Two numbers that would change by the same amount keep their
+    difference, so there are more amounts than one.
     """
-    data, joints, place = data_of(landing.robot), landing.joint_model, 0
+    data, joints, place = data_of(landing.robot), landing.joint_model, 7919 * pattern
 
     def changed(values: Array) -> Array:
         nonlocal place
