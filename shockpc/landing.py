@@ -104,6 +104,8 @@ class Landing:
             (not self.joint_model.armature.any(), "reflected inertia", "no joint has any"),
             (not self.stance, "stance rows", "no foot stands already"),
             (self.scene.pulse is None, "peak accelerations", "no pulse is given"),
+            (self.scene.friction is None, "contacts that slide", "no friction is given"),
+            (self.scene.contact_stiffness is None, "forces and their times", "no contact stiffness is given"),
         ):
             if needless:
                 trace.skip(what, why)
@@ -209,6 +211,43 @@ def pulse_of(scene: Scene) -> Pulse | None:
         raise SceneError(f"pulse: {refusal}") from None
 
 
+def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...], up: Array) -> None:
+    """Refuse a friction or a contact stiffness that has no meaning for the scene."""
+    mu, k = scene.friction, scene.contact_stiffness
+    if mu is None and k is None:
+        return
+    if mu is not None and k is not None:
+        raise SceneError("friction and a contact stiffness are given; contacts of finite stiffness stick, so leave one of them out")
+    option = "a contact stiffness" if mu is None else "friction"
+    if mu is not None and not mu >= 0.0:
+        raise SceneError(f"a friction of {mu:g} is no coefficient of friction; it has to be zero or above")
+    if k is not None and not k > 0.0:
+        raise SceneError(f"a contact stiffness of {k:g} N/m has to be above zero")
+    for contact, block in zip(scene.contact, blocks, strict=True):
+        if contact.kind == "flat":
+            raise SceneError(f'contact "{contact.frame}" is flat, and {option} is for contacts at a point; make its kind "point"')
+        if mu is not None and not contact.sticks:
+            raise SceneError(
+                f'contact "{contact.frame}" slides without friction, and a friction is given; leave out --slide (give it the '
+                "directions x, y and z), or the friction"
+            )
+        if not contact.sticks and not (len(block.forces) == 1 and abs(block.forces[0] @ up) > 1.0 - 1e-9):
+            raise SceneError(
+                f'contact "{contact.frame}" has a stiffness, so it has to be held in all directions, or in that of the ground\'s '
+                "normal alone (--slide)"
+            )
+    if k is None:
+        return
+    if scene.pulse is not None:
+        raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
+    if scene.base == "fixed" or not robot.free_base:
+        raise SceneError("a contact stiffness needs a base that moves: a fixed one would press on the contact without end")
+    if scene.stance:
+        raise SceneError(
+            f'"{scene.stance[0]}" stands already, and how it is loaded is not known; a contact stiffness needs no stance'
+        )
+
+
 def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     """Resolve a scene on its robot.
 
@@ -222,6 +261,7 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
     joints = joint_model(robot, scene.joints)
     contacts = tuple(contact_block(robot, contact, up) for contact in scene.contact)
+    _check_ground(scene, robot, contacts, up)
     stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
     q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
     loops = all_loops(robot, scene.closure)

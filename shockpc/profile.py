@@ -79,6 +79,9 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
         raise SceneError(
             'the robot\'s centre of mass is at rest before the impact, so it cannot normalise shock; use v_in = "contact"'
         )
+    if landing.scene.friction is not None or landing.scene.contact_stiffness is not None:
+        with one_thread(landing.robot.model.nv), trace.stage("ground: friction, or finite stiffness"):
+            _ = profile.friction, profile.stiffness
     return profile
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from shockpc.robot.record import Robot
 from shockpc.scene import Scene, point_at
 from shockpc.solve import solve_exactly
 from shockpc.trace import Trace
+
+if TYPE_CHECKING:
+    from shockpc.ground import FrictionResult, StiffnessResult
 
 __all__ = ["Bracket", "ContactImpulse", "JointLoad", "PointShock", "ShockMaps", "ShockProfile", "StanceImpulse"]
 
@@ -477,6 +480,24 @@ class ShockProfile:
         places = [heaviest, *(place for place in self.landing.points if place.body >= 0)]
         free, here, locked = (self.values(quantity("point", key), places) for key in ("shock_free", "shock", "shock_locked"))
         return tuple(Bracket(place.name, _number(free[k]), float(here[k]), _number(locked[k])) for k, place in enumerate(places))
+
+    @property
+    def friction(self) -> "FrictionResult | None":
+        """The landing with the scene's friction; None if it gives none."""
+        if self.scene.friction is None:
+            return None
+        from shockpc.ground import friction_of
+
+        return friction_of(self.landing)
+
+    @property
+    def stiffness(self) -> "StiffnessResult | None":
+        """The landing on contacts of the scene's stiffness; None if it gives none."""
+        if self.scene.contact_stiffness is None:
+            return None
+        from shockpc.ground import stiffness_of
+
+        return stiffness_of(self.landing)
 
     @cached_property
     def health(self) -> Health:

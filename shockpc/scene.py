@@ -192,6 +192,10 @@ class Scene(Record):
         v_in: speed that normalises shock: of the contact, or of the robot's centre of mass.
         pulse: shape and duration of the pulse for peak accelerations, such as "half-sine:5ms".
         range_g: measuring range of the sensors, with which peak accelerations are compared [g].
+        friction: coefficient of friction, with which the impact is solved a second time; restitution acts along the normal alone
+            then [1].
+        contact_stiffness: stiffness of every contact, for forces, accelerations and their times; the same along the normal and the
+            tangents [N/m].
 
     Raises:
         SceneError: a path holds a NUL character.
@@ -214,6 +218,8 @@ class Scene(Record):
     v_in: Literal["contact", "com"] = "contact"
     pulse: str | None = None
     range_g: float | None = None
+    friction: float | None = None
+    contact_stiffness: float | None = None
 
     def __post_init__(self) -> None:
         """Make the contacts a tuple of `Contact`, and refuse paths that no file can have."""

@@ -13,6 +13,7 @@ import shockpc
 from shockpc import Closure, Contact, Joints, Place, Point, Posture, Scene, Strike, shock_profile
 from shockpc.diagnostic import Diagnostic
 from shockpc.model.dynamics import PINOCCHIO
+from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES
 from shockpc.show.document import PATHS, document, json_text
 
@@ -45,6 +46,8 @@ SCENES = {
     "talos on its soles": Scene(
         robot="talos", contact=(Contact(frame="left_sole_link", kind="flat"), Contact(frame="right_sole_link")), plane="yz"
     ),
+    "dog with friction": Scene(**DOG, contact=FEET[:1], friction=0.1, strike=Strike(strike_angle_deg=30.0)),
+    "dog on springs": Scene(**DOG, contact=FEET[:2], contact_stiffness=1e5, joints=Joints(armature={"*_hip": 0.01})),
     "dog on all feet, locked": Scene(**DOG, contact=FEET, joints=Joints(model="locked")),
     "beam that is pulled": Scene(
         robot="beam", contact=tuple(Contact(frame=frame, directions=("z",)) for frame in ("percussion", "tip"))
@@ -59,7 +62,7 @@ FOOT = (
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
     "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
-    "assembly:assembly? loads_unique:bool depth:float?",
+    "assembly:assembly? loads_unique:bool depth:float? friction:sliding? stiffness:springs?",
     "robot": "name:str file:str mass:float n_bodies:int nv:int",
     "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
     f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES} peak_g:float? "
@@ -79,6 +82,16 @@ RECORDS = {
     "row": "place:str free:float? as_modelled:float locked:float?",
     "assembly": "gap:float turn:float moved:step*",
     "step": "joint:str by:float",
+    "sliding": "coefficient:float unchanged:bool solutions:int residual:float energy_lost:float contacts:slip* "
+    "bodies:struck* points:felt* joints:loaded*",
+    "slip": "frame:str state:str impulse:vector slip:vector",
+    "struck": "body:str delta_omega:vector delta_v:vector shock_com:float",
+    "felt": "frame:str delta_v:vector shock:float",
+    "loaded": "joint:str delta_qd:float? along:float?",
+    "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned*",
+    "pressed": "frame:str duration:float peak_force:float peak_force_time:float",
+    "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float",
+    "turned": "joint:str peak_torque:float?",
 }
 """The keys of every record in their order, and what they hold; ? may be null, * is a list."""
 LISTS = {"vector": "float", "matrix": "vector"}
@@ -131,7 +144,10 @@ def at(row, path):
 
 
 def test_document_is_the_table(profile):
-    """Every quantity of every place is in the document, to the last bit, and so are the robot, the assembly and the warnings."""
+    """Every quantity of every place is in the document, to the last bit, and so are the robot, the assembly and the warnings.
+
+    What only a friction or a stiffness gives has objects of its own.
+    """
     read, robot, assembly = json.loads(json_text(document(profile))), profile.robot, profile.assembly
     assert (read["schema"], read["shockpc"], read["pinocchio"]) == ("shockpc.profile/1", shockpc.__version__, PINOCCHIO)
     size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
@@ -143,7 +159,7 @@ def test_document_is_the_table(profile):
         "joint": read["joints"],
     }
     rows["contact"] = [*read["contacts"], *read["stance"]]
-    for quantity in QUANTITIES:
+    for quantity in (entry for entry in QUANTITIES if entry not in GROUND):
         path = PATHS.get(quantity.key, quantity.key)
         path = f"placement.{path}" if (quantity.of, path) == ("body", "position") else path
         values = profile.values(quantity)

@@ -74,6 +74,14 @@ class SceneOptions(NamedTuple):
         "SHAPE:LENGTH",
     )
     range_g: float | None = _in_results("Measuring range of the sensors, compared with the peaks [g].", "G", finite)
+    friction: float | None = _in_results(
+        "Also solve with this coefficient of friction (quantities *_friction); all others are those of contacts that stick.",
+        "MU",
+        finite,
+    )
+    contact_stiffness: float | None = _in_results(
+        "Also give forces, accelerations and their times on contacts of this stiffness in every direction [N/m].", "K", finite
+    )
 
 
 class OutputOptions(NamedTuple):

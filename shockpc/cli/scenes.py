@@ -56,6 +56,8 @@ def scenes_from(
         v_in=options.v_in,
         pulse=options.pulse,
         range_g=options.range_g,
+        friction=options.friction,
+        contact_stiffness=options.contact_stiffness,
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
     changes = {

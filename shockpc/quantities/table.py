@@ -10,6 +10,7 @@ from shockpc.errors import UnknownName
 from shockpc.places import Kind
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
+from shockpc.quantities.ground import GROUND
 from shockpc.quantities.joints import JOINTS
 from shockpc.quantities.points import POINTS
 from shockpc.quantities.quantity import Quantity
@@ -17,7 +18,7 @@ from shockpc.quantities.robot import ROBOT
 
 __all__ = ["QUANTITIES", "Selection", "quantities_of", "quantity", "select", "selections"]
 
-QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
+QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
 AXES = "xyz"

@@ -16,6 +16,7 @@ import numpy as np
 import shockpc
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.places import Kind
+from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import quantities_of
 from shockpc.result import ShockProfile
 from shockpc.scene import Scene, scene_table
@@ -71,6 +72,8 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         and {**record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": by} for name, by, _ in assembly.moved]},
         "loads_unique": profile.health.rank == profile.health.rows,
         **whole,
+        "friction": _friction(profile),
+        "stiffness": _stiffness(profile),
     }
     return headed("profile", content)
 
@@ -79,7 +82,7 @@ def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
     """The quantities of every place of a kind; those of the robot without its health, which is a record."""
     rows: list[dict[str, Any]] = [{} for _ in profile.places(kind)]
     for quantity in quantities_of(kind):
-        if kind == "robot" and quantity.compute is None:
+        if quantity in GROUND or (kind == "robot" and quantity.compute is None):
             continue
         *groups, key = PATHS.get(quantity.key, quantity.key).split(".")
         convert = TYPES.get(quantity.key, lambda value: value)
@@ -88,6 +91,42 @@ def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
                 row = row.setdefault(group, {})
             row[key] = convert(value)
     return rows
+
+
+def _friction(profile: ShockProfile) -> dict[str, Any] | None:
+    """The impact with friction, in double precision; None without a coefficient."""
+    if (found := profile.friction) is None:
+        return None
+    each = _columns(profile, "contact", "impulse_friction", "slip")
+    return {
+        "coefficient": profile.scene.friction,
+        "unchanged": found.impact is None,
+        **record(found, "solutions", "residual", "energy_lost"),
+        "contacts": [{"frame": one.pop("frame"), "state": state, **one} for one, state in zip(each, found.state, strict=True)],
+        "bodies": _columns(profile, "body", "delta_omega_friction", "delta_v_friction", "shock_com_friction"),
+        "points": _columns(profile, "point", "delta_v_friction", "shock_friction"),
+        "joints": _columns(profile, "joint", "delta_qd_friction", "along_friction"),
+    }
+
+
+def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
+    """The landing on contacts of finite stiffness, in double precision; None without a stiffness."""
+    if (found := profile.stiffness) is None:
+        return None
+    return {
+        "contact_stiffness": profile.scene.contact_stiffness,
+        "difference": found.difference,
+        "contacts": _columns(profile, "contact", "duration", "peak_force", "peak_force_time"),
+        "points": _columns(profile, "point", "peak_acceleration", "peak_acceleration_time"),
+        "joints": _columns(profile, "joint", "peak_torque"),
+    }
+
+
+def _columns(profile: ShockProfile, kind: Kind, *keys: str) -> list[dict[str, Any]]:
+    """The values of some quantities at each place of a kind, as records with its name."""
+    values = {key.removesuffix("_friction"): profile.value(key, kind) for key in keys}
+    name = kind if kind in ("body", "joint") else "frame"
+    return [{name: place.name, **{key: of[k] for key, of in values.items()}} for k, place in enumerate(profile.places(kind))]
 
 
 def json_text(document: Any) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
+from shockpc.places import Kind
 from shockpc.printed import few
 from shockpc.result import ShockProfile
 from shockpc.show.document import document
@@ -47,6 +48,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -
         short=6,
         closing=[
             *_balance_lines(profile),
+            *_ground_lines(profile),
             f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
             accuracy_line(profile),
         ],
@@ -204,6 +206,8 @@ def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | Non
         *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
         directions_sheet(profile, most),
         *([_loads_sheet(profile, most)] if profile.loads else []),
+        *_friction_sheets(profile),
+        *_stiffness_sheets(profile, most),
     ]
 
 
@@ -243,6 +247,62 @@ def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
         notes += ("contact or closure rows are redundant: these are the joint loads of least norm",)
     header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]")
     return Sheet("impulse through the joints", header, rows, notes)
+
+
+def _friction_sheets(profile: ShockProfile) -> list[Sheet]:
+    """What friction changes: contacts, and shock at the heaviest body and at points; nothing where all contacts stick anyway."""
+    if (found := profile.friction) is None or found.impact is None:
+        return []
+    names = [place.name for place in profile.places("contact")]
+    impulse = profile.value("impulse_friction", "contact")
+    rows: list[Row] = [(name, *parts) for name, *parts in zip(names, found.state, *impulse.T, *found.velocity.T, strict=True)]
+    header = ("contact", "state", *(f"impulse {x} [N s]" for x in "xyz"), *(f"velocity after {x} [m/s]" for x in "xyz"))
+    k = int(profile.robot.masses.argmax())
+    shocks: list[Row] = [(f"CoM of {profile.bodies[k]}", profile.shock_com[k], profile.value("shock_com_friction", "body")[k])]
+    sliding = profile.value("shock_friction", "point")
+    shocks += [(one.frame, one.shock, shock) for one, shock in zip(profile.points, sliding, strict=True)]
+    return [
+        Sheet(f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not proven)", header, rows),
+        Sheet("effect of friction", ("shock at", "sticking [-]", f"friction {profile.scene.friction:g} [-]"), shocks),
+    ]
+
+
+def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
+    """Forces, accelerations and their times on contacts of finite stiffness, and the torques that drives carry."""
+    if profile.stiffness is None:
+        return []
+
+    def rows(kind: Kind, *keys: str) -> list[Row]:
+        values = [(1e3 if key.endswith("time") or key == "duration" else 1.0) * profile.value(key, kind) for key in keys]
+        return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]
+
+    header = ("contact", "duration [ms]", "peak force [N]", "at [ms]")
+    title = f"contacts of {profile.scene.contact_stiffness:g} N/m (frozen geometry; double precision, not proven)"
+    sheets = [Sheet(title, header, rows("contact", "duration", "peak_force", "peak_force_time"))]
+    if points := rows("point", "peak_acceleration", "peak_acceleration_time"):
+        sheets.append(Sheet("peak accelerations on these contacts", ("point", "peak [g]", "at [ms]"), points))
+    torque = profile.value("peak_torque", "joint")
+    if torque[torque > 0.0].size:
+        joints, notes = largest(rows("joint", "peak_torque"), most, "joint", torque.tolist())
+        sheets.append(Sheet("peak torque along the joints' axes", ("joint", "peak [N m, N]"), joints, notes))
+    return sheets
+
+
+def _ground_lines(profile: ShockProfile) -> list[str]:
+    """What friction, or a finite stiffness of the contacts, says of the landing; a line each."""
+    if found := profile.stiffness:
+        percent = max(100.0 * found.difference, 0.1)
+        within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
+        return [f"impulse model: {within} (jumps of the bodies at the end of contact, {profile.scene.contact_stiffness:g} N/m)"]
+    if (sliding := profile.friction) is None:
+        return []
+    name, n = f"friction {profile.scene.friction:g}", sliding.solutions
+    others = f"; {count(n, 'solution')} found" if n > 1 else ""
+    if sliding.impact is None:
+        return [f"{name}: every contact sticks, so the results hold as they are{others}"]
+    others += "; there may be more solutions" if len(sliding.state) > 1 else ""
+    lost, rest = f"energy lost {sliding.energy_lost:.4g} J", "all other tables are without it, for contacts that stick"
+    return [f"{name}: {lost}, residual {sliding.residual:.0e}, not proven{others}; {rest}"]
 
 
 def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None) -> Sheet:

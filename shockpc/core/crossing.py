@@ -1,0 +1,129 @@
+"""The first time at which one of several sums of harmonic oscillations falls below zero.
+
+Between two samples a signal lies above the parabola through them whose curvature is the bound Σ_j σ_j² |amplitude_j|. Where that
+stays positive there is no root; elsewhere the samples are refined. No root is passed over unless the signal dips by less than 1e-9
+of its amplitude.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+
+__all__ = ["MOST_SAMPLES", "Signals", "first_crossing", "rate_of_change"]
+
+MOST_SAMPLES = 2**18
+"""Bound of the number of samples, from which the frequencies lie too far apart."""
+
+NEGLIGIBLE = 1e-11
+"""Share of its terms below which the sum of them counts as zero."""
+
+
+class Signals(NamedTuple):
+    """Signals s, constant + linear t + Σ_j (cosine_j cos σ_j t + sine_j sin σ_j t), whose fall below −tolerance is sought.
+
+    Attributes:
+        either: (s,) whether the signal may have either sign at first, and counts with that sign.
+        tolerance: (s,) what counts as zero; negative where a signal must stay above it.
+        constant, linear: (s,) coefficients.
+        cosine, sine: (s, m) coefficients.
+    """
+
+    either: np.ndarray
+    tolerance: Array
+    constant: Array
+    linear: Array
+    cosine: Array
+    sine: Array
+
+
+def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[float, int | None]:
+    """Find the first time at which a signal falls below −tolerance.
+
+    Args:
+        sigma: (m,) frequencies [rad/s].
+        signals: s of them.
+        horizon: where the search ends [s]; may be infinite.
+
+    Returns: the time [s] and the index of the signal; the horizon (or zero, if that is infinite) and None if no signal falls.
+
+    Raises:
+        ArithmeticError: the horizon, or the first fall, is too many periods away.
+    """
+    sign = _first_sign(sigma, signals)
+    cosine, sine = sign[:, None] * signals.cosine, sign[:, None] * signals.sine
+    constant, linear = sign * signals.constant + signals.tolerance, sign * signals.linear
+    amplitude = np.abs(cosine) + np.abs(sine)
+    bound = amplitude @ sigma**2
+    if len(sign) and (constant + cosine.sum(axis=1)).min() < 0.0:
+        return 0.0, int(np.argmin(constant + cosine.sum(axis=1)))
+
+    def search(a: float, b: float, count: int, depth: int) -> tuple[float, int] | None:
+        t = np.append(a + (b - a) / count * np.arange(count), b)
+        angle = t[:, None] * sigma
+        value = constant + t[:, None] * linear + np.cos(angle) @ cosine.T + np.sin(angle) @ sine.T
+        # Between two samples a signal lies above the parabola through them that curves by the bound.
+        change, curve = value[1:] - value[:-1], np.maximum(bound * ((b - a) / count) ** 2 / 2.0, 1e-300)
+        dips = (np.abs(change) < curve) & (value[:-1] < (curve - change) ** 2 / (4.0 * curve))
+        crosses = value[1:] < 0.0
+        for k in np.flatnonzero((dips | crosses).any(axis=1)).tolist():
+            if depth and dips[k].any() and (event := search(t[k], t[k + 1], 16, depth - 1)):
+                return event
+            if crosses[k].any():
+                return min((root(i, t[k], t[k + 1], *value[k : k + 2, i]), i) for i in np.flatnonzero(crosses[k]).tolist())
+        return None
+
+    def root(i: int, a: float, b: float, above: float, below: float) -> float:
+        t = a + (b - a) * max(above, 0.0) / (max(above, 0.0) - below)
+        for _ in range(100):
+            cos, sin = np.cos(sigma * t), np.sin(sigma * t)
+            value = constant[i] + linear[i] * t + cosine[i] @ cos + sine[i] @ sin
+            a, b = (t, b) if value > 0.0 else (a, t)
+            slope = linear[i] + (sine[i] * cos - cosine[i] * sin) @ sigma
+            newton = t - value / slope if slope < 0.0 else a
+            if abs(newton - t) <= 1e-15 * t or b - a <= 1e-15 * b:
+                break
+            t = newton if a < newton < b else (a + b) / 2.0
+        return t
+
+    rate = float(rate_of_change(sigma, amplitude, np.abs(constant)).max(initial=0.0))
+    if rate == 0.0:
+        times = [-c / s if s < 0.0 else np.inf for c, s in zip(constant, linear, strict=True)]
+        earliest = min(times, default=np.inf)
+        if earliest <= horizon and earliest < np.inf:
+            return float(earliest), times.index(earliest)
+        return horizon if horizon < np.inf else 0.0, None
+    step, a = 0.25 / rate, 0.0
+    for count in (64, 128, 256, 512, *[1024] * (MOST_SAMPLES // 1024)):
+        b = min(a + count * step, horizon)
+        if event := search(a, b, count, 3):
+            return event
+        if b == horizon:
+            return horizon, None
+        a = b
+    raise ArithmeticError(
+        f"nothing changes within {a:.3g} s, {MOST_SAMPLES // 25} periods of the fastest mode; take the stiffest springs as rigid, "
+        "or end the motion earlier"
+    )
+
+
+def _first_sign(sigma: Array, signals: Signals) -> Array:
+    """The sign (s,) by which to multiply signals; of one that may have either, that of its first derivative which is not zero."""
+    sign = np.where(signals.either, 0.0, 1.0)
+    if not signals.either.any():
+        return sign
+    cosine, sine = signals.cosine, signals.sine
+    for order in range(4):
+        value, size = cosine.sum(axis=1), np.abs(cosine).sum(axis=1)
+        if order == 0:
+            value, size = value + signals.constant, size + np.abs(signals.constant)
+        sign = np.where((sign == 0.0) & (np.abs(value) > NEGLIGIBLE * size), np.sign(value), sign)
+        cosine, sine = sigma * sine, -sigma * cosine
+    return np.where(sign == 0.0, 1.0, sign)
+
+
+def rate_of_change(sigma: Array, amplitude: Array, constant: Array) -> Array:
+    """The frequency (...) with which signals change [rad/s], from the bounds of |s̈| and |s|; amplitude (..., m)."""
+    size = constant + amplitude.sum(axis=-1)
+    return np.asarray(np.sqrt(amplitude @ sigma**2 / np.where(size > 0.0, size, 1.0)))

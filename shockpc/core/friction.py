@@ -1,0 +1,229 @@
+"""Impact with Coulomb friction: the impulses of contacts that stick, slide or separate.
+
+With the Delassus matrix A = J H⁻¹ Jᵀ of the contact rows and their velocity v⁻, the impulse λ of the ground gives v⁺ = v⁻ + A λ. At
+each contact, with restitution e along the normal (Newton) and friction µ,
+
+    w = v_n⁺ − e max(−v_n⁻, 0) ≥ 0,    λ_n ≥ 0,    w λ_n = 0
+    |λ_t| ≤ µ λ_n,    and λ_t = −µ λ_n v_t⁺ / |v_t⁺| where it slides at the end
+
+The direction of friction is that of the *final* slip; slip that stops or reverses during the impact is not followed. For one
+contact it is a root of a quartic, and all roots are examined (Bonnefon and Daviet 2011, "Quartic formulation of Coulomb 3D
+frictional contact", INRIA RT-0400). Several contacts are solved together, by Newton's method (Alart and Curnier 1991, Comput.
+Methods Appl. Mech. Eng. 92:353) and block Gauss-Seidel sweeps, from several starts; they may have solutions that were not found.
+
+There may be more than one solution (Painlevé), and a solution may gain kinetic energy where e > 0 and slip stops or reverses (Kane
+and Levinson 1985, "Dynamics: Theory and Applications"). Each solution comes with its change of energy.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+
+__all__ = ["FrictionImpact", "solve_friction"]
+
+CLOSE = 1e-9
+"""Share of the velocities and impulses below which two of them are the same."""
+
+CONVERGED = 1e-10
+"""Residual below which impulses of several contacts count as a solution."""
+
+
+class FrictionImpact(NamedTuple):
+    """A solution for m contacts.
+
+    Attributes:
+        impulse: (m, 3) impulse of the ground on the robot: two tangents, then the normal [N s].
+        velocity: (m, 3) velocity of the contacts after impact along these [m/s].
+        state: "sticks", "slides" or "separates" (takes no impulse) for each contact.
+        energy: change of the kinetic energy, ½ λᵀ(v⁻ + v⁺) [J].
+        gains_energy: whether that is above zero by more than rounding, so that the solution is not physical.
+        residual: largest deviation from the laws above, as a velocity, relative to the largest velocity of the contacts [1].
+    """
+
+    impulse: Array
+    velocity: Array
+    state: tuple[str, ...]
+    energy: float
+    gains_energy: bool
+    residual: float
+
+
+def solve_friction(A: Array, velocity: Array, friction: Array, restitution: Array, starts: int = 5) -> tuple[FrictionImpact, ...]:
+    """Find the impulses of contacts with friction.
+
+    Args:
+        A: (3m, 3m) Delassus matrix of rows along two tangents and the normal of each contact [1/kg]; may be singular.
+        velocity: (m, 3) before impact along these [m/s]; a contact approaches with a negative velocity along its normal.
+        friction: (m,) µ.
+        restitution: (m,) e along the normal.
+        starts: number of starts of the search with several contacts.
+
+    Returns: solutions that differ in the velocity after impact, those without a gain of energy first. For one contact these are
+        all; for several, those found. Empty if none was found.
+
+    Raises:
+        ValueError: an argument is not finite, or µ or e is negative, or e is above 1.
+    """
+    velocity, mu, e = (np.asarray(values, dtype=float) for values in (velocity, friction, restitution))
+    if not all(np.all(np.isfinite(values)) for values in (A, velocity, mu, e)):
+        raise ValueError("the Delassus matrix, velocities, friction and restitution must be finite")
+    if np.any(mu < 0.0) or np.any((e < 0.0) | (e > 1.0)):
+        raise ValueError(f"friction must not be negative, and restitution in [0, 1]: {mu.tolist()}, {e.tolist()}")
+    problem = _Problem(A, velocity, mu, velocity[:, 2] - e * np.maximum(-velocity[:, 2], 0.0))
+    impulses = _one_contact(A, problem.free[0], float(mu[0])) if len(mu) == 1 else problem.search(starts)
+    solutions: list[FrictionImpact] = []
+    for impulse in impulses:
+        solution = problem.describe(np.reshape(impulse, (-1, 3)))
+        near = [np.abs(solution.velocity - other.velocity).max() <= 1e3 * CLOSE * problem.speed for other in solutions]
+        if solution.residual <= CONVERGED and not any(near):
+            solutions.append(solution)
+    return tuple(sorted(solutions, key=lambda solution: solution.gains_energy))
+
+
+def _one_contact(A: Array, b: Array, mu: float) -> Iterator[Array]:
+    """All impulses (3,) of one contact with the velocity A λ + b; b_n includes the velocity that restitution demands."""
+    if b[2] >= 0.0:
+        yield np.zeros(3)
+    # A least-squares solution serves a contact that cannot move along a tangent.
+    stick = -_solve(A, b)
+    if stick[2] > 0.0 and np.hypot(stick[0], stick[1]) <= mu * stick[2] * (1.0 + CLOSE):
+        yield stick
+    T, a, N, q = A[:2, :2], A[:2, 2], A[2, 2], -b[2]
+    for angle in _slip_directions(A, b, mu):
+        d = np.array([np.cos(angle), np.sin(angle)])
+        pressing = N - mu * (a @ d)
+        if pressing * q > 0.0:
+            normal = q / pressing
+            slip = b[:2] + normal * (a - mu * (T @ d))
+            if slip @ d > 0.0:
+                yield np.append(-mu * normal * d, normal)
+
+
+def _solve(A: Array, b: Array) -> Array:
+    """The least x with A x = b for a matrix that is positive semidefinite."""
+    s, Q = np.linalg.eigh(A)
+    kept = s > 1e-12 * s[-1]
+    return np.asarray(Q[:, kept] @ ((Q[:, kept].T @ b) / s[kept]))
+
+
+def _slip_directions(A: Array, b: Array, mu: float) -> Array:
+    """Angles (k,) of the final slip d = (cos φ, sin φ), with which friction along −d leaves no slip across d.
+
+    From λ_n (N − µ a·d) = q and d⊥·(b_t + λ_n (a − µ T d)) = 0 follows, without λ_n, k₀ + Re(k₁ w + k₂ w²) = 0 with w = exp(iφ).
+    That is a quartic in w, of which the roots of unit modulus count.
+    """
+    (txx, txy, ax), (_, tyy, ay), (_, _, N) = A.tolist()
+    x, y, q = b[0], b[1], -b[2]
+    k0 = mu / 2.0 * (ay * x - ax * y)
+    k1 = complex(N * y + q * ay, N * x + q * ax)
+    k2 = mu * complex(-(ax * y + ay * x) / 2.0 - q * txy, (ay * y - ax * x) / 2.0 + q * (tyy - txx) / 2.0)
+    size = abs(k0) + abs(k1) + abs(k2)
+    if size == 0.0:
+        return np.zeros(0)
+    if abs(k2) <= 1e-15 * size:
+        k2 = 0.0j
+    angle = np.angle(np.roots([k2, k1, 2.0 * k0, k1.conjugate(), k2.conjugate()]))
+    for _ in range(4):
+        w = np.exp(1j * angle)
+        value, slope = k0 + ((k1 + k2 * w) * w).real, -((k1 + 2.0 * k2 * w) * w).imag
+        near = np.abs(slope) > 1e-12 * size
+        angle = angle - np.where(near, np.clip(value / np.where(near, slope, 1.0), -0.1, 0.1), 0.0)
+    return np.asarray(angle[np.abs(value) <= CLOSE * size])
+
+
+class _Problem:
+    """The laws of several contacts as one equation R(λ) = 0 (Alart and Curnier)."""
+
+    def __init__(self, A: Array, velocity: Array, mu: Array, b_n: Array):
+        self.A, self.velocity, self.mu = A, velocity, mu
+        self.free = np.column_stack([velocity[:, :2], b_n])
+        self.speed = float(np.abs(self.free).max()) or 1.0
+        mobility = np.array([np.trace(A[i : i + 3, i : i + 3]) for i in range(0, len(A), 3)])
+        self.mass = 1.0 / np.where(mobility > 0.0, mobility, 1.0)
+
+    def residual(self, impulse: Array) -> tuple[Array, Array]:
+        """R (3m,) at impulses (m, 3) [N s], and its derivative (3m, 3m)."""
+        m = len(impulse)
+        v = self.free + (self.A @ impulse.ravel()).reshape(m, 3)
+        R, D = impulse.copy(), np.eye(3 * m)
+        for i in range(m):
+            rho, rows = self.mass[i], slice(3 * i, 3 * i + 3)
+            step = impulse[i] - rho * v[i]
+            if step[2] <= 0.0:
+                continue
+            moved = D[rows] - rho * self.A[rows]
+            R[i, 2], D[3 * i + 2] = rho * v[i, 2], D[3 * i + 2] - moved[2]
+            radius, length = self.mu[i] * max(impulse[i, 2], 0.0), float(np.hypot(step[0], step[1]))
+            along = step[:2] / (length or 1.0)
+            if length <= radius:
+                R[i, :2] = rho * v[i, :2]
+                D[3 * i : 3 * i + 2] -= moved[:2]
+            else:
+                R[i, :2] -= radius * along
+                across = (np.eye(2) - np.outer(along, along)) * (radius / length)
+                D[3 * i : 3 * i + 2] -= across @ moved[:2]
+                if radius > 0.0:
+                    D[3 * i : 3 * i + 2, 3 * i + 2] -= self.mu[i] * along
+        return R.ravel(), D
+
+    def error(self, R: Array) -> float:
+        """The size of a residual as a velocity, relative to those of the contacts."""
+        return float(np.abs(R.reshape(-1, 3) / self.mass[:, None]).max()) / self.speed
+
+    def newton(self, impulse: Array) -> Array:
+        """Newton's method from impulses (m, 3), as far as it gets nearer; contacts that do not press take no impulse."""
+        best, least = impulse, np.inf
+        for _ in range(20):
+            R, D = self.residual(impulse)
+            error = self.error(R)
+            if error < least:
+                best, least = impulse, error
+            if error < 1e-14 or not np.isfinite(error):
+                break
+            impulse = impulse - np.linalg.lstsq(D, R, rcond=1e-13)[0].reshape(-1, 3)
+        pressing = best[:, 2] > self.mass * (self.free + (self.A @ best.ravel()).reshape(-1, 3))[:, 2]
+        return np.where(pressing[:, None], best, 0.0)
+
+    def sweep(self, impulse: Array, order: list[int]) -> Array:
+        """Solve each contact exactly, the impulses of the others given."""
+        impulse = impulse.copy()
+        for i in order:
+            rows = slice(3 * i, 3 * i + 3)
+            local = self.A[rows, rows]
+            b = self.free[i] + self.A[rows] @ impulse.ravel() - local @ impulse[i]
+            found = list(_one_contact(local, b, float(self.mu[i])))
+            if found:
+                impulse[i] = min(found, key=lambda one: float(np.abs(one - impulse[i]).sum()))
+        return impulse
+
+    def search(self, starts: int) -> Iterator[Array]:
+        """Impulses (m, 3) that solve the equation, or come nearest, from several starts."""
+        m = len(self.mu)
+        rng = np.random.default_rng(0)
+        stick = -_solve(self.A, self.free.ravel()).reshape(m, 3)
+        size = np.abs(stick).max()
+        for k in range(starts):
+            impulse = size * np.column_stack([rng.normal(size=(m, 2)), np.ones(m)]) if k > 1 else stick * (k == 0)
+            order = rng.permutation(m).tolist() if k else list(range(m))
+            for _ in range(30):
+                polished = self.newton(impulse)
+                if self.error(self.residual(polished)[0]) <= CONVERGED:
+                    yield polished
+                    break
+                for _ in range(5):
+                    impulse = self.sweep(impulse, order)
+
+    def describe(self, impulse: Array) -> FrictionImpact:
+        """The solution that impulses (m, 3) are."""
+        change = (self.A @ impulse.ravel()).reshape(-1, 3)
+        after = self.velocity + change
+        energy = float(np.sum(impulse * (self.velocity + change / 2.0)))
+        scale = float(np.sum(np.abs(impulse) * (np.abs(self.velocity) + np.abs(change))))
+        slipping = np.hypot(after[:, 0], after[:, 1]) > CLOSE * self.speed
+        state = tuple(
+            "separates" if p[2] <= 0.0 else "slides" if slips else "sticks" for p, slips in zip(impulse, slipping, strict=True)
+        )
+        return FrictionImpact(impulse, after, state, energy, bool(energy > 1e-12 * scale), self.error(self.residual(impulse)[0]))

@@ -1,0 +1,220 @@
+"""Landings with friction and on contacts of finite stiffness, from the command line: closed forms, consistency and refusals."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from commands import good, run
+from robot_texts import joint, link, urdf
+
+from shockpc import Contact, Joints, Point, Scene, SceneError, SolveError, Strike, shock_profile
+from shockpc.paper.landings import scene as paper_scene
+from shockpc.scene import GRAVITY
+
+K = 1e5
+BOX = urdf(link("box", mass="2"), name="box")
+COLUMN = urdf(link("foot", mass="0.5"), link("body", mass="3"), joint("slide", "foot", "body", "prismatic", "0 0 1"), name="column")
+FOOT = (Contact(frame="LF_FOOT"),)
+SLIDING = (Contact(frame="LF_FOOT", directions=("z",), restitution=1.0),)
+ANYMAL = Scene(robot="anymal_b", contact=FOOT, strike=Strike(strike_angle_deg=10.0))
+
+
+def document(capfd, *words):
+    return json.loads(good(capfd, "analyze", *words, "--format", "json"))
+
+
+# Friction
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_body_that_slides(capfd, here, mu):
+    """v_n = −1 is stopped by λ = 1 / (1/m + (x² + µ x z) / I), with friction −µ λ against the slip, which stays forward."""
+    (here / "box.urdf").write_text(BOX)
+    words = ("box.urdf", "--contact", "box", "--offset", "0.3,0,-0.1", "--velocity", "5,0,-1", "--friction", mu)
+    found = document(capfd, *words)["friction"]
+    normal = 1.0 / (1.0 / 2.0 + (0.3**2 - 0.3 * 0.1 * mu) / 0.1)
+    (contact,) = found["contacts"]
+    assert (contact["frame"], contact["state"], found["solutions"], found["unchanged"]) == ("box", "slides", 1, False)
+    np.testing.assert_allclose(contact["impulse"], [-mu * normal, 0.0, normal], atol=1e-13)
+    turn = (-0.1 * -mu * normal - 0.3 * normal) / 0.1
+    np.testing.assert_allclose(contact["slip"], [5.0 - mu * normal / 2.0 - 0.1 * turn, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found["bodies"][0]["delta_omega"], [0.0, turn, 0.0], atol=1e-12)
+    before, after = 26.0, (5.0 - mu * normal / 2.0) ** 2 + (normal / 2.0 - 1.0) ** 2
+    assert found["energy_lost"] == pytest.approx(before - after - 0.05 * turn**2, abs=1e-12)
+    text = good(capfd, "analyze", *words)
+    assert f"contacts with friction {mu:g} (world axes; double precision, not proven)" in text
+    assert "all other tables are without it, for contacts that stick" in text
+
+
+def test_a_contact_sticks_from_the_friction_that_it_needs():
+    """Then each result is that of Eq. 4, as proven."""
+    needed = shock_profile(ANYMAL).contacts[0].friction_needed
+    for factor, state in ((1.001, "sticks"), (0.999, "slides")):
+        profile = shock_profile(replace(ANYMAL, friction=factor * needed))
+        assert profile.friction.state == (state,)
+        assert (profile.friction.impact is None) == (state == "sticks")
+        assert (profile.value("shock_friction", "point") == profile.value("shock", "point")).all() == (state == "sticks")
+
+
+@pytest.mark.parametrize("base", ["free", "planar", "fixed"])
+def test_the_jump_of_the_contact_point_is_its_change_of_velocity(base):
+    """The bodies' jumps by Eqs. 8 and 9 against the Delassus matrix; joints that are free carry nothing."""
+    contacts = (*FOOT, Contact(frame="RH_FOOT", restitution=0.4))
+    feet = tuple(Point(frame=contact.frame) for contact in contacts)
+    armature = Joints(armature={"*_KFE": 0.02})
+    profile = shock_profile(replace(ANYMAL, contact=contacts, point=feet, friction=0.2, base=base, joints=armature))
+    assert "slides" in profile.friction.state
+    for k, place in list(enumerate(profile.places("point")))[-2:]:
+        jump = profile.rotation[place.body] @ place.axes @ profile.value("delta_v_friction", "point")[k]
+        own = [contact.frame for contact in contacts].index(place.name)
+        np.testing.assert_allclose(jump, profile.value("slip", "contact")[own] - profile.approach[own], atol=1e-12)
+    rate, along = profile.value("delta_qd_friction", "joint"), profile.value("along_friction", "joint")
+    knee = np.array([name.endswith("KFE") for name in (place.name for place in profile.places("joint"))])
+    np.testing.assert_allclose(along, -0.02 * knee * rate, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["fig3", "five_bar"])
+def test_loops_stay_closed_while_a_contact_slides(name):
+    """Free joints carry nothing, which needs the impulses of the loop; both of its ends move alike."""
+    scene = paper_scene(name)
+    ends = scene.closure[0]
+    scene = replace(scene, friction=0.01, point=(Point(frame=ends.a.frame), Point(frame=ends.b.frame)), joints=Joints())
+    profile = shock_profile(replace(scene, strike=Strike(strike_angle_deg=40.0)))
+    assert profile.friction.state == ("slides",)
+    moved = [
+        profile.rotation[place.body] @ place.axes @ jump
+        for place, jump in zip(profile.places("point"), profile.value("delta_v_friction", "point"), strict=True)
+    ][-2:]
+    np.testing.assert_allclose(moved[0], moved[1], atol=1e-12)
+    assert np.linalg.norm(moved[0]) > 0.01
+    np.testing.assert_allclose(profile.value("along_friction", "joint"), 0.0, atol=1e-12)
+
+
+def test_restitution_acts_along_the_normal_alone():
+    """Eq. 4 reverses the velocity along the ground too; with friction a contact that sticks stays where it is."""
+    profile = shock_profile(replace(ANYMAL, contact=(Contact(frame="LF_FOOT", restitution=0.5),), friction=5.0))
+    assert profile.friction.state == ("sticks",)
+    np.testing.assert_allclose(profile.value("slip", "contact")[0], [0.0, 0.0, -0.5 * profile.approach[0, 2]], atol=1e-12)
+    assert profile.friction.impact is not None
+
+
+def test_an_answer_that_gains_energy_is_refused(capfd, here):
+    """Slip that reverses with a high restitution (Kane and Levinson 1985)."""
+    (here / "box.urdf").write_text(BOX)
+    words = ("--contact", "box", "--offset", "-0.4,0,-0.6", "--velocity", "0.5,0,-1", "--friction", 0.6)
+    outcome = run(capfd, "analyze", "box.urdf", *words, "--restitution", 0.9)
+    assert (outcome.code, outcome.out) == (3, "")
+    assert "would gain 0.192 J of kinetic energy" in outcome.err
+    good(capfd, "analyze", "box.urdf", *words)
+
+
+# Finite stiffness
+
+
+@pytest.mark.parametrize(("e", "periods"), [(1.0, 0.5), (0.5, 0.375), (0.0, 0.25)])
+def test_a_point_mass_on_a_spring(capfd, here, e, periods):
+    """Force v √(k m) after a quarter of a period; unloaded in e quarters of it, and not at all with e = 0."""
+    (here / "box.urdf").write_text(BOX)
+    words = ("box.urdf", "--contact", "box", "--speed", 3, "--restitution", e, "--contact-stiffness", K, "--at", "box")
+    found = document(capfd, *words)["stiffness"]
+    omega = math.sqrt(K / 2.0)
+    assert found["difference"] < 1e-9
+    (contact,), (point,) = found["contacts"], found["points"]
+    values = [contact[key] for key in ("duration", "peak_force", "peak_force_time")]
+    np.testing.assert_allclose(values, [2.0 * math.pi / omega * periods, 6.0 * omega, math.pi / 2.0 / omega], rtol=1e-9)
+    values = [point["peak_acceleration"], point["peak_acceleration_time"]]
+    np.testing.assert_allclose(values, [3.0 * omega / GRAVITY, math.pi / 2.0 / omega], rtol=1e-9)
+    assert "impulse model: within 0.1 % of the finite-stiffness result" in good(capfd, "analyze", *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "mass", "share"),
+    [
+        ((), 0.5, 0.0),
+        (("--armature", "slide=1"), 0.5 + 3.0 / 4.0, 3.0 / 4.0),
+        (("--joints", "locked"), 3.5, 3.0),
+    ],
+    ids=["free", "geared", "locked"],
+)
+def test_a_column_of_two_masses(capfd, here, words, mass, share):
+    """With a reflected inertia a between them the foot feels m₁ + a m₂ / (a + m₂); the joint carries what moves the upper mass."""
+    (here / "column.urdf").write_text(COLUMN)
+    words = ("column.urdf", "--contact", "foot", "--slide", "--restitution", 1, "--contact-stiffness", K, *words)
+    found = document(capfd, *words)["stiffness"]
+    force = math.sqrt(K * mass)
+    assert found["contacts"][0]["duration"] == pytest.approx(math.pi * math.sqrt(mass / K), rel=1e-9)
+    assert found["contacts"][0]["peak_force"] == pytest.approx(force, rel=1e-9)
+    assert found["joints"] == [{"joint": "slide", "peak_torque": pytest.approx(force / mass * share, rel=1e-9)}]
+
+
+@pytest.mark.parametrize("joints", [Joints(), Joints(armature={"*": 0.02}), Joints(locked=("*_HFE",), armature={"*_KFE": 0.1})])
+def test_one_direction_is_the_impulse_times_a_half_sine(joints):
+    """ANYmal B: T = π √(m_eff / k), and π / (2T) of each impulse and jump; whatever the stiffness."""
+    profile = shock_profile(replace(ANYMAL, contact=SLIDING, joints=joints, contact_stiffness=K))
+    found, (contact,), (sensor,) = profile.stiffness, profile.contacts, profile.points
+    length = math.pi * math.sqrt(contact.mass_frictionless / K)
+    assert found.difference < 1e-9
+    assert profile.value("duration", "contact")[0] == pytest.approx(length, rel=1e-9)
+    half_sine = math.pi / 2.0 / length
+    assert profile.value("peak_force", "contact")[0] == pytest.approx(half_sine * contact.impulse[2], rel=1e-9)
+    along = np.abs(profile.value("along", "joint"))
+    np.testing.assert_allclose(profile.value("peak_torque", "joint"), half_sine * along, rtol=1e-8, atol=1e-9)
+    peak = half_sine * float(np.linalg.norm(sensor.delta_v)) / GRAVITY
+    assert profile.value("peak_acceleration", "point")[0] == pytest.approx(peak, rel=1e-8)
+
+
+@pytest.mark.parametrize("name", ["fig3", "five_bar"])
+def test_without_restitution_the_jumps_are_those_of_the_impulse_model(name):
+    """For whatever stiffness; loops stay closed, but what their joints carry is not computed."""
+    profile = shock_profile(replace(paper_scene(name), contact_stiffness=K))
+    assert profile.stiffness.difference < 1e-8
+    assert np.isnan(profile.value("peak_torque", "joint")).all()
+
+
+# Refusals, and scenes without either
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "text"),
+    [
+        ({"friction": -0.1}, SceneError, "-0.1 is no coefficient"),
+        ({"contact_stiffness": 0.0}, SceneError, "0 N/m has to be above zero"),
+        ({"friction": 0.3, "contact_stiffness": K}, SceneError, "leave one of them out"),
+        ({"friction": 0.3, "contact": SLIDING}, SceneError, "slides without friction, and a friction is given"),
+        ({"friction": 0.3, "contact": (Contact(frame="LF_FOOT", kind="flat"),)}, SceneError, "is flat, and friction is for"),
+        ({"friction": 0.3, "contact": (*FOOT, Contact(frame="LF_FOOT", offset=(0.0, 0.0, 0.01)))},
+            SceneError, "here rows are redundant"),
+        ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", kind="flat"),)}, SceneError, "is flat, and a contact st"),
+        ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", directions=("x", "z")),)}, SceneError, "in all directions"),
+        ({"contact_stiffness": K, "pulse": "half-sine:5ms"}, SceneError, "the stiffness gives the length of the pulse"),
+        ({"contact_stiffness": K, "base": "fixed"}, SceneError, "needs a base that moves"),
+        ({"contact_stiffness": K, "stance": ("RH_FOOT",)}, SceneError, "needs no stance"),
+        ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", restitution=1e-4),)}, SolveError, "no verdict for contacts"),
+    ],
+)  # fmt: skip
+def test_refusals(changes, error, text):
+    with pytest.raises(error, match=text):
+        shock_profile(replace(ANYMAL, **changes))
+
+
+def test_without_them_there_is_no_value():
+    profile = shock_profile(ANYMAL)
+    assert profile.friction is profile.stiffness is None
+    for key, kind in (
+        ("shock_friction", "point"),
+        ("slip", "contact"),
+        ("peak_torque", "joint"),
+        ("stiffness_difference", "robot"),
+    ):
+        assert np.isnan(profile.value(key, kind)).all()
+
+
+def test_a_sweep_takes_them_as_columns(capfd, here):
+    words = ("--vary", "strike-angle=0:20:3", "--friction", 0.3, "--quantity", "shock_friction@imu_link", "--out", "out")
+    out = good(capfd, "sweep", "anymal_b", "--contact", "LF_FOOT", *words)
+    row = next(line for line in out.splitlines() if line.startswith("shock_friction@imu_link"))
+    landings = [replace(ANYMAL, friction=0.3, strike=Strike(strike_angle_deg=angle)) for angle in (0.0, 10.0, 20.0)]
+    shocks = [shock_profile(scene).value("shock_friction", "point")[0] for scene in landings]
+    assert [float(word) for word in row.split()[2:5]] == pytest.approx(sorted(shocks), abs=5e-5)

@@ -1,0 +1,293 @@
+"""Landings on finite stiffness: closed forms, laws of mechanics, other integrators, and the impulse as the limit."""
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from shockpc.core.impulse import solve_impact
+from shockpc.core.stiffness import Elements, attach_rotors, simulate_landing
+
+SEEDS = range(6)
+
+
+def normals(rows, stiffness=1e4, restitution=1.0):
+    """Frictionless contacts."""
+    rows = np.atleast_2d(np.asarray(rows, dtype=float))
+    full = np.broadcast_to(stiffness, len(rows)), np.broadcast_to(restitution, len(rows))
+    return Elements(rows, *full, np.arange(len(rows)), np.ones(len(rows), dtype=bool))
+
+
+def sticking(rows, stiffness=1e4, tangential=0.0, normal=0.0):
+    """Contacts of three rows each, the normal last."""
+    m = len(rows) // 3
+    restitution = np.tile([tangential, tangential, normal], m)
+    return Elements(rows, np.full(3 * m, stiffness), restitution, np.repeat(np.arange(m), 3), np.tile([False, False, True], m))
+
+
+def with_springs(elements, rows, stiffness):
+    """Elements and springs between bodies."""
+    s = len(rows)
+    added = rows, np.broadcast_to(stiffness, s), np.ones(s), np.full(s, -1), np.zeros(s, dtype=bool)
+    return Elements(*(np.concatenate(both) for both in zip(elements, added, strict=True)))
+
+
+def landing(seed, n=6, contacts=1):
+    """A random inertia, rows of contacts and a velocity with which the first contact approaches."""
+    rng = np.random.default_rng(seed)
+    X, rows, velocity = rng.normal(size=(n, n + 3)), rng.normal(size=(3 * contacts, n)), rng.normal(size=n)
+    return X @ X.T, rows, -velocity * np.sign(rows[2] @ velocity), rng
+
+
+def impulsive(M, rows, velocity, restitution):
+    """The jump of Eq. 4."""
+    b = (1.0 + restitution) * rows @ velocity
+    return solve_impact(M[None], rows[None], b[None, :, None], lambda _: np.abs(rows)).delta_qd[0, :, 0]
+
+
+# Closed forms
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.1, 0.0])
+@pytest.mark.parametrize("m", [1e-6, 2.0, 1e6])
+def test_one_mass(m, e):
+    """T = (1 + e)/2 π √(m/k), F = v √(km) for every e, and the mass returns with −e times its velocity."""
+    k, v = 1e5, 1.5
+    motion = simulate_landing(np.array([[m]]), normals([[1.0]], k, e), np.array([-v]))
+    quarter = np.pi / 2.0 * np.sqrt(m / k)
+    assert motion.duration == pytest.approx((1.0 + e) * quarter, rel=1e-10)
+    assert motion.first("unloads")[0] == pytest.approx(quarter, rel=1e-10)
+    assert motion.at([motion.duration]).jump[0, 0] == pytest.approx((1.0 + e) * v, rel=1e-10)
+    t = np.linspace(0.0, quarter, 9)
+    np.testing.assert_allclose(motion.at(t).force[:, 0], v * np.sqrt(k * m) * np.sin(np.pi / 2.0 * t / quarter), rtol=1e-9)
+    np.testing.assert_allclose(motion.at(t).displacement[:, 0], -v * np.sqrt(m / k) * np.sin(np.pi / 2.0 * t / quarter), rtol=1e-9)
+    peak, when = motion.peak(np.array([[[m]]]))
+    assert peak[0] == pytest.approx(v * np.sqrt(k * m), rel=1e-9)
+    assert when[0] == pytest.approx(quarter, rel=1e-5)
+    np.testing.assert_allclose(motion.modes.frequency, [1.0 / (4.0 * quarter)])
+    np.testing.assert_allclose(motion.modes.energy, [m * v**2 / 2.0])
+
+
+def test_two_masses_and_a_rotor_behind_a_spring():
+    """Both modes of mass and rotor, from the quadratic equation for ω²."""
+    m, rotor, k, spring, v = 1.0, 0.3, 4e4, 9e3, 2.0
+    M, rows, springs, velocity = attach_rotors(np.array([[m]]), np.array([[1.0]]), np.array([-v]), np.array([0]), np.array([rotor]))
+    motion = simulate_landing(M, with_springs(normals(rows, k), springs, spring), velocity)
+    half, product = (k + spring) / (2.0 * m) + spring / (2.0 * rotor), k * spring / (m * rotor)
+    squares = half + np.array([1.0, -1.0]) * np.sqrt(half**2 - product)
+    np.testing.assert_allclose(motion.modes.frequency, np.sqrt(squares) / (2.0 * np.pi))
+    shape = np.array([[1.0, 1.0], spring / (spring - rotor * squares)])
+    t = np.linspace(0.0, 0.99 * motion.first("opens")[0], 20)
+    t = t[t <= motion.first("unloads")[0]]
+    x = np.sin(np.outer(t, np.sqrt(squares))) * (np.linalg.solve(shape, velocity) / np.sqrt(squares)) @ shape.T
+    np.testing.assert_allclose(motion.at(t).displacement, x, atol=1e-12)
+    np.testing.assert_allclose(motion.at(t).force, np.column_stack([-k * x[:, 0], -spring * (x[:, 0] - x[:, 1])]), atol=1e-8)
+    np.testing.assert_allclose(motion.modes.participation.sum(axis=0), 1.0)
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 1e12])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_one_direction_gives_the_rigid_solution_times_a_half_sine(seed, stiffness):
+    """Every acceleration is a half-sine of length π √(m/k) with the jump of Eq. 4, whatever the stiffness."""
+    M, rows, velocity, _ = landing(seed)
+    motion = simulate_landing(M, normals(rows[2:], stiffness), velocity)
+    length = np.pi / np.sqrt(stiffness * (rows[2] @ np.linalg.solve(M, rows[2])))
+    jump = impulsive(M, rows[2:], velocity, 1.0)
+    t = np.linspace(0.0, length, 17)
+    history = motion.at(t)
+    assert motion.duration == pytest.approx(length, rel=1e-10)
+    np.testing.assert_allclose(history.jump, np.outer((1.0 - np.cos(np.pi * t / length)) / 2.0, jump), atol=1e-9)
+    np.testing.assert_allclose(history.acceleration * length, np.outer(np.pi / 2.0 * np.sin(np.pi * t / length), jump), atol=1e-8)
+
+
+# Laws
+
+
+@pytest.mark.parametrize("e", [(1.0, 1.0), (1.0, 0.4), (0.3, 0.5), (0.0, 0.0), (1.0, 0.0)])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_energy_never_grows_and_momentum_changes_by_the_impulses(seed, e):
+    """½ẋᵀMẋ + Σ e² f²/(2k) falls; it is constant with e = 1 until a contact opens; M Δẋ is what the forces add up to."""
+    M, rows, velocity, rng = landing(seed, contacts=2)
+    elements = with_springs(sticking(rows, 1e3, *e), rng.normal(size=(2, 6)), 200.0)
+    motion = simulate_landing(M, elements, velocity, until=1.0)
+    t = np.linspace(0.0, motion.duration, 40001)
+    history = motion.at(t)
+    qd = velocity + history.jump
+    stored = np.where(elements.restitution > 0.0, elements.restitution, 0.0) ** 2 / (2.0 * elements.stiffness)
+    energy = np.einsum("ti,ij,tj->t", qd, M, qd) / 2.0 + history.force**2 @ stored
+    assert np.diff(energy).max() <= 1e-9 * energy[0]
+    if e == (1.0, 1.0):
+        before = t < min((event.time for event in motion.events if event.kind == "opens"), default=np.inf)
+        np.testing.assert_allclose(energy[before], energy[0], rtol=1e-12)
+    impulse = (history.force[1:] + history.force[:-1]).sum(axis=0) * t[1] / 2.0
+    # The trapezoidal rule loses a share of a step at each jump of a force.
+    np.testing.assert_allclose(M @ history.jump[-1], elements.rows.T @ impulse, atol=5e-3 * np.abs(M @ history.jump[-1]).max())
+    forces, normal = history.force, elements.normal
+    assert np.all(forces[:, normal] >= -1e-9 * np.abs(forces).max())
+
+
+@pytest.mark.parametrize("seed", [5, 7, 8, 11])
+@pytest.mark.parametrize("stiffness", [1e3, 1e9])
+def test_without_restitution_the_velocity_is_the_one_of_the_impulse_model(seed, stiffness):
+    """For every stiffness, in landings whose contact does not slip before all its rows are at rest."""
+    M, rows, velocity, _ = landing(seed)
+    motion = simulate_landing(M, sticking(rows, stiffness), velocity)
+    np.testing.assert_allclose(motion.at([motion.duration]).jump[0], impulsive(M, rows, velocity, 0.0), atol=1e-9)
+
+
+def test_the_impulse_is_the_limit_of_a_stiff_contact():
+    """Springs play no part where the contact is much stiffer: the error falls with 1/k, to 1e-9."""
+    M, rows, velocity, _ = landing(3)
+    joints, inertia = np.arange(6), np.full(6, 0.5)
+    full, contact, springs, before = attach_rotors(M, rows[2:], velocity, joints, inertia)
+    expected = np.append(impulsive(M, rows[2:], velocity, 1.0), np.zeros(6))
+    errors = []
+    for k in (1e6, 1e8, 1e10, 1e12):
+        motion = simulate_landing(full, with_springs(normals(contact, k), springs, 100.0), before)
+        errors.append(np.abs(motion.at([motion.duration]).jump[0] - expected).max())
+    # Rotors see the integral of the springs' forces, of the order √(1/k) squared.
+    np.testing.assert_allclose(np.array(errors[:2]) / errors[1:3], 100.0, rtol=0.1)
+    assert errors[-1] < 1e-9
+
+
+# Other integrators
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_runge_kutta_agrees(seed):
+    """M ẍ + K x = 0 until the contact opens, on random trees of springs."""
+    M, rows, velocity, rng = landing(seed, n=7)
+    elements = with_springs(sticking(rows, 1e3, 1.0, 1.0), rng.normal(size=(4, 7)), 10.0 ** rng.uniform(1.0, 4.0, 4))
+    motion = simulate_landing(M, elements, velocity)
+    K = (elements.rows.T * elements.stiffness) @ elements.rows
+    end = motion.first("opens")[2]
+    t = np.linspace(0.0, end, 30)
+
+    def rate(_, state):
+        return np.concatenate([state[7:], -np.linalg.solve(M, K @ state[:7])])
+
+    reference = solve_ivp(rate, (0.0, end), np.append(np.zeros(7), velocity), t_eval=t, rtol=1e-12, atol=1e-14, method="DOP853").y.T
+    history = motion.at(t)
+    np.testing.assert_allclose(history.displacement, reference[:, :7], atol=1e-9)
+    np.testing.assert_allclose(velocity + history.jump, reference[:, 7:], atol=1e-9)
+    assert rows[2] @ reference[-1, :7] == pytest.approx(0.0, abs=1e-9)
+
+
+def step_by_step(M, elements, velocity, end, steps):
+    """Forces and the final velocity of the same elements by the leapfrog method, which asks in every step what changes."""
+    inverse, step, x, v = np.linalg.inv(M), end / steps, np.zeros(len(M)), velocity.copy()
+    k, e, normal, r = elements.stiffness, elements.restitution, elements.normal, len(elements.rows)
+    slope, slack, peak = k.copy(), np.zeros(r), np.zeros(r)
+    closed, loading, forces = np.repeat((elements.rows @ v)[normal] < 0.0, 3), np.ones(r, dtype=bool), []
+    for _ in range(steps):
+        x = x + step / 2.0 * v
+        y, rate = elements.rows @ x, elements.rows @ v
+        f = np.where(closed, -slope * (y - slack), 0.0)
+        for i in np.flatnonzero(closed & (e < 1.0)):
+            if loading[i] and f[i] * rate[i] > 0.0:
+                loading[i], peak[i], slope[i] = False, f[i], k[i] / e[i] ** 2
+                slack[i] = y[i] + f[i] / slope[i]
+            elif not loading[i] and f[i] * peak[i] > peak[i] ** 2:
+                loading[i], slope[i], slack[i] = True, k[i], y[i] + f[i] / k[i]
+            elif not loading[i] and f[i] * peak[i] < 0.0 and not normal[i]:
+                loading[i], slope[i], slack[i], f[i] = True, k[i], y[i], 0.0
+        for i in np.flatnonzero(normal):
+            tangents = slice(i - 2, i)
+            if closed[i] and f[i] < 0.0:
+                if not closed[tangents].any():
+                    closed[i], slack[i] = False, y[i]
+                closed[tangents], f[i - 2 : i + 1] = False, 0.0
+            elif not closed[i] and y[i] < slack[i]:
+                whole = slice(i - 2, i + 1)
+                closed[whole], loading[whole], slope[whole], slack[whole] = True, True, k[whole], y[whole]
+        forces.append(f)
+        v = v + step * (inverse @ (elements.rows.T @ f))
+        x = x + step / 2.0 * v
+    return np.array(forces), v
+
+
+@pytest.mark.parametrize(("seed", "tangential", "normal"), [(7, 1.0, 1.0), (3, 1.0, 0.5), (5, 0.6, 0.4), (5, 0.3, 0.3)])
+def test_steps_in_time_agree(seed, tangential, normal):
+    """Contacts that load, unload, slip, open and close again, at steps of 1/20000."""
+    M, rows, velocity, _ = landing(seed, contacts=3)
+    elements = sticking(rows, 300.0, tangential, normal)
+    motion = simulate_landing(M, elements, velocity, until=1.0)
+    forces, final = step_by_step(M, elements, velocity, 1.0, 20000)
+    assert len(motion.events) >= 9
+    history = motion.at((np.arange(0, 20000, 100) + 0.5) / 20000)
+    assert np.abs(history.force - forces[::100]).max() < 5e-3 * np.abs(forces).max()
+    np.testing.assert_allclose(velocity + motion.at([1.0]).jump[0], final, atol=5e-3)
+
+
+@pytest.mark.parametrize("contact", [1e2, 1e12])
+@pytest.mark.parametrize("spring", [1e-2, 1e12])
+@pytest.mark.parametrize("rotor", [1e-9, 1e3])
+def test_frequencies_far_apart(contact, spring, rotor):
+    """Contacts of 1e2 and 1e12 N/m and rotors from 1e-9 to 1e3 kg m² behind springs of 1e-2 and 1e12 N m, against 50 digits."""
+    M, rows, velocity, _ = landing(4, n=3)
+    M, rows, springs, velocity = attach_rotors(M, rows[2:], velocity, np.arange(3), np.full(3, rotor))
+    elements = with_springs(normals(rows, contact), springs, spring)
+    motion = simulate_landing(M, elements, velocity)
+    end = motion.segments[0].length
+    with mpmath.workdps(50):
+        B, inverse = mpmath.matrix(elements.rows.tolist()), mpmath.matrix(M.tolist()) ** -1
+        root = mpmath.diag([mpmath.sqrt(k) for k in elements.stiffness.tolist()])
+        squares, Q = mpmath.eigsy(root * B * inverse * B.T * root)
+        start = Q.T * root * B * mpmath.matrix(velocity.tolist())
+        omega = [mpmath.sqrt(abs(value)) for value in squares]
+        z = Q * mpmath.matrix([c * mpmath.sin(w * end) / w for c, w in zip(start, omega, strict=True)])
+        p = Q * mpmath.matrix([c * (1 - mpmath.cos(w * end)) / w**2 for c, w in zip(start, omega, strict=True)])
+        force, jump = (np.array((-value).tolist(), dtype=float)[:, 0] for value in (root * z, inverse * B.T * root * p))
+    history = motion.at([end])
+    np.testing.assert_allclose(history.force[0], force, atol=1e-7 * np.abs(force).max())
+    np.testing.assert_allclose(history.jump[0], jump, atol=1e-9 * np.abs(jump).max())
+
+
+# Contacts and outputs
+
+
+def test_a_plate_on_four_corners_shares_the_force():
+    """Rows that depend on one another: equal springs carry equal forces, and tangents that cannot be moved carry none."""
+    rows = np.array([[0.0, 0.0, 0.0]] * 8 + [[1.0, x, y] for x in (-1, 1) for y in (-1, 1)])
+    order = [0, 1, 8, 2, 3, 9, 4, 5, 10, 6, 7, 11]
+    for e in (0.0, 0.5, 1.0):
+        motion = simulate_landing(np.diag([4.0, 1.0, 1.0]), sticking(rows[order], 1e4, e, e), np.array([-1.0, 0.0, 0.0]))
+        force = motion.at([motion.first("unloads")[2] / 3.0]).force[0].reshape(4, 3)
+        np.testing.assert_allclose(force, np.tile([0.0, 0.0, 50.0], (4, 1)), atol=1e-9)
+        np.testing.assert_allclose(motion.at([motion.duration]).jump[0], [1.0 + e, 0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_peaks_are_those_of_a_dense_history(seed):
+    """Of vectors that mix accelerations and forces, over all events."""
+    M, rows, velocity, rng = landing(seed, contacts=2)
+    motion = simulate_landing(M, with_springs(sticking(rows, 1e3, 1.0, 0.3), rng.normal(size=(2, 6)), 1e4), velocity, until=0.7)
+    G, P = rng.normal(size=(4, 3, 6)), rng.normal(size=(4, 3, 8))
+    t = np.linspace(0.0, 0.7, 60001)
+    history = motion.at(t)
+    length = np.linalg.norm(np.einsum("mkn,tn->tmk", G, history.acceleration) + np.einsum("mkr,tr->tmk", P, history.force), axis=-1)
+    peak, when = motion.peak(G, P)
+    assert np.all(peak >= length.max(axis=0) * (1.0 - 1e-2))
+    np.testing.assert_allclose(peak, length.max(axis=0), rtol=1e-2)
+    assert np.all((when >= 0.0) & (when <= 0.7))
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "text"),
+    [
+        ({"M": np.diag([1.0, 0.0])}, ArithmeticError, "positive definite"),
+        ({"M": np.ones((2, 2))}, ArithmeticError, "positive definite"),
+        ({"velocity": np.array([1.0, 0.0])}, ValueError, "approaches"),
+        ({"velocity": np.array([np.nan, 0.0])}, ValueError, "finite"),
+        ({"until": 0.0}, ValueError, "above 0 s"),
+        ({"elements": normals([[1.0, 0.0]], 0.0)}, ValueError, "stiffness"),
+        ({"elements": normals([[1.0, 0.0]], 1.0, 1.5)}, ValueError, "restitution"),
+        ({"elements": normals([[1.0, 0.0]])._replace(normal=np.array([False]))}, ValueError, "normal"),
+        ({"until": 1e9}, ArithmeticError, "nothing changes"),
+    ],
+)
+def test_what_cannot_be_computed_is_refused(changes, error, text):
+    elements = with_springs(normals([[1.0, 0.0]]), np.array([[1.0, -1.0]]), 1e4)
+    given = {"M": np.eye(2), "elements": elements, "velocity": np.array([-1.0, 0.0])} | changes
+    with pytest.raises(error, match=text):
+        simulate_landing(**given)
