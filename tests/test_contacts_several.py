@@ -5,6 +5,7 @@ import itertools
 
 import dense
 import numpy as np
+import pinocchio as pin
 import pytest
 from robot_texts import body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
@@ -93,6 +94,19 @@ def test_a_flat_contact_is_its_four_corners():
     assert (flat.health.rank, flat.health.rows) == (6, 6)
     np.testing.assert_allclose(flat.delta_v, four.delta_v, atol=1e-12)
     np.testing.assert_allclose(flat.delta_omega, four.delta_omega, atol=1e-12)
+
+
+def test_the_effective_mass_of_a_flat_contact_is_its_impulse_for_a_unit_strike():
+    """A sole that also stops rotation meets more inertia than a point of it: upᵀ Λ up of all its rows, from a dense inverse."""
+    profile = shock_profile(Scene(robot="talos", contact=Contact(frame="left_sole_link", kind="flat"), joints=Joints(model="free")))
+    (contact,), model, q = profile.contacts, profile.robot.model, profile.q
+    data = model.createData()
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    J = pin.getFrameJacobian(model, data, model.getFrameId("left_sole_link"), pin.LOCAL_WORLD_ALIGNED)
+    mass = np.linalg.inv(J @ np.linalg.solve(dense.inertia(model, q), J.T))[2, 2]
+    assert contact.mass_sticking == pytest.approx(mass, rel=1e-10)
+    assert contact.effective_mass == pytest.approx(float(contact.impulse[2]), rel=1e-12)
 
 
 def test_a_flat_contact_that_slides_may_twist():
