@@ -18,7 +18,7 @@ from shockpc.exact.proof import Proof
 from shockpc.landing import PosedLanding
 from shockpc.model.closure import Assembly
 from shockpc.model.dynamics import dynamics
-from shockpc.model.joint_model import JointModel
+from shockpc.model.joint_model import without_springs
 from shockpc.places import Kind, Place, body_places, point_place
 from shockpc.plausibility import gained, implausible, pulled, saturated
 from shockpc.quantities.quantity import Quantity, evaluate
@@ -265,7 +265,7 @@ class ShockProfile:
                 proofs[name] = self.proof
                 continue
             state = dynamics(self.robot, self.landing.q[None])
-            changed = replace(self.landing, joint_model=JointModel(np.zeros(len(locked)), locked, name), state=state)
+            changed = replace(self.landing, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
             try:
                 equation = changed.equation(state)
                 solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)

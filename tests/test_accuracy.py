@@ -25,7 +25,7 @@ from shockpc.exact.proof import Proof
 from shockpc.landing import PosedLanding
 from shockpc.model.contact import contact_block
 from shockpc.model.dynamics import dynamics
-from shockpc.model.joint_model import JointModel
+from shockpc.model.joint_model import without_springs
 from shockpc.model.motion import Motion
 from shockpc.model.posture import configuration
 from shockpc.profile import ILL_CONDITIONED
@@ -81,7 +81,7 @@ def test_the_impact_of_500_links_is_proven():
     rest, velocity, q = np.zeros(robot.model.nv), np.array([1.0, 0.5, -2.0]), configuration(robot, bent(robot, 0.05))
     block, before = contact_block(robot, Contact(frame="link499", offset=(0.1, 0.0, 0.2)), Z), Motion(velocity, np.zeros(3), rest)
     plane = plane_of(Scene(robot="chain"))
-    joints = JointModel(rest, rest > 0.0, "free")
+    joints = without_springs(rest, rest > 0.0, "free")
     landing = PosedLanding(Scene(robot="chain"), robot, plane, Z, (block,), (), (), joints, before, None, q, state=None)
     vars(landing)["blocks"] = (block,)
     proof = Proof(landing, RowChoice.every(3))

@@ -17,7 +17,7 @@ from shockpc.printed import listed
 from shockpc.robot.record import Robot
 from shockpc.toml import LARGEST
 
-__all__ = ["JointModel", "Joints", "Rotor", "joint_model"]
+__all__ = ["JointModel", "Joints", "Rotor", "joint_model", "without_springs"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -54,14 +54,21 @@ class JointModel(NamedTuple):
     """What every joint does, as arrays.
 
     Attributes:
-        armature: (nv,) reflected inertia [kg m², kg]; zero on the base.
+        armature: (nv,) reflected inertia that counts in the impulse [kg m², kg]; zero on the base and behind springs.
         locked: (nv,) which joint velocities are held at zero.
         name: "free", "geared", "locked", or "mixed".
+        stiffness: (nv,) of the spring of the joint itself, which is without force where the joint is at touchdown [N m/rad, N/m];
+            zero without a spring.
+        drive_stiffness: (nv,) of the spring between the joint and its rotor [N m/rad, N/m]; infinite where they are rigidly joined.
+        rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero without one.
     """
 
     armature: Array
     locked: np.ndarray
     name: str
+    stiffness: Array
+    drive_stiffness: Array
+    rotor: Array
 
 
 def joint_model(robot: Robot, joints: Joints) -> JointModel:
@@ -102,7 +109,13 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
-    return JointModel(armature, locked, _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs]))
+    name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
+    return without_springs(armature, locked, name)
+
+
+def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:
+    """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
+    return JointModel(armature, locked, name, np.zeros(len(armature)), np.full(len(armature), np.inf), np.zeros(len(armature)))
 
 
 def _velocities(robot: Robot, pattern: str) -> list[int]:
