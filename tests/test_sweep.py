@@ -19,6 +19,7 @@ from shockpc.robot.changes import changed, links_with_mass, read_changes
 from shockpc.studies.columns import proven_columns
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep, sweep_of
+from shockpc.studies.sweep.summary import _extent
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 
@@ -365,3 +366,11 @@ def test_shock_for_one_posture_is_that_of_the_maps(anymal):
     for angle, shock in zip(columns["strike-angle [deg]"], columns["shock@imu_link"], strict=True):
         v = Strike(strike_angle_deg=float(angle)).vector(plane_from((0.0, -1.0, 0.0)))
         assert np.linalg.norm(maps.at(frame.body, frame.offset)[0] @ v) == pytest.approx(shock, rel=1e-13)
+
+
+@pytest.mark.parametrize("values", [[1.0, 1.0 + 2e-16, 1.0], [0.0, 5e-324], [1.5e300, np.nextafter(1.5e300, 2e300)], [2.0, 2.0]])
+def test_values_that_differ_by_rounding_alone_are_counted(values):
+    """80 intervals do not fit between neighbouring doubles; all values are counted about the middle of a wider range."""
+    extent = _extent(None, np.array(values), False)
+    assert extent.counts[39:41].sum() == extent.counts.sum() == len(values)
+    assert extent.span[0] <= min(values) <= max(values) <= extent.span[1]

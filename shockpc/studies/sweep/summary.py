@@ -15,6 +15,9 @@ __all__ = ["Extent", "SweepSummary", "summarise"]
 BINS = 80
 """Of the distributions."""
 
+CONSTANT = 1e-9
+"""Share of the largest value by which values differ at least, for intervals of doubles to lie between them."""
+
 
 class Extent(NamedTuple):
     """The range of one column, in the unit of its quantity.
@@ -26,7 +29,7 @@ class Extent(NamedTuple):
         greatest: value.
         least_row: row of the least one.
         greatest_row: row of the greatest one; −1 if no row could be computed.
-        span: the least and the greatest finite value.
+        span: the least and the greatest finite value; wider where they differ by rounding alone.
         counts: number of rows in each of equal intervals between these.
         values: (rows,) all of them where they are drawn as a curve or a map; None otherwise.
     """
@@ -106,6 +109,9 @@ def _extent(column: Column, values: Array, keep: bool) -> Extent:
     known = values[~missing] if keep or missing.any() else values
     finite = known if np.isfinite([least, greatest]).all() else known[np.isfinite(known)]
     span = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    margin = CONSTANT * max(map(abs, span))
+    if span[1] - span[0] < margin:
+        span = (span[0] - margin, span[1] + margin)
     counts, _ = np.histogram(finite, BINS, span)
     median = float(np.median(known, overwrite_input=True))
     return Extent(column, least, median, greatest, low, high, span, counts, kept)
