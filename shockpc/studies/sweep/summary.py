@@ -109,7 +109,7 @@ def _extent(column: Column, values: Array, keep: bool) -> Extent:
     known = values[~missing] if keep or missing.any() else values
     finite = known if np.isfinite([least, greatest]).all() else known[np.isfinite(known)]
     span = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    margin = CONSTANT * max(map(abs, span))
+    margin = max(CONSTANT * max(map(abs, span)), np.finfo(float).tiny)
     if span[1] - span[0] < margin:
         span = (span[0] - margin, span[1] + margin)
     counts, _ = np.histogram(finite, BINS, span)
