@@ -29,7 +29,7 @@ gallery: paper .venv/.dev
 	@cp out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
 
 test: .venv/.dev
-	@"$(BIN)/python" -m pytest
+	@"$(BIN)/python" -m pytest -n auto --dist loadfile
 
 check: .venv/.dev
 	@"$(BIN)/ruff" format --check shockpc tests

@@ -7,6 +7,8 @@ import pytest
 from commands import STICK, dog_in
 from hypothesis import HealthCheck, settings
 
+from shockpc.paths import inputs
+
 COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
 
 settings.register_profile("fixed", derandomize=True, max_examples=30, **COMMON)
@@ -22,3 +24,9 @@ def here(tmp_path, monkeypatch):
     (folder / "stick.urdf").write_text(STICK)
     dog_in(folder)
     return folder
+
+
+@pytest.fixture(autouse=True)
+def nothing_read_yet():
+    """Files that an earlier test read do not count as this one's: a new file may have the inode of a removed one."""
+    inputs.clear()
