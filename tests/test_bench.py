@@ -13,13 +13,14 @@ from shockpc.bench.costs import COSTS, PEERS, many_system, postures
 from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.bench.report import run_suite
+from shockpc.bench.report import suite_report
 from shockpc.errors import SolveError
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
 from shockpc.profile import shock_profile
 from shockpc.scene import Scene, Strike
-from shockpc.show.files import MANIFEST
+from shockpc.show.files import MANIFEST, write_folder
+from shockpc.show.reports.report import Report
 from shockpc.show.tables import Sheet
 
 
@@ -164,8 +165,9 @@ def test_a_strike_near_the_centre_of_mass_tends_to_translation(rods):
 def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setitem(COSTS, "costs", lambda budget: Sheet("costs", ("what",), [("a command",)]))
     monkeypatch.setattr("shockpc.bench.costs.ROWS", 32)
-    run_suite(tmp_path, ("corners", "knee"), budget=0.0)
-    assert {path.name for path in tmp_path.iterdir()} == {"report.md", "cases.csv", "error-against-run-time.svg", MANIFEST}
+    write_folder(tmp_path, suite_report(("corners", "knee"), budget=0.0).files())
+    files = {"report.md", "cases.csv", "bench.json", "error-against-run-time.svg", "error-against-run-time.png", MANIFEST}
+    assert {path.name for path in tmp_path.iterdir()} == files
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
     titles = ("### Corners", "### Knee", "### Costs", "### Many postures", "### Sweeps", "### Limits")
     for text in (*titles, "| a command |", ", pin 4.", *OUTCOMES, "| 4 | sticking | 1.1e-16 | "):
@@ -189,12 +191,14 @@ def test_bench_of_one_s_own_robot(capfd, tmp_path):
     """`shockpc bench robot --contact foot` prints a row for each method, and writes the table and the chart if asked to."""
     out = good(capfd, "bench", "solo12", "--contact", "FL_FOOT", "--out", tmp_path)
     assert {line.split("  ")[0] for line in out.splitlines()} >= {*DIRECT, *MUJOCO, "shockpc, all quantities"}
-    assert {path.name for path in tmp_path.iterdir()} == {"landing.csv", "landing.md", "error-against-run-time.svg", MANIFEST}
+    files = {"landing.csv", "landing.md", "landing.json", "error-against-run-time.svg", "error-against-run-time.png", MANIFEST}
+    assert {path.name for path in tmp_path.iterdir()} == files
 
 
 def test_the_suite_needs_no_robot(capfd, tmp_path, monkeypatch):
-    monkeypatch.setattr("shockpc.bench.report.run_suite", lambda out, progress: [])
-    assert good(capfd, "bench", "--out", tmp_path) == f"the report: {tmp_path / 'report.md'}\n"
+    report = Report(name="bench", body=lambda _: [Sheet("costs", ("what",), [("a command",)])], sheets={}, document=dict)
+    monkeypatch.setattr("shockpc.bench.report.suite_report", lambda progress: report)
+    assert good(capfd, "bench", "--out", tmp_path).endswith(f"a command\n\nthe report: {tmp_path / 'report.md'}\n")
 
 
 def test_a_contact_needs_a_robot(capfd):

@@ -188,7 +188,7 @@ def test_folder_of_a_landing(tmp_path, profile):
     write_folder(folder, landings_report([profile], ["lf_foot"]).files())
     assert listing(folder) == FILES
     assert (folder / "profile.json").read_text(encoding="utf-8") == json_text(document_of(profile))
-    assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).markdown(figure=True)
+    assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).files()["report.md"]
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
     document = json.loads(json_text(document_of(profile)))
     bodies = rows(folder / "bodies.csv")

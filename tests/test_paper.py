@@ -1,5 +1,6 @@
 """The claims of the method's paper, and its dimensioned models against an independent solution."""
 
+import json
 import re
 
 import numpy as np
@@ -310,10 +311,13 @@ def test_a_figure_names_its_panels_and_bodies(figure):
 
 def test_the_command_writes_what_it_computes(capfd, tmp_path):
     out = good(capfd, "paper", "fig1", "--out", tmp_path / "paper")
-    assert "1 A     beam  translates" in out
-    assert "claims of the paper: 9 hold, 2 hold as interpreted, but not under an alternative, 1 do not hold\n" in out
+    assert out.startswith("claims of the paper: 9 hold, 2 hold as interpreted, but not under an alternative, 1 do not hold\n")
+    outcomes = [line.split("  ")[0] for line in out.splitlines()[3:-1]]
+    assert outcomes == ["does not hold", *["as interpreted"] * 2, *["holds"] * 9]
+    assert "1 A     beam  translates" in good(capfd, "paper", "fig1", "--verbose")
+    assert len(json.loads(good(capfd, "paper", "fig1", "--format", "json"))["claims"]) == len(FIGURES[0].claims)
     scenes = {f"fig1_{letter}.toml" for letter in "abcd"}
-    files = scenes | {"bodies.csv", "claims.csv", "figure1.png", "figure1.svg", "paper.md", MANIFEST}
+    files = scenes | {"bodies.csv", "claims.csv", "figure1.png", "figure1.svg", "paper.md", "paper.json", MANIFEST}
     assert {path.name for path in (tmp_path / "paper").iterdir()} == files
     again = run(capfd, "analyze", tmp_path / "paper" / "fig1_c.toml", "--format", "csv").out
     assert again.splitlines()[1].startswith("percussion,beam,1.5")

@@ -21,7 +21,7 @@ from shockpc.printed import printable
 from shockpc.result import StanceImpulse
 from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_report
-from shockpc.show.tables import Sheet, as_csv, as_markdown, as_text, escaped, rounded
+from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
 
 
 def directions(*shape):
@@ -60,13 +60,15 @@ def header(**scene):
 def test_formats_hold_the_same(landings):
     """Every line and every cell of the text for a terminal is in the Markdown document too, for one landing and for several."""
     report = landing_report(landings[0])
-    text, markdown = report.text("table"), report.markdown(figure=True)
+    text, markdown = report.text("table"), report.files()["report.md"]
     assert "![shock profile of beam](shock.svg)" in markdown
-    for sheet in report.tables(None):
+    body = list(report.body(True))
+    for sheet in (block for block in body if isinstance(block, Sheet)):
         for cell in (part for row in sheet.rows for part in row):
             assert f" {rounded(cell)}" in text.replace("\n", " ")
             assert f"| {escaped(rounded(cell))} |" in markdown
-    for _, line in (*report.summary, *report.header, *((None, line) for line in (*report.closing, *report.warnings))):
+    named = [line for block in body if isinstance(block, Lines) for _, line in block.lines]
+    for line in (*named, *report.closing, *report.warnings):
         assert line in text
         assert escaped(line) in markdown
     several = text_of(landings, "markdown")

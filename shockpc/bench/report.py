@@ -19,16 +19,15 @@ from shockpc.bench.costs import COSTS
 from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT, all_quantities
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.show.figure.error_time import error_time_svg
-from shockpc.show.files import write_folder
-from shockpc.show.tables import Cell, Sheet, as_csv, as_markdown, markdown_list
+from shockpc.show.document import record
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Cell, Lines, Sheet
 
-__all__ = ["PARTS", "bench_landing", "run_suite"]
+__all__ = ["PARTS", "bench_report", "suite_report"]
 
 PARTS = (*FAMILIES, *COSTS)
 """Parts of the suite."""
 
-CHART = "error-against-run-time.svg"
 LIBRARIES = ("shockpc", "pin", "numpy", "python-flint", "mujoco", "example-robot-data")
 
 METHODS = DIRECT | MUJOCO
@@ -46,76 +45,77 @@ REFERENCE = (
     'thread, without the first run; those of "shockpc, proven" include the proof'
 )
 
-LIMITS = """### Limits of the method
+LIMITS = (
+    "bodies are rigid and the impact takes no time; a real one takes milliseconds",
+    "contacts stick or slide along given directions; whether friction suffices is reported, not enforced",
+    "a drive is free, has a reflected inertia, or is locked; gearboxes that slip are not modelled",
+    "all contacts come to rest together, in all directions; restitution is Newton's, for each contact",
+    "masses and placements are taken as exact; their own uncertainty is usually the larger error by far",
+    "impulses of contacts whose rows are dependent are not unique, and are not given",
+)
 
-Bodies are rigid and the impact takes no time; a real one takes milliseconds. Contacts stick or slide along given directions;
-whether friction suffices is reported, not enforced. A drive is free, has a reflected inertia, or is locked; gearboxes that slip are
-not modelled. All contacts come to rest together, in all directions; restitution is Newton's, for each contact. Masses and
-placements are taken as exact; their own uncertainty is usually the larger error by far. Impulses of contacts whose rows are
-dependent are not unique, and are not given.
-"""
 
-
-def run_suite(
-    out: Path, families: Iterable[str] = tuple(FAMILIES), budget: float = 0.003, progress: Callable[[str], None] = lambda part: None
-) -> list[Sheet]:
-    """Measure every case of every family and write the report into a folder.
+def suite_report(
+    families: Iterable[str] = tuple(FAMILIES), budget: float = 0.003, progress: Callable[[str], None] = lambda part: None
+) -> Report:
+    """Measure every case of every family, and what the package costs.
 
     Args:
-        out: folder.
         families: of cases.
         budget: time to spend on each method's clock on each case [s]; a hundred times as much on each other clock.
         progress: is called with the name of each part that is done.
 
-    Returns: the tables that are not of one family.
-
     Raises:
-        OutputError: the folder cannot be written.
         SolveError: a command failed.
     """
     start = time.perf_counter()
     results: list[Result] = []
     tables, costs = [], []
     for name in families:
-        own = [one for case in FAMILIES[name].cases() for one in measure(case, METHODS, budget)]
-        results += own
-        tables.append(_family_sheet(FAMILIES[name], own))
+        measured = [result for case in FAMILIES[name].cases() for result in measure(case, METHODS, budget)]
+        results += measured
+        tables.append(_family_sheet(FAMILIES[name], measured))
         progress(name)
     for name, table in COSTS.items():
         costs.append(table(100.0 * budget))
         progress(name)
     methods = _methods_sheet(results)
     run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {time.perf_counter() - start:.0f} s for"
-    facts = markdown_list([*_surroundings(), f"{run} {len({one.case for one in results})} cases", REFERENCE, *NOTES])
-    blocks = ["# Error against run time\n", facts, f"![error against run time]({CHART})\n"]
-    blocks += [*map(as_markdown, (methods, *tables, *costs)), LIMITS]
+    facts = Lines([*_surroundings(), f"{run} {len({result.case for result in results})} cases", REFERENCE, *NOTES])
     header = ("family", "variant", "value", "method", "outcome", "error", "low_s", "median_s", "high_s", "runs", "message")
-    rows = [
-        (*one.case[:3], one.method, one.outcome, one.error, *one.quartiles, float(len(one.seconds)), one.message) for one in results
-    ]
-    write_folder(out, {"report.md": "\n".join(blocks), "cases.csv": as_csv(Sheet("", header, rows)), CHART: _chart(results)})
-    return [methods, *costs]
+    rows = [(*one.case[:3], *one[1:4], *one.quartiles, float(len(one.seconds)), one.message) for one in results]
+    limits = Lines(LIMITS, "limits of the method")
+    return Report(
+        name="bench",
+        title="Error against run time",
+        body=lambda full: [facts, _chart(results), methods, *tables, *costs, limits] if full else [methods, *costs],
+        sheets={"cases": lambda: Sheet("", header, rows)},
+        document=lambda: {"surroundings": _surroundings(), "cases": [dict(zip(header, row, strict=True)) for row in rows]},
+    )
 
 
-def bench_landing(robot: Robot, scene: Scene, out: Path | None = None, budget: float = 0.1) -> Sheet:
+def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
     """Error against run time of every method on one landing.
 
     Args:
         robot: the robot.
         scene: the landing.
-        out: folder for the table and the chart; none is written without it.
         budget: time to spend on each method's clock [s].
-
-    Raises:
-        OutputError: the folder cannot be written.
     """
     results = measure(Case("landing", robot.name, "", lambda: (robot, scene)), METHODS | {WHOLE: all_quantities}, budget)
     rows = [(one.method, _largest([one]), *map(_micro, one.quartiles), one.outcome, one.message or None) for one in results]
     header = ("method", "error [-]", "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
     sheet = Sheet("error against run time on this landing", header, rows, (*NOTES, WHOLE_NOTE))
-    if out is not None:
-        write_folder(out, {"landing.csv": as_csv(sheet), "landing.md": as_markdown(sheet), CHART: _chart(results)})
-    return sheet
+    return Report(
+        name="landing",
+        page="landing",
+        body=lambda _: [sheet, _chart(results)],
+        sheets={"landing": lambda: sheet},
+        document=lambda: {
+            "scene": scene,
+            "methods": [{**record(one, "method", "outcome", "error", "message"), "quartiles_s": one.quartiles} for one in results],
+        },
+    )
 
 
 def _surroundings() -> list[str]:
@@ -131,13 +131,14 @@ def _surroundings() -> list[str]:
     ]
 
 
-def _chart(results: Iterable[Result]) -> bytes:
-    """Error against run time of every method on every case, as SVG."""
+def _chart(results: Iterable[Result]) -> Picture:
+    """Error against run time of every method on every case."""
     series: dict[str, list[tuple[float, float]]] = {}
     for one in results:
         if one.error is not None:
             series.setdefault(one.method.split(", τ")[0], []).append((median(one.seconds), one.error))
-    return error_time_svg("Error against run time; for shockpc's printed numbers the proven bound", series, ACCURATE)
+    title = "Error against run time; for shockpc's printed numbers the proven bound"
+    return Picture("error-against-run-time", "error against run time", "error_time:draw_error_time", (title, series, ACCURATE))
 
 
 def _methods_sheet(results: Sequence[Result]) -> Sheet:

@@ -42,25 +42,25 @@ def bench(
 
 def _suite(out: Path) -> None:
     """The standing suite."""
-    from shockpc.bench.report import PARTS, run_suite
+    from shockpc.bench.report import PARTS, suite_report
     from shockpc.cli.progress import progress
-    from shockpc.show.tables import as_text
+    from shockpc.show.files import write_folder
 
-    for sheet in run_suite(out, progress=progress("parts measured", len(PARTS))):
-        sys.stdout.write(as_text(sheet) + "\n")
-    sys.stdout.write(f"the report: {out / 'report.md'}\n")
+    report = suite_report(progress=progress("parts measured", len(PARTS)))
+    write_folder(out, report.files())
+    sys.stdout.write(f"{report.text('table')}\nthe report: {out / 'report.md'}\n")
 
 
 def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
     """The landings that the options describe, each with a table; several have a folder each in `out`."""
-    from shockpc.bench.report import bench_landing
+    from shockpc.bench.report import bench_report
     from shockpc.cli.output import file_names
     from shockpc.cli.scenes import scenes_from
-    from shockpc.show.tables import as_text
+    from shockpc.show.files import write_folder
 
     loaded, scenes = scenes_from(robot, options)
     for scene, name in zip(scenes, file_names(scenes), strict=True):
-        folder = out if out is None or len(scenes) == 1 else out / name
-        if len(scenes) > 1:
-            sys.stdout.write(f"{name}\n")
-        sys.stdout.write(as_text(bench_landing(loaded, scene, folder)))
+        report = bench_report(loaded, scene)
+        if out is not None:
+            write_folder(out if len(scenes) == 1 else out / name, report.files())
+        sys.stdout.write((f"{name}\n" if len(scenes) > 1 else "") + report.text("table"))

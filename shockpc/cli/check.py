@@ -82,7 +82,7 @@ def check(
     from shockpc.cli.progress import progress
     from shockpc.errors import OutputError, StudyError
     from shockpc.show.files import destination, write_file, write_folder
-    from shockpc.show.reports.check import append_summary, check_report, check_text
+    from shockpc.show.reports.check import append_summary, check_report
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.gate import check_budgets
@@ -102,15 +102,16 @@ def check(
     targets = [destination(file) for file in (*(file for _, file in asked), baseline if update_baseline else None) if file]
     if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
         raise OutputError(f'"{twice[0]}" would be written twice; name another file')
+    result = check_report(found)
     for name, file in asked:
         if name == "github":
             append_summary(found)
         if file is None:
-            sys.stdout.write(check_text(found, name))
+            sys.stdout.write(result.text(name))
         else:
-            write_file(file, check_text(found, name))
+            write_file(file, result.text(name))
     if out is not None:
-        write_folder(out, {**check_report(found).files(), "junit.xml": check_text(found, "junit")})
+        write_folder(out, result.files())
     if baseline is not None and update_baseline:
         if found.count("not computed"):
             complain(f'"{baseline}" is left as it was, because a number could not be computed')

@@ -58,7 +58,7 @@ def sweep(
     from shockpc.executor import executor
     from shockpc.show.files import write_folder
     from shockpc.show.parts import Parts
-    from shockpc.show.reports.sweep import sweep_files, sweep_text
+    from shockpc.show.reports.sweep import sweep_report
     from shockpc.studies.sweep.study import sweep_of
     from shockpc.studies.sweep.summary import summarise
 
@@ -96,8 +96,9 @@ def sweep(
                 done += rows
                 advance(parts=rows)
         summary = summarise(made, parts.column)
-        write_folder(out, sweep_files(summary))
-        sys.stdout.write(sweep_text(summary))
+        report = sweep_report(summary)
+        write_folder(out, report.files())
+        sys.stdout.write(report.text("table"))
         finished = True
     finally:
         if done and not finished:

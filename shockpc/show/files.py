@@ -17,8 +17,8 @@ MANIFEST = ".shockpc-files"
 """In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""
 
 _RESULT = re.compile(
-    "(.+/)?(batch|bodies|cases|check|compare|contacts|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
-    r"profile|report|sensitivity|sheet|shock|summary|sweep)\.(csv|html|json|md|png|svg|xml)"
+    "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
+    r"profile|quantities|report|robots?|sensitivity|sheet|shock|summary|sweep)\.(csv|html|json|md|png|svg|xml)"
 )
 """Names of results; a file of another name is never removed."""
 

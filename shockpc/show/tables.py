@@ -4,13 +4,13 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from shockpc.printed import message, printable
 from shockpc.show.header import count
 
-__all__ = ["Cell", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "largest", "markdown_list", "rounded"]
+__all__ = ["Cell", "Lines", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "largest", "rounded"]
 
 Cell = str | float | None
 """Content of a table: a text, a number, or nothing, for which NaN stands as well."""
@@ -33,8 +33,27 @@ class Sheet(NamedTuple):
     notes: Sequence[str] = ()
 
 
-def as_text(sheet: Sheet) -> str:
-    """A table for a terminal: names to the left, numbers below one another at their points, columns as wide as they must be."""
+class Lines(NamedTuple):
+    """Lines of text, or names with a text each.
+
+    Attributes:
+        lines: a text, or name and text, of each.
+        title: over them, if there is one.
+        whole: whether lines of any length are printed in full, because they are to be copied.
+    """
+
+    lines: Sequence[str | tuple[str, str]]
+    title: str = ""
+    whole: bool = False
+
+
+def as_text(block: Sheet | Lines) -> str:
+    """Lines, or a table for a terminal: names to the left, numbers below one another at their points, columns as wide as needed."""
+    if isinstance(block, Lines):
+        show = printable if block.whole else message
+        lines = [f"{show(line)}" if isinstance(line, str) else f"{line[0]:<12} {show(line[1])}" for line in block.lines]
+        return "".join(f"{line}\n" for line in ([block.title] if block.title else []) + lines)
+    sheet = block
     heads = [printable(head).partition(" [") for head in sheet.header]
     names, units = [name for name, _, _ in heads], [bracket.strip() + unit for _, bracket, unit in heads]
     columns = [_at_the_point([printable(rounded(row[k]), 80) for row in sheet.rows]) for k in range(len(names))]
@@ -51,19 +70,23 @@ def as_text(sheet: Sheet) -> str:
     return "\n".join([*lines, *map(line, cells), *(f"({message(note)})" for note in sheet.notes)]) + "\n"
 
 
-def as_markdown(sheet: Sheet) -> str:
-    """A table for a report."""
+def as_markdown(block: Sheet | Lines) -> str:
+    """Lines as a list, or a table, for a report."""
+    if isinstance(block, Lines):
+        texts = [escaped(line) if isinstance(line, str) else f"**{line[0]}**: {escaped(line[1])}" for line in block.lines]
+        return _heading(block.title) + "".join(f"- {text}\n" for text in texts)
+    sheet = block
     rows = [sheet.header, *(map(rounded, row) for row in sheet.rows)]
     lines = ["| " + " | ".join(map(escaped, row)) + " |" for row in rows]
     lines.insert(1, "|" + "|".join("---:" if right else "---" for right in _numeric(sheet)) + "|")
     notes = [f"\n*{note[0].upper()}{note[1:]}.*" for note in map(escaped, sheet.notes)]
-    title = escaped(sheet.title)
-    return "\n".join([f"### {title[0].upper()}{title[1:]}", "", *lines, *notes]) + "\n"
+    return _heading(sheet.title) + "\n".join([*lines, *notes]) + "\n"
 
 
-def markdown_list(lines: Iterable[str]) -> str:
-    """Texts as a list of a report."""
-    return "".join(f"- {escaped(line)}\n" for line in lines)
+def _heading(title: str) -> str:
+    """The title of a block in Markdown, if there is one."""
+    text = escaped(title)
+    return f"### {text[0].upper()}{text[1:]}\n\n" if text else ""
 
 
 def as_csv(sheet: Sheet) -> str:

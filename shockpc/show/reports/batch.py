@@ -7,7 +7,7 @@ from shockpc.quantities.table import select
 from shockpc.robot.landmarks import is_imu
 from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet
+from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.batch import Batch, BatchRow
 
 __all__ = ["batch_report"]
@@ -17,18 +17,18 @@ def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""
     caption = "the landings, the greatest shock of the trunk first"
     drawn = any(row.picture is not None for row in batch.rows)
+    picture = [Picture("sheet", caption, "contact_sheet:draw_contact_sheet", (batch,))] if drawn else []
+    warnings = list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings))
     return Report(
         name="batch",
         title="Landings of robots",
-        tables=lambda _: [_sheet(batch)],
+        body=lambda full: [*picture, _sheet(batch), *([Lines(warnings)] if full else [])],
         closing=[f"not computed: {' '.join(filter(None, (one.robot, one.contact)))}: {one.reason}" for one in batch.failures],
-        details=list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings)),
         sheets={"batch": lambda: _sheet(batch, fold=False)},
         document=lambda: {
             "rows": [_record(row) for row in batch.rows],
             "failures": list(map(vars, batch.failures)),
         },
-        picture=Picture("sheet", caption, "contact_sheet:draw_contact_sheet", (batch,)) if drawn else None,
     )
 
 

@@ -15,7 +15,7 @@ from shockpc.show.tables import Cell, Sheet, as_markdown
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.gate import Check, Outcome
 
-__all__ = ["append_summary", "check_report", "check_sheet", "check_text", "place_text"]
+__all__ = ["append_summary", "check_report", "check_sheet", "place_text"]
 
 MOST_COMMANDS = 10
 """Errors of one step that GitHub shows."""
@@ -34,8 +34,7 @@ def check_report(check: Check) -> Report:
     return Report(
         name="check",
         title="Budgets",
-        tables=lambda most: [check_sheet(check, fold=most is not None)],
-        short=len(check.outcomes),
+        body=lambda full: [check_sheet(check, fold=not full)],
         sheets={"check": lambda: Sheet("", list(records[0]), [tuple(one.values()) for one in records])},
         document=lambda: {
             "file": check.path,
@@ -45,18 +44,9 @@ def check_report(check: Check) -> Report:
             "outcomes": records,
             "notes": check.notes,
         },
+        formats={"junit": lambda: _junit(check), "github": lambda: _github_commands(check)},
+        more=lambda: {"junit.xml": _junit(check)},
     )
-
-
-def check_text(check: Check, format_: str) -> str:
-    """The outcomes in a format: text, markdown, json, csv, junit or github."""
-    match format_:
-        case "junit":
-            return _junit(check)
-        case "github":
-            return _github_commands(check)
-        case _:
-            return check_report(check).text("table" if format_ == "text" else format_)
 
 
 def check_sheet(check: Check, fold: bool = True, most: int | None = None) -> Sheet:

@@ -8,7 +8,7 @@ from shockpc.printed import printable
 from shockpc.show.document import record
 from shockpc.show.header import contact_name, count, strike_text
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.compare import Comparison, Differences
 
 __all__ = ["compare_report"]
@@ -32,14 +32,15 @@ def compare_report(comparison: Comparison) -> Report:
     return Report(
         name="compare",
         title="Comparison",
-        header=header,
-        tables=lambda most: [_sheet(comparison, one, letters, most) for one in comparison.quantities],
-        short=8,
+        body=lambda full: [
+            Lines(header),
+            Picture("compare", "the designs side by side", "landing:draw_panels", drawn),
+            *(_sheet(comparison, one, letters, None if full else 8) for one in comparison.quantities),
+        ],
         closing=_unmatched(comparison, letters),
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: _all(comparison, letters)},
         document=lambda: _document(comparison),
-        picture=Picture("compare", "the designs side by side", "landing:draw_panels", drawn),
     )
 
 

@@ -13,7 +13,7 @@ from shockpc.result import ShockProfile
 from shockpc.show.document import document
 from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet, largest, rounded
+from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
 
 __all__ = ["accuracy_line", "bodies_sheet", "contacts_sheet", "directions_sheet", "landing_report", "landings_report"]
 
@@ -42,10 +42,12 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -
     return Report(
         name="profile",
         title=f"Shock of {profile.robot.name} landing on {contact_name(profile)}",
-        summary=_summary(profile),
-        header=header_lines(profile),
-        tables=lambda most: _tables(profile, bodies, most),
-        short=6,
+        body=lambda full: [
+            Lines(_summary(profile)),
+            Lines(header_lines(profile)),
+            Picture("shock", f"shock profile of {profile.robot.name}", "landing:draw_landing", (profile,)),
+            *_tables(profile, bodies, None if full else 6),
+        ],
         closing=[
             *_balance_lines(profile),
             *_ground_lines(profile),
@@ -59,7 +61,6 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -
             "contacts": lambda: contacts_sheet(profile),
         },
         document=lambda: document(profile),
-        picture=Picture("shock", f"shock profile of {profile.robot.name}", "landing:draw_landing", (profile,)),
     )
 
 
@@ -75,7 +76,7 @@ def landings_report(profiles: Sequence[ShockProfile], names: Sequence[str], bodi
     if len(parts) == 1:
         return next(iter(parts.values()))
     sheet = functools.partial(_side_by_side, profiles, bodies)
-    return Report(name="summary", tables=lambda _: [sheet()], sheets={"summary": sheet}, document=dict, parts=parts)
+    return Report(name="summary", page="summary", body=lambda _: [sheet()], sheets={"summary": sheet}, document=dict, parts=parts)
 
 
 def _summary(profile: ShockProfile) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.show.document import record
 from shockpc.show.header import UNITS, header_lines, warning_lines
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet
+from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.limits import Interval, ShockLimits, StrikeLimits
 
 __all__ = ["limits_report"]
@@ -42,12 +42,15 @@ def limits_report(found: ShockLimits) -> Report:
     return Report(
         name="limits",
         title=f"Limits of {joint} for the shock at {found.point}",
-        header=[*header_lines(found.profile), ("joint", f"{scan}; the file's limits are {least} and {greatest}")],
-        tables=lambda _: [_allowed(found), _postures(found, ROWS)],
+        body=lambda _: [
+            Lines([*header_lines(found.profile), ("joint", f"{scan}; the file's limits are {least} and {greatest}")]),
+            Picture("limits", "shock over joint and strike angle", "limits:draw_limits", (found,)),
+            _allowed(found),
+            _postures(found, ROWS),
+        ],
         warnings=warnings,
         sheets={"limits": lambda: _intervals(found), "postures": lambda: _postures(found)},
         document=lambda: _document(found),
-        picture=Picture("limits", "shock over joint and strike angle", "limits:draw_limits", (found,)),
     )
 
 

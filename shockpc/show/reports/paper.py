@@ -1,56 +1,93 @@
-"""The paper's figures and claims as tables, as text for a terminal, and as a folder of files."""
+"""The paper's claims with their outcomes, those that do not hold first, and the landings of its figures."""
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.landings import scene
 from shockpc.scene import scene_text
-from shockpc.show.files import write_folder
-from shockpc.show.reports.report import Picture
-from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text
+from shockpc.show.document import record
+from shockpc.show.reports.report import Block, Picture, Report
+from shockpc.show.tables import Lines, Row, Sheet
 
-__all__ = ["paper_picture", "paper_text", "write_paper"]
+__all__ = ["paper_picture", "paper_report"]
 
-
-def paper_text(figures: Sequence[PaperFigure]) -> str:
-    """The bodies as a table, then every claim with its outcomes, a short line each."""
-    claims = [claim for figure in figures for claim in figure.claims]
-    kinds = {
-        "hold": sum(claim.holds and not claim.alternatives for claim in claims),
-        "hold as interpreted, but not under an alternative": sum(claim.holds and bool(claim.alternatives) for claim in claims),
-        "do not hold": sum(not claim.holds for claim in claims),
-    }
-    lines = ["claims of the paper: " + ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count), "─" * 8]
-    for claim in claims:
-        lines += [claim.statement, f"    {claim.quantity}, {claim.criterion}"]
-        lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
-    return f"{as_text(_bodies_sheet(figures))}\n" + "\n".join(lines) + "\n"
+OUTCOMES = ("does not hold", "as interpreted", "holds")
+"""Outcome of a claim: under its interpretation or not, and whether an alternative interpretation changes that."""
 
 
-def write_paper(figures: Sequence[PaperFigure], folder: Path) -> None:
-    """Write figureN.svg and .png, bodies.csv, claims.csv, paper.md, and the scene of every panel.
+def paper_report(figures: Sequence[PaperFigure], verbose: bool = False, folder: Path | None = None) -> Report:
+    """The claims and figures of the paper.
 
-    Raises:
-        OutputError: the folder cannot be written.
+    Args:
+        figures: those that are shown, with their claims.
+        verbose: whether a terminal also shows the alternatives that change an outcome, and the bodies.
+        folder: in which the scenes of all panels are written.
     """
-    files: dict[str, str | bytes] = {}
-    parts = ["## Figures and claims of the paper\n"]
-    for figure in figures:
-        files |= paper_picture(figure).files()
-        files |= {f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for panel in figure.panels}
-        parts.append(f"![Figure {figure.number}: {figure.title}](figure{figure.number}.svg)\n\n*{figure.note}*\n")
-    for name, sheet in (("bodies", _bodies_sheet(figures)), ("claims", _claims_sheet(figures))):
-        files[f"{name}.csv"] = as_csv(sheet)
-        parts.append(as_markdown(sheet))
-    write_folder(folder, files | {"paper.md": "\n".join(parts)})
+    claims = [claim for figure in figures for claim in figure.claims]
+
+    def body(full: bool) -> list[Block]:
+        if full:
+            notes = [Lines([f"Figure {figure.number}: {figure.note}" for figure in figures])]
+            return [*map(paper_picture, figures), *notes, _claims_sheet(claims), _bodies_sheet(figures)]
+        details: list[Block] = [Lines(_details(claims), "details"), _bodies_sheet(figures)]
+        return [_outcomes_sheet(claims), *(details if verbose else [])]
+
+    return Report(
+        name="paper",
+        title="Figures and claims of the paper",
+        page="paper",
+        body=body,
+        sheets={"claims": lambda: _claims_sheet(claims), "bodies": lambda: _bodies_sheet(figures)},
+        document=lambda: {
+            "figures": [{**record(figure, "number", "title", "note"), "panels": figure.panels} for figure in figures],
+            "claims": [_record(claim) for claim in claims],
+        },
+        more=lambda: {
+            f"{panel.scene}.toml": scene_text(scene(panel.scene), folder or Path()) for figure in figures for panel in figure.panels
+        },
+    )
+
+
+def _record(claim: Claim) -> dict[str, Any]:
+    """A claim as JSON holds it; the alternatives are those that change the outcome, with their values."""
+    return record(claim, "statement", "quantity", "interpretation", "above", "below", "value", "holds", "alternatives")
 
 
 def paper_picture(figure: PaperFigure) -> Picture:
     """The panels of a figure of the paper side by side."""
     labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
-    drawn = (figure.profiles, f"Figure {figure.number}: {figure.title}", labels, captions, figure.note)
-    return Picture(f"figure{figure.number}", figure.title, "landing:draw_panels", drawn)
+    title = f"Figure {figure.number}: {figure.title}"
+    drawn = (figure.profiles, title, labels, captions, figure.note)
+    return Picture(f"figure{figure.number}", title, "landing:draw_panels", drawn)
+
+
+def _outcome(claim: Claim) -> str:
+    """The outcome of a claim, in two words."""
+    return OUTCOMES[0] if not claim.holds else OUTCOMES[1] if claim.alternatives else OUTCOMES[2]
+
+
+def _outcomes_sheet(claims: Sequence[Claim]) -> Sheet:
+    """One row for every claim, those that do not hold first."""
+    ranked = sorted(claims, key=lambda claim: OUTCOMES.index(_outcome(claim)))
+    rows: list[Row] = [
+        (_outcome(claim), *claim.statement.partition(": ")[::2], claim.value + 0.0, claim.criterion) for claim in ranked
+    ]
+    counts = {name: sum(row[0] == name for row in rows) for name in reversed(OUTCOMES)}
+    words = ("hold", "hold as interpreted, but not under an alternative", "do not hold")
+    title = ", ".join(f"{number} {text}" for number, text in zip(counts.values(), words, strict=True) if number)
+    notes = ("the quantities, and the alternatives that change an outcome: --verbose, or --out",)
+    return Sheet(f"claims of the paper: {title}", ("outcome", "where", "claim", "value", "holds if"), rows, notes)
+
+
+def _details(claims: Sequence[Claim]) -> list[str]:
+    """Every claim with its quantity and its outcomes; several lines each."""
+    lines = []
+    for claim in claims:
+        lines += [claim.statement, f"    {claim.quantity}, {claim.criterion}"]
+        lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
+    return lines
 
 
 def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
@@ -67,12 +104,11 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
 
 
-def _claims_sheet(figures: Sequence[PaperFigure]) -> Sheet:
+def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
     """One row for every claim, and one for each alternative interpretation that changes the outcome."""
     rows = [
         (*claim.statement.partition(": ")[::2], interpretation, claim.quantity, claim.criterion, value, outcome)
-        for figure in figures
-        for claim in figure.claims
+        for claim in claims
         for interpretation, value, outcome in _outcomes(claim)
     ]
     header = ("section", "claim", "interpretation", "quantity", "holds if", "value", "outcome")

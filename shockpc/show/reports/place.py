@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.show.document import record
 from shockpc.show.header import count, header_lines, proof_text
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
 __all__ = ["place_report"]
@@ -22,14 +22,17 @@ def place_report(study: PlaceStudy) -> Report:
     return Report(
         name="place",
         title=f"Place of least shock on {study.robot.bodies[study.body].name} of {study.robot.name}",
-        header=_header(study),
-        tables=lambda most: [_places(study), *_margins(study), _landings(study, most)],
-        short=6,
+        body=lambda full: [
+            Lines(_header(study)),
+            Picture("place", "greatest shock over the body", "place:draw_place", (study,)),
+            _places(study),
+            *_margins(study),
+            _landings(study, None if full else 6),
+        ],
         closing=[*_gains(study), *_proof(study)],
         warnings=[*failed, *(f"warning: {text}" for text in (*study.region.warnings, *_warnings(study)))],
         sheets={"places": lambda: _places(study), "landings": lambda: _landings(study)},
         document=lambda: _document(study),
-        picture=Picture("place", "greatest shock over the body", "place:draw_place", (study,)),
     )
 
 

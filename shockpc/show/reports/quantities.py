@@ -20,11 +20,11 @@ def quantities_report(pattern: str | None = None) -> Report:
     names = [name for one in QUANTITIES for name in (one.key, one.of)]
     chosen = match("*" if pattern is None else pattern, names, "quantity", "", "shockpc quantities")
     rows = [record(one, *COLUMNS) for one in QUANTITIES if one.key in chosen or one.of in chosen]
-    sheet = Sheet("quantities of a landing", ("key", "of", "unit", "title", "worse", "note"), [tuple(row.values()) for row in rows])
+    sheet = Sheet("quantities of a landing", COLUMNS, [tuple(row.values()) for row in rows])
     return Report(
         name="quantities",
         title="Quantities of a landing",
-        tables=lambda _: [sheet],
+        body=lambda _: [sheet],
         sheets={"quantities": lambda: sheet},
         document=lambda: {"quantities": rows},
     )

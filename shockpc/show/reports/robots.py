@@ -2,39 +2,129 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any, NamedTuple
 
+from shockpc.errors import RobotError
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.model.posture import reference_name
 from shockpc.printed import few, printable
+from shockpc.robot.checkup import check_robot
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.record import Robot
+from shockpc.show.document import record
 from shockpc.show.header import base_text, count
-from shockpc.show.tables import Row, Sheet
+from shockpc.show.reports.report import Report
+from shockpc.show.tables import Lines, Row, Sheet
 
-__all__ = ["catalogue_row", "catalogue_sheet", "joints_sheet", "links_sheet", "robot_lines"]
+__all__ = ["KnownRobot", "known_robot", "robot_report", "robots_report"]
 
 FEET_WIDTH, POSTURES_WIDTH = 38, 32
 """Characters of these columns, which keep the list within 120 columns of a terminal."""
 
 
-def catalogue_row(name: str, robot: Robot) -> Row:
-    """One robot in the list of all."""
-    postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
-    return name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures
+class KnownRobot(NamedTuple):
+    """A robot in the list of all; without numbers if it cannot be loaded.
+
+    Attributes:
+        name: in the catalogue.
+        own: whether it comes with shockpc.
+        loaded: whether it can be loaded; the rest is empty otherwise.
+        bodies: number.
+        mass: [kg]
+        feet: contacts by which it stands.
+        postures: names of reference postures.
+    """
+
+    name: str
+    own: bool
+    loaded: bool = False
+    bodies: int = 0
+    mass: float = math.nan
+    feet: tuple[str, ...] = ()
+    postures: tuple[str, ...] = ()
 
 
-def catalogue_sheet(rows: list[Row], own: int) -> Sheet:
+def known_robot(name: str, own: bool, robot: Robot) -> KnownRobot:
+    """The entry of a robot that is loaded."""
+    return KnownRobot(name, own, True, len(robot.bodies), float(robot.mass), tuple(feet(robot)), tuple(robot.postures))
+
+
+def robots_report(robots: Sequence[KnownRobot]) -> Report:
     """Every robot that is known by name: a row each, the project's own first."""
+    rows: list[Row] = []
+    for robot in robots:
+        if robot.loaded:
+            postures = _that_fit(robot.postures, POSTURES_WIDTH) or "neutral only"
+            rows.append((robot.name, str(robot.bodies), robot.mass, _that_fit(robot.feet, FEET_WIDTH), postures))
+        else:
+            rows.append((robot.name, "–", None, "cannot be loaded", f"why: shockpc robots {robot.name}"))
     notes = (
-        f"the first {own} come with shockpc, the others with example-robot-data",
+        f"the first {sum(robot.own for robot in robots)} come with shockpc, the others with example-robot-data",
         "analyze one: shockpc analyze NAME --contact FOOT",
         "show one with all its links, joints and postures: shockpc robots NAME",
     )
-    header = ("robot", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures")
-    return Sheet("robots known by name", header, rows, notes)
+    sheet = Sheet("robots known by name", ("robot", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures"), rows, notes)
+    return Report(
+        name="robots",
+        title="Robots",
+        body=lambda _: [sheet],
+        sheets={"robots": lambda: sheet},
+        document=lambda: {"robots": robots},
+    )
 
 
-def robot_lines(robot: Robot) -> list[tuple[str, str]]:
+def robot_report(robot: Robot) -> Report:
+    """The contents of a robot, and the check-up of its file."""
+    bodies, joints, findings = _bodies(robot), _joints(robot), check_robot(robot)
+    reading = _second_reading(robot) if robot.source.kind == "urdf" else None
+    checkup = [f"{finding.level}: {finding.where}: {finding.text}" for finding in findings] or ["nothing found"]
+    return Report(
+        name="robot",
+        title=f"Robot {robot.name}",
+        body=lambda _: [
+            Lines(_lines(robot)),
+            bodies,
+            joints,
+            Lines(checkup, "check-up", whole=True),
+            *([] if reading is None else [Lines(reading, "second reader", whole=True)]),
+        ],
+        sheets={"bodies": lambda: bodies, "joints": lambda: joints},
+        document=lambda: {
+            **record(robot, "name", "mass"),
+            "file": str(robot.source.path),
+            "base": robot.usual_base,
+            "feet": feet(robot),
+            "sensors": sensors(robot),
+            "postures": tuple(robot.postures),
+            "default_posture": reference_name(robot, None),
+            "bodies": _records(("name", "kind", "parent", "mass"), bodies),
+            "joints": _records(("name", "kind", "lower", "upper", "unit", "armature"), joints),
+            "mimics": [record(one, "joint", "leaders", "offset") for one in robot.mimics],
+            "check_up": findings,
+            "second_reader": reading,
+        },
+    )
+
+
+def _records(keys: Sequence[str], sheet: Sheet) -> list[dict[str, Any]]:
+    """The rows of a table as JSON holds them."""
+    return [dict(zip(keys, row, strict=True)) for row in sheet.rows]
+
+
+def _second_reading(robot: Robot) -> list[str]:
+    """Whether a second reader of URDFs reads the same robot; a line each."""
+    try:
+        from shockpc.robot.second_reader import second_reading
+
+        reading = second_reading(robot)
+    except RobotError as refusal:
+        return [f"warning: {refusal}"]
+    what = f"{reading.links} links, {reading.joints} joints, limits, mimics, inertias and placements at random configurations"
+    lines = [f"warning: yourdfpy: {difference}" for difference in reading.differences] or [f"yourdfpy reads the same {what}"]
+    return [*lines, *(f"note: yourdfpy's check: {fault}" for fault in reading.faults)]
+
+
+def _lines(robot: Robot) -> list[tuple[str, str]]:
     """What a designer needs to know of a robot; (name, text)."""
     srdf = f" (from {robot.source.srdf.name})" if robot.source.srdf is not None and robot.postures else ""
     postures = f"{', '.join(robot.postures)}{srdf}, neutral" if robot.postures else "neutral"
@@ -51,10 +141,10 @@ def robot_lines(robot: Robot) -> list[tuple[str, str]]:
         "postures": f"{postures}; {reference_name(robot, None)} by default",
         "mimic": followers,
     }
-    return [(name, printable(text)) for name, text in lines.items() if text or name != "mimic"]
+    return [(name, text) for name, text in lines.items() if text or name != "mimic"]
 
 
-def links_sheet(robot: Robot) -> Sheet:
+def _bodies(robot: Robot) -> Sheet:
     """Every link, site and geom that can be a contact or a point: a row for each body, and under it what is fixed to it."""
     rows: list[Row] = []
     places = [frame for frame in robot.frames.values() if frame.kind in ("site", "geom")]
@@ -66,7 +156,7 @@ def links_sheet(robot: Robot) -> Sheet:
     return Sheet("bodies, and what is fixed to them", header, rows)
 
 
-def joints_sheet(robot: Robot) -> Sheet:
+def _joints(robot: Robot) -> Sheet:
     """Joints with their limits, in degrees where they rotate."""
     rows: list[Row] = []
     for joint in robot.single_joints:

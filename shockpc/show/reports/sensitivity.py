@@ -6,7 +6,7 @@ from typing import Any
 from shockpc.show.document import record
 from shockpc.show.header import header_lines, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sensitivity import Effect, Sensitivity
 
 __all__ = ["effect_words", "sensitivity_report", "step_words"]
@@ -29,13 +29,14 @@ def sensitivity_report(study: Sensitivity, most: int) -> Report:
     return Report(
         name="sensitivity",
         title=f"What changes the {study.target.title}",
-        header=[*header_lines(study.profile), ("target", now)],
-        tables=lambda most: [_table(study, most)],
-        short=most,
+        body=lambda full: [
+            Lines([*header_lines(study.profile), ("target", now)]),
+            Picture("sensitivity", f"the largest effects on the {study.target.title}", "tornado:draw_tornado", (study,)),
+            _table(study, None if full else most),
+        ],
         warnings=warning_lines(study.profile),
         sheets={"sensitivity": lambda: _spreadsheet(study)},
         document=lambda: _document(study),
-        picture=Picture("sensitivity", f"the largest effects on the {study.target.title}", "tornado:draw_tornado", (study,)),
     )
 
 

@@ -3,33 +3,57 @@
 import itertools
 import shlex
 from collections.abc import Iterator
+from typing import Any
 
-from shockpc.printed import printable
-from shockpc.show.reports.report import Picture
-from shockpc.show.tables import Row, Sheet, as_csv, as_markdown, as_text
+from shockpc.show.document import record
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.summary import SweepSummary
+from shockpc.studies.sweep.summary import Extent, SweepSummary
 
-__all__ = ["sweep_files", "sweep_text"]
+__all__ = ["sweep_report"]
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
 
 
-def sweep_text(summary: SweepSummary) -> str:
-    """The summary for a terminal."""
-    return "\n".join([as_text(_sheet(summary)), *map(printable, _lines(summary))]) + "\n"
+def sweep_report(summary: SweepSummary) -> Report:
+    """The summary of a sweep, whose rows have files of their own."""
+    return Report(
+        name="summary",
+        page="summary",
+        body=lambda _: [
+            _sheet(summary),
+            Picture("sweep", "results over the sweep", "sweep:draw_sweep", (summary,)),
+            Lines(list(_lines(summary)), whole=True),
+        ],
+        sheets={"summary": lambda: _sheet(summary)},
+        document=lambda: {
+            "robot": summary.sweep.robot.name,
+            "scene": summary.sweep.scene,
+            "rows": summary.sweep.rows,
+            **record(summary, "failed", "proven", "compared", "largest_error"),
+            "messages": [{"text": text, "rows": count} for text, count in summary.messages],
+            "quantities": [_record(summary.sweep, extent) for extent in summary.extents],
+        },
+    )
 
 
-def sweep_files(summary: SweepSummary) -> dict[str, str | bytes]:
-    """The summary as Markdown and CSV, and the figure, by file name."""
-    sheet = _sheet(summary)
-    lines = "".join(f"    {printable(line)}\n" for line in _lines(summary))
+def _record(sweep: Sweep, extent: Extent) -> dict[str, Any]:
+    """The range of a quantity, and its most severe landing as options of `shockpc analyze`."""
+    row = _most_severe(extent)
     return {
-        **Picture("sweep", "results over the sweep", "sweep:draw_sweep", (summary,)).files(),
-        "summary.md": "\n".join([as_markdown(sheet), "![results over the sweep](sweep.svg)\n", lines]),
-        "summary.csv": as_csv(sheet),
+        "quantity": extent.column.name,
+        "unit": extent.column.selection.quantity.unit,
+        **record(extent, "least", "median", "greatest"),
+        **{key: getattr(extent, key) if row >= 0 else None for key in ("least_row", "greatest_row")},
+        "most_severe": _options(sweep, row)[0] if row >= 0 else None,
     }
+
+
+def _most_severe(extent: Extent) -> int:
+    """The row of the most severe value; that of the greatest one where neither direction is worse."""
+    return extent.least_row if extent.column.selection.quantity.worse == "less" else extent.greatest_row
 
 
 def _sheet(summary: SweepSummary) -> Sheet:
@@ -46,10 +70,10 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
     """The most severe landings, warnings of what is varied, what was not computed, and the accuracy."""
     for one in summary.extents:
         if one.greatest_row >= 0:
-            worse = one.column.selection.quantity.worse
-            options, others = _options(summary.sweep, one.least_row if worse == "less" else one.greatest_row)
+            options, others = _options(summary.sweep, _most_severe(one))
             rest = f"   (and {others})" if others else ""
-            yield f"{'greatest value' if worse == 'neither' else 'most severe'} for {one.column.name}: {options}{rest}"
+            what = "greatest value" if one.column.selection.quantity.worse == "neither" else "most severe"
+            yield f"{what} for {one.column.name}: {options}{rest}"
     yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
