@@ -84,7 +84,7 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], mis
     ):
         assert child.stdin is not None
         assert child.stdout is not None
-        clock = threading.Timer(SECONDS, child.kill)
+        clock = threading.Timer(10.0 * SECONDS, child.kill)  # of which a busy machine gives it a part
         clock.start()
         answer: Any = request
         try:
