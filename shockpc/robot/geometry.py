@@ -27,7 +27,19 @@ from shockpc.robot.record import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf import vector
 
-__all__ = ["HalfSpaces", "Kind", "Outline", "Shape", "Unread", "body_outline", "facets", "half_spaces", "inertia_box", "outline"]
+__all__ = [
+    "HalfSpaces",
+    "Kind",
+    "Outline",
+    "Shape",
+    "Unread",
+    "body_outline",
+    "drawn_outline",
+    "facets",
+    "half_spaces",
+    "inertia_box",
+    "outline",
+]
 
 Kind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
@@ -58,7 +70,7 @@ class Shape(NamedTuple):
 
     Attributes:
         link: the link it belongs to.
-        points: (k, 3) in the body's frame [m]. For a mesh, the corners of its convex hull.
+        points: (k, 3) in the body's frame [m]. For a mesh, points of which it is the hull: the corners, or all vertices.
         rounding: (3, 3) semi-axes of the ellipsoid in orthogonal columns, in the body's frame [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
         name: of its geom, if the file gives one.
@@ -118,16 +130,16 @@ class Outline(NamedTuple):
 
 
 @functools.lru_cache(maxsize=8)
-def outline(robot: Robot, kind: Kind) -> Outline:
+def outline(robot: Robot, kind: Kind, hulls: bool = True) -> Outline:
     """Read the collision or visual shapes of every body, as the robot's file gives them.
 
-    Primitives are exact; meshes keep their triangles beside the corners of their hull. A shape that cannot be read is left out and
-    named in the warning. The results for the last few robots are kept.
+    Primitives are exact; meshes keep their triangles beside the corners of their hull, or all their vertices without `hulls`. A
+    shape that cannot be read is left out and named in the warning. The results for the last few robots are kept.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[Unread] = []
     bare: dict[int, str] = {}
-    for piece in _shapes(robot.source, kind):
+    for piece in _shapes(robot.source, kind, hulls):
         frame = robot.frames.get(piece.link)
         body = frame.body if frame is not None else -1
         if isinstance(piece, Unread):
@@ -149,9 +161,17 @@ def outline(robot: Robot, kind: Kind) -> Outline:
 
 def body_outline(robot: Robot) -> Outline:
     """The collision geometry of every body; the visual one, if the file has no collision geometry."""
-    source = robot.source
-    solid = source.kind == "mjcf" or shared_xml(source.xml, source.path.name).find("link/collision") is not None
-    return outline(robot, "collision" if solid else "visual")
+    return outline(robot, "collision" if _is_solid(robot.source) else "visual")
+
+
+def drawn_outline(robot: Robot) -> Outline:
+    """The visual geometry of every body, its meshes with all vertices: hulls are computed only if `body_outline` needs them."""
+    return outline(robot, "visual", not _is_solid(robot.source))
+
+
+def _is_solid(source: RobotSource) -> bool:
+    """Whether the file has collision geometry."""
+    return source.kind == "mjcf" or shared_xml(source.xml, source.path.name).find("link/collision") is not None
 
 
 def inertia_box(body: Body) -> Shape | None:
@@ -168,8 +188,9 @@ def inertia_box(body: Body) -> Shape | None:
 
 
 @functools.lru_cache(maxsize=4)
-def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | Unread, ...]:
+def _shapes(source: RobotSource, kind: Kind, hulls: bool) -> tuple[Shape | Unread, ...]:
     """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
+    corners = hull_corners if hulls else np.asarray
 
     @functools.cache  # four legs often share a mesh
     def load(uri: str) -> tuple[Mesh, Array]:
@@ -178,7 +199,7 @@ def _shapes(source: RobotSource, kind: Kind) -> tuple[Shape | Unread, ...]:
             mesh = read_mesh(read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix("."))
         except ValueError as refusal:
             raise ValueError(f'"{uri}": {refusal}') from None
-        return mesh, hull_corners(mesh.vertices)
+        return mesh, corners(mesh.vertices)
 
     if source.kind == "mjcf":
         return tuple(_mjcf_shapes(source, kind, load))

@@ -1,4 +1,4 @@
-"""The bytes of a mesh file become triangles: STL, OBJ, COLLADA and PLY, read by trimesh and pycollada, and MuJoCo's MSH.
+"""The bytes of a mesh file become triangles: STL, OBJ and PLY, read by trimesh, COLLADA, read by pycollada, and MuJoCo's MSH.
 
 The libraries are given bytes in memory and nothing by which to find another file, so materials and textures are never opened.
 """
@@ -74,7 +74,7 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
         corners = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")], offset=84)["corners"]
         vertices, triangles = corners.reshape(-1, 3).astype(float), np.arange(3 * len(corners)).reshape(-1, 3)
     else:
-        vertices, triangles, y_up = _by_trimesh(data, suffix)
+        vertices, triangles, y_up = _by_library(data, suffix)
     if not len(triangles):
         raise ValueError("it holds no triangles")
     if not np.isfinite(vertices).all():
@@ -87,28 +87,49 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     return Mesh(vertices[first], index[triangles], y_up)
 
 
-def _by_trimesh(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
+def _by_library(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
     """Vertices, triangles, and whether the file says that y is up; ValueError if they cannot be read for whatever reason."""
-    # Imported here, because it takes longer to import than an analysis without meshes takes to run.
-    from trimesh.exchange.load import mesh_loaders
-
-    unit, y_up = 1.0, False
     try:
-        if suffix == "dae":
-            data, unit, y_up = _collada_shape(data)
-        if suffix == "obj" and re.search(_RELATIVE_FACE, data[: max(data.rfind(b"\nv "), 0)]):
-            raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             # NumPy's report of a word among numbers, a warning in its older versions.
             warnings.filterwarnings("error", "string or file could not be read to its end")
+            if suffix == "dae":
+                return _by_pycollada(data)
+            if suffix == "obj" and re.search(_RELATIVE_FACE, data[: max(data.rfind(b"\nv "), 0)]):
+                raise ValueError("a face with negative vertex numbers stands before other vertices; write absolute numbers")
+            # Imported here, because it takes longer to import than an analysis without meshes takes to run.
+            from trimesh.exchange.load import mesh_loaders
+
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
-            content = mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True, ignore_broken=False)
-            vertices, triangles = _joined(content)
-            return np.asarray(vertices, dtype=float) * unit, triangles, y_up
+            return *_joined(mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True)), False
     except Exception as refusal:  # of many kinds, and the robot is computed without the mesh
         reason = " ".join(str(refusal).split()) or type(refusal).__name__
         raise ValueError(f"it is not a valid {suffix.upper()} file ({reason})") from None
+
+
+def _by_pycollada(data: bytes) -> tuple[Array, np.ndarray, bool]:
+    """The triangles of a COLLADA scene, each geometry at every place where a node instantiates it."""
+    from collada import Collada
+    from collada.polylist import Polylist
+    from collada.scene import GeometryNode, Node
+    from collada.triangleset import TriangleSet
+
+    data, unit, y_up = _collada_shape(data)
+    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
+    nodes = [(node, np.eye(4)) for node in reversed(Collada(io.BytesIO(data)).scene.nodes)]
+    while nodes:
+        node, place = nodes.pop()
+        if isinstance(node, Node):
+            nodes += [(child, place @ node.matrix) for child in reversed(node.children)]
+        for primitive in node.geometry.primitives if isinstance(node, GeometryNode) else ():
+            part = primitive.triangleset() if isinstance(primitive, Polylist) else primitive
+            if isinstance(part, TriangleSet) and part.vertex is not None:
+                used, index = np.unique(part.vertex_index, return_inverse=True)
+                vertices.append(part.vertex[used] @ place[:3, :3].T + place[:3, 3])
+                triangles.append(index.reshape(-1, 3) + count)
+                count += len(used)
+    return np.concatenate(vertices) * unit, np.concatenate(triangles), y_up
 
 
 def hull(points: Array) -> Any | None:
@@ -178,14 +199,13 @@ def _refuse_growth(root: ElementTree.Element) -> None:
 
 
 def _joined(content: dict[str, Any]) -> tuple[Array, np.ndarray]:
-    """Join the parts of a file, each placed in its scene, as trimesh's loaders return them."""
+    """Join the parts of a file, as trimesh's loaders return them."""
     from trimesh.geometry import triangulate_quads
 
-    parts = content.get("geometry", {"": content} if "faces" in content else {})
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
-    for node in content.get("graph", [{"geometry": name} for name in parts]):
-        part, place = parts[node["geometry"]], node.get("matrix", np.eye(4))
-        vertices.append(part["vertices"] @ place[:3, :3].T + place[:3, 3])
+    parts = content.get("geometry", {"": content})
+    for part in [parts[node["geometry"]] for node in content["graph"]] if "graph" in content else parts.values():
+        vertices.append(np.asarray(part["vertices"], dtype=float) + 0.0)
         triangles.append(triangulate_quads(part["faces"]) + count)
         count += len(part["vertices"])
     return np.concatenate(vertices), np.concatenate(triangles)

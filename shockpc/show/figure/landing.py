@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
-from shockpc.robot.geometry import outline
+from shockpc.robot.geometry import drawn_outline
 from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.view import View, Window, view_of, windows_of
@@ -135,7 +135,7 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
     if unseen:
         notes.append(f"not drawn, neither shape nor valid inertia: {few(unseen, 3)}")
-    lost = [printable(shape.mesh.rpartition("/")[2], 24) for shape in outline(profile.robot, "visual").unread if shape.mesh]
+    lost = [printable(shape.mesh.rpartition("/")[2], 24) for shape in drawn_outline(profile.robot).unread if shape.mesh]
     if lost:
         notes.append(f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}")
     if profile.scene.pulse is not None and profile.points:

@@ -56,7 +56,7 @@ def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float) -> Regi
         if shape.mesh is None:
             parts.append(projection(shape, plane))
         else:
-            parts.append(_projection(to_plane(shape.mesh.vertices, plane), shape.mesh.triangles, resolution / 2.0))
+            parts.append(_projection(to_plane(shape.mesh.vertices, plane), shape.mesh.triangles, 0.7 * resolution))
     # A plate seen from its edge has no area, so it gets a width.
     parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
     return shapely.union_all(parts).simplify(resolution / 2.0)

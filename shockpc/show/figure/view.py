@@ -9,9 +9,8 @@ import shapely
 
 from shockpc.core.spatial import Array, plane_from
 from shockpc.model.closure import all_loops
-from shockpc.model.dynamics import dynamics
 from shockpc.result import ShockProfile
-from shockpc.robot.geometry import Shape, inertia_box, outline
+from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
 from shockpc.robot.record import Robot
 from shockpc.show.figure.silhouette import Region, silhouette, surface, to_plane
 
@@ -97,7 +96,9 @@ class View(NamedTuple):
 def view_of(profile: ShockProfile) -> View:
     """Project a landing; the viewer looks against the plane's normal, with e1 to the right and e2 up."""
     robot, plane = profile.robot, profile.plane
-    regions, world, boxed = _silhouettes(robot, tuple(profile.q.tolist()), tuple(plane.normal.tolist()))
+    regions, world, boxed = _silhouettes(
+        robot, profile.rotation.tobytes(), profile.position.tobytes(), tuple(plane.normal.tolist())
+    )
     corners = to_plane(np.concatenate(world), plane)
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = float((high - low).max())
@@ -157,15 +158,21 @@ def field_of(profile: ShockProfile, body: int, points: Array) -> Field:
 
 @functools.lru_cache(maxsize=4)
 def _silhouettes(
-    robot: Robot, q: tuple[float, ...], normal: tuple[float, ...]
+    robot: Robot, rotation: bytes, position: bytes, normal: tuple[float, ...]
 ) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...]]:
-    """The silhouettes of a robot in a configuration; landings in one posture share them.
+    """The silhouettes of a robot; landings in one posture share them.
+
+    Args:
+        robot: the robot.
+        rotation: (nb, 3, 3) of the bodies, to world axes; as bytes, by which results are kept.
+        position: (nb, 3) of their frames' origins [m]; as bytes.
+        normal: of the plane.
 
     Returns: silhouettes, points (n, 3) on the surface [m] or the centre of mass of what has no shape, and whether the box of the
         inertia is one of the shapes, all by body.
     """
-    plane, state = plane_from(normal), dynamics(robot, np.array([q]))
-    places = list(zip(state.rotation[0], state.position[0] + state.origin[0], strict=True))
+    plane = plane_from(normal)
+    places = list(zip(np.frombuffer(rotation).reshape(-1, 3, 3), np.frombuffer(position).reshape(-1, 3), strict=True))
     found = body_shapes(robot)
     shapes = [[shape.placed(*place) for shape in own] for (own, _), place in zip(found, places, strict=True)]
     bodies = zip(shapes, robot.bodies, places, strict=True)
@@ -180,9 +187,9 @@ def _silhouettes(
 
 def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
     """The shapes of each body, visual rather than collision, and whether the box of its inertia stands for what has no shape."""
-    visual = outline(robot, "visual").shapes
+    visual, _, unread, _ = drawn_outline(robot)
     collision = outline(robot, "collision").shapes if not all(visual) else visual
-    missing = {shape.link for shape in outline(robot, "visual").unread}
+    missing = {shape.link for shape in unread}
     found: list[tuple[tuple[Shape, ...], bool]] = []
     for body, seen, solid in zip(robot.bodies, visual, collision, strict=True):
         shapes, box = seen or solid, inertia_box(body)
