@@ -1,5 +1,6 @@
 """What a landing on level ground cannot be, and numbers that look as if they were meant in another unit."""
 
+import functools
 import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -8,14 +9,15 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
-from shockpc.landing import PosedLanding
+from shockpc.landing import Landing, PosedLanding
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import reference_name, set_joints
 from shockpc.model.rows import NO_AXES, block_point, row_jacobian
 from shockpc.printed import few, listed
 from shockpc.robot.geometry import body_outline
+from shockpc.robot.record import Robot
 
-__all__ = ["Levels", "gained", "heights", "implausible", "levels", "pulled", "saturated"]
+__all__ = ["Levels", "gained", "heights", "implausible", "levels", "pulled", "saturated", "slipping"]
 
 LEVEL, SHARE = 0.02, 0.01
 """Heights that differ by less than 2 cm [m] plus a hundredth of the robot's size are taken as equal, since meshes of round feet
@@ -49,10 +51,11 @@ class Levels(NamedTuple):
 
     Attributes:
         core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
-        surface: (N, n) the lowest points of the shapes.
+        surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points.
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
         own: (c, n) which shapes belong to each of these.
         others: (n,) which shapes belong to none.
+        slack: (N,) by how much heights may differ that count as equal.
     """
 
     core: Array
@@ -60,9 +63,23 @@ class Levels(NamedTuple):
     contacts: Array
     own: np.ndarray
     others: np.ndarray
+    slack: Array
+
+    @property
+    def depth(self) -> Array:
+        """How far (N,) other links reach below the lowest contact, 0 where they do not; NaN without geometry."""
+        if not self.others.size:
+            return np.full(len(self.slack), np.nan)
+        lowest = self.surface[:, self.others].min(axis=1, initial=np.inf)
+        return np.asarray(np.maximum(self.contacts.min(axis=1) - lowest, 0.0))
+
+    @property
+    def below(self) -> np.ndarray:
+        """Whether (N,) other links are so far below the contacts that level ground meets them first."""
+        return np.asarray(self.contacts.min(axis=1) - self.core[:, self.others].min(axis=1, initial=np.inf) > self.slack)
 
 
-def levels(landing: PosedLanding, rotation: Array, position: Array, points: Array) -> Levels:
+def levels(landing: Landing, rotation: Array, position: Array, points: Array) -> Levels:
     """Heights of the geometry in N postures.
 
     Args:
@@ -71,16 +88,38 @@ def levels(landing: PosedLanding, rotation: Array, position: Array, points: Arra
         position: (N, nb, 3) their origins, from the base [m].
         points: (N, c, 3) of the contacts and standing feet, from the base [m].
     """
-    robot, up = landing.robot, landing.up
-    shapes = [(body, shape) for body, own in enumerate(body_outline(robot).shapes) for shape in own]
-    surface = np.empty((len(rotation), len(shapes)))
-    for k, (body, shape) in enumerate(shapes):
-        surface[:, k] = position[:, body] @ up - shape.reach(-up @ rotation[:, body])
-    core = surface + [np.linalg.norm(shape.rounding, axis=0).min() for _, shape in shapes]
+    robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
+    shapes, pieces = [shape for own in outline.shapes for shape in own], outline.pieces
+    surface, ground = np.full((len(shapes), len(rotation)), np.inf), (points @ up).max(axis=1)
+    for body, (n, corners, axes, radius) in enumerate(_by_body(robot)):
+        rising, height = up @ rotation[:, body], position[:, body] @ up
+        low = np.flatnonzero(height - radius <= ground)
+        if low.size:
+            reach = np.maximum.reduceat(corners @ -rising[low].T, pieces.start[n] - pieces.start[n[0]], axis=0)
+            if axes.any():
+                reach += np.sqrt(((axes @ rising[low].T) ** 2).reshape(3, len(n), -1).sum(axis=0))
+            surface[n[:, None], low] = height[low] - reach
+    surface = surface.T
+    core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
     frames = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance)]
-    own = np.array([[shape.belongs_to(frame) for _, shape in shapes] for frame in frames], dtype=bool)
-    struck = np.where(own, surface[:, None], np.inf).min(axis=2, initial=np.inf)
-    return Levels(core, surface, np.minimum(points @ up, struck), own, np.logical_not(own.any(axis=0)))
+    struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
+    lowest = np.stack([surface[:, own].min(axis=1, initial=np.inf) for own in struck], axis=1)
+    centres = position + (rotation @ robot.coms[..., None])[..., 0]
+    size = np.linalg.norm(np.ptp(np.concatenate([position, centres], axis=1), axis=1), axis=1) + robot.gyration.max()
+    others = np.logical_not(struck.any(axis=0))
+    return Levels(core, surface, np.minimum(points @ up, lowest), struck, others, LEVEL + SHARE * size)
+
+
+@functools.lru_cache(maxsize=8)
+def _by_body(robot: Robot) -> tuple[tuple[np.ndarray, Array, Array, float], ...]:
+    """For each body: its n pieces, their points (k, 3), semi-axes (3n, 3), the first of each first; a radius around all."""
+    pieces, found = body_outline(robot).pieces, []
+    sizes = np.linalg.norm(pieces.points, axis=1) + np.linalg.norm(pieces.rounding, axis=1).max(axis=1)[pieces.piece]
+    for body in range(len(robot.bodies)):
+        n, own = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
+        axes = pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)
+        found.append((n, pieces.points[own], axes, float(sizes[own].max(initial=-np.inf))))
+    return tuple(found)
 
 
 def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
@@ -89,19 +128,16 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the least semi-axis of
     their ellipsoids.
     """
-    outline = body_outline(landing.robot)
-    state, up, shapes = landing.state, landing.up, [shape for own in outline.shapes for shape in own]
+    state, up = landing.state, landing.up
+    shapes = [shape for own in body_outline(landing.robot).shapes for shape in own]
     names = [*(contact.frame for contact in landing.contacts), *landing.scene.stance]
     points = np.stack([block_point(state, block) for block in landing.blocks[: len(names)]], axis=1)
-    found = levels(landing, state.rotation, state.position, points)
-    core, surface, others, lowest = found.core[0], found.surface[0], found.others, found.contacts[0].tolist()
-    body = outline.pieces.body[outline.pieces.piece]
-    corners = (state.rotation[0, body] @ outline.pieces.points[..., None])[..., 0] + state.position[0, body]
-    slack = LEVEL + SHARE * (float(np.linalg.norm(np.ptp(corners, axis=0))) if shapes else 0.0)
+    here = levels(landing, state.rotation, state.position, points)
+    core, surface, lowest, slack = here.core[0], here.surface[0], here.contacts[0].tolist(), float(here.slack[0])
     below = {}
     for k, name in enumerate(names[: len(landing.contacts)]):
         point = float(points[0, k] @ up)
-        if point - min([point, *core[found.own[k]]]) > slack:
+        if point - min([point, *core[here.own[k]]]) > slack:
             below[name] = point - lowest[k]
     if below:
         low = max(below.values())
@@ -115,9 +151,8 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     if low > slack:
         text = f'"{last}" is {low:.2g} m above "{first}", so level ground cannot touch both; change the posture, or leave one out'
         yield Diagnostic("height", last, low, text)
-    if landing.base != "fixed" and others.any() and min(lowest) - core[others].min() > slack:
-        k = int(np.argmin(np.where(others, surface, np.inf)))
-        low = min(lowest) - float(surface[k])
+    if landing.base != "fixed" and here.below[0]:
+        low, k = float(here.depth[0]), int(np.argmin(np.where(here.others, surface, np.inf)))
         text = (
             f'"{first}": {low:.2g} m of the robot is below the contact, so level ground meets "{shapes[k].link}" first; '
             "change the posture, or name what strikes"
@@ -197,6 +232,17 @@ def pulled(landing: PosedLanding, pull: Array) -> Iterator[Diagnostic]:
                 "a real foot lifts off there, so leave it out"
             )
             yield Diagnostic("contact", block.name, -size, text)
+
+
+def slipping(landing: PosedLanding, needed: Array) -> Iterator[Diagnostic]:
+    """Warnings of contacts and standing feet that need more friction to stick than the scene gives. Args: needed (n,) [1]."""
+    for block, friction in zip(landing.blocks, needed.tolist(), strict=False):
+        if landing.scene.friction is not None and friction > landing.scene.friction:
+            text = (
+                f"{block.name} needs a friction of {friction:.3g} to stick and slides at {landing.scene.friction:g}; the results "
+                "with friction are those of this landing, the others those of contacts that stick"
+            )
+            yield Diagnostic("contact", block.name, friction, text)
 
 
 def gained(robot: str, lost: float) -> Iterator[Diagnostic]:

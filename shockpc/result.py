@@ -20,7 +20,7 @@ from shockpc.model.closure import Assembly
 from shockpc.model.dynamics import dynamics
 from shockpc.model.joint_model import without_springs
 from shockpc.places import Kind, Place, body_places, point_place
-from shockpc.plausibility import gained, implausible, pulled, saturated
+from shockpc.plausibility import gained, implausible, pulled, saturated, slipping
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.table import Selection, quantity
 from shockpc.robot.geometry import body_outline
@@ -513,6 +513,7 @@ class ShockProfile:
                 *nearly_singular(landing, proof),
                 *data,
                 *pulled(landing, self.value("pull", "contact")),
+                *slipping(landing, self.value("friction_needed", "contact")),
                 *gained(robot, self.energy_lost),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),
                 *(Diagnostic("geometry", robot, None, text) for text in body_outline(self.robot).warnings),

@@ -286,7 +286,7 @@ max = 1.0
 
 @pytest.mark.parametrize(
     "command",
-    ["analyze", "limits --joint hind_knee --at imu_link --max-shock 0.5", "sweep --vary hind_knee=1e-8,1e-7 --out sweep", "check"],
+    ["analyze", "limits --joint hind_knee --at imu_link --max 0.5", "sweep --vary hind_knee=1e-8,1e-7 --out sweep", "check"],
 )
 def test_commands_end_without_a_verdict(command, capfd, tmp_path, monkeypatch):
     """Exit code 3 and the posture, in a gate and in the rows of a sweep too."""

@@ -172,7 +172,7 @@ def test_formats(capfd, here):
 @pytest.mark.parametrize(
     "words",
     [
-        ("limits", "--joint", "lf_hip", "--at", "trunk_imu", "--max-shock", "0.5", "--range", "0:10", "--step", "5"),
+        ("limits", "--joint", "lf_hip", "--at", "trunk_imu", "--max", "0.5", "--range", "0:10", "--step", "5"),
         ("sensitivity", "--at", "trunk_imu"),
         ("place",),
         ("compare", "--change", "mass:trunk=1.1x"),

@@ -15,6 +15,7 @@ from shockpc.model.contact import Contact
 from shockpc.model.posture import Posture
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
+from shockpc.quantities.table import select
 from shockpc.scene import Point, Scene, Strike, robot_of
 from shockpc.studies.limits import limits
 
@@ -23,14 +24,14 @@ HYQ = Scene(robot="hyq", contact=(Contact(frame="lf_foot"),))
 SPAN = (math.radians(-150.0), 0.0)
 
 
-def hyq(max_shock, **changes):
-    return limits(HYQ, "lf_kfe_joint", IMU, max_shock, **{"joint_range": SPAN, "robot": known_robot("hyq")} | changes)
+def hyq(bound, **changes):
+    return limits(HYQ, "lf_kfe_joint", IMU, bound, **{"joint_range": SPAN, "robot": known_robot("hyq")} | changes)
 
 
 def analysed(base, robot, joint, value, strike, frame):
-    """The shock of one posture and one strike, as `shock_profile` proves it."""
+    """The shock of one posture and one strike angle, or one `Strike`, as `shock_profile` proves it."""
     posture = dataclasses.replace(base.posture, joints_deg={**base.posture.joints_deg, joint: math.degrees(value)})
-    strike = Strike(strike_angle_deg=math.degrees(strike))
+    strike = strike if isinstance(strike, Strike) else Strike(strike_angle_deg=math.degrees(strike))
     changed = dataclasses.replace(base, posture=posture, strike=strike, point=(Point(frame=frame),))
     return next(point.shock for point in shock_profile(changed, robot).points if point.frame == frame)
 
@@ -50,7 +51,7 @@ def test_intervals_against_a_dense_sweep(bound):
     found, dense = hyq(bound, step=math.radians(0.5)), hyq(1.0, step=math.radians(0.05))
     for one in found.limits:
         every = one.strikes[0] < one.strikes[1]
-        shock = dense.most_severe[0] if every else dense.shock(np.array([one.strikes[0]]))[:, 0]
+        shock = dense.worst[0] if every else dense.scan.over(np.array([one.strikes[0]]))[:, 0]
         clear = np.abs(shock - bound) > 1e-9
         below = np.array([inside(one.allowed, value) for value in dense.scan.values])
         np.testing.assert_array_equal(below[clear], (shock <= bound)[clear])
@@ -82,16 +83,16 @@ def test_interval_between_two_samples_is_found():
 
 
 def test_most_severe_strike_of_each_posture():
-    """The closed form over the strike angles against a grid, and so the strikes that keep the bound."""
+    """The greatest shock over the strike angles against a grid, and so the strikes that keep the bound."""
     found = hyq(0.1)
     strikes = np.linspace(*found.strikes, 2101)
-    shock = found.shock(strikes)
-    severe, at = found.most_severe
-    assert np.all(severe >= shock.max(axis=1) - 1e-12)
+    shock = found.scan.over(strikes)
+    severe, at = found.worst
+    assert np.all(severe >= (1.0 - 1e-11) * shock.max(axis=1))
     np.testing.assert_allclose(severe, shock.max(axis=1), rtol=1e-5)
-    np.testing.assert_allclose(np.take_along_axis(found.shock(at), np.arange(len(at))[:, None], axis=1)[:, 0], severe, rtol=1e-12)
+    np.testing.assert_allclose(found.scan.over(at[:, None])[:, 0], severe, rtol=1e-12)
     for k in range(0, len(found.scan.values), 50):
-        allowed = found.allowed_strikes(k)
+        allowed = found.allowed_strikes[k]
         below = np.array([any(a <= strike <= b for a, b in allowed) for strike in strikes])
         clear = np.abs(shock[k] - 0.1) > 1e-9
         np.testing.assert_array_equal(below[clear], (shock[k] <= 0.1)[clear])
@@ -107,7 +108,7 @@ def test_statement_of_the_paper_for_hyq():
     (only,) = found.limits[-1].allowed
     assert math.degrees(only.high) == pytest.approx(-24.5, abs=0.01)
     assert math.degrees(found.file_limits[1]) == pytest.approx(-20.0)
-    severe, degrees = found.most_severe[0], np.degrees(found.scan.values)
+    severe, degrees = found.worst[0], np.degrees(found.scan.values)
     assert severe[np.argmin(np.abs(degrees + 86.0))] < 0.01
     straightening = (degrees > -80.0) & (degrees < -1.0)
     assert np.all(np.diff(severe[straightening]) > 0.0)
@@ -150,13 +151,13 @@ def test_a_posture_without_a_result_keeps_no_bound():
     assert low == high == found.scan.values[straight] == 0.0
     assert not others
     assert "cannot be stopped" in reason
-    assert np.isnan(found.most_severe[0]).tolist() == [k == straight for k in range(len(found.scan.values))]
-    assert found.allowed_strikes(straight) == ()
+    assert np.isnan(found.worst[0]).tolist() == [k == straight for k in range(len(found.scan.values))]
+    assert found.allowed_strikes[straight] == []
     for one in found.limits:
         assert [interval.high_end for interval in one.allowed] == ["bound", "range"]
         assert not inside(one.allowed, 0.0)
     span = (-1e-9, 1e-9)
-    with pytest.raises(SolveError, match=r"no posture in .* has a result: no verdict"):
+    with pytest.raises(SolveError, match=r"no posture from .* has a result: no verdict"):
         limits(base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=1e-9, strikes=(0.0, 0.0))
 
 
@@ -183,44 +184,105 @@ def test_loop_that_cannot_be_closed_ends_the_range():
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        (
-            {"max_shock": 1e-4},
-            r"no angle in −150°…0° meets 0.0001 at any of 8 strike angles in −30°…75°; the least is 0.000\d+ at −",
-        ),
-        ({"max_shock": 1e-4, "strikes": (0.0, 0.0)}, r"no angle in −150°…0° meets 0.0001; the least is 0.000728 at −137.09°"),
-        ({"max_shock": 0.0}, "a bound of 0 on the shock is not valid"),
-        ({"max_shock": math.nan}, "a bound of nan on the shock"),
+        ({"bound": 0.0}, "a bound of 0 is not valid"),
+        ({"bound": math.nan}, "a bound of nan"),
         (
             {"joint_range": (0.0, -1.0)},
             "the range of joint .* is from 0° to −57.3°; give its least and greatest value with --range",
         ),
-        ({"strikes": (0.0, 1.6)}, "strike angles from 0° to 91.67° are no range of landings"),
+        ({"strikes": (0.0, 1.6)}, "strike angles from 0° to 91.67° are not a range of landings"),
         ({"step": 0.0}, "a step of 0° from −150° to 0° is not possible"),
         ({"step": 1e-9}, "a step of 5.7.*e.08° from .* at most 200000 postures"),
-        ({"max_shock": 1e308}, "at most 1e.12"),
+        ({"bound": 1e308}, "at most 1e.12"),
     ],
 )
 def test_questions_without_an_answer(changes, text):
     with pytest.raises(StudyError, match=text):
-        hyq(**{"max_shock": 0.1} | changes)
+        hyq(**{"bound": 0.1} | changes)
 
 
-def test_robot_that_rotates_before_the_impact():
-    turning = dataclasses.replace(HYQ, strike=Strike(angular_velocity=(0.0, 1.0, 0.0)))
-    with pytest.raises(StudyError, match="of a robot that moves without rotating"):
-        limits(turning, "lf_kfe_joint", IMU, 0.1, robot=known_robot("hyq"))
+@pytest.mark.parametrize(
+    "strike",
+    [
+        Strike(velocity=(0.3, 0.6, -0.9)),
+        Strike(speed=2.0, strike_angle_deg=20.0, angular_velocity=(0.1, 1.0, 0.2), joint_velocities={"lf_hfe_joint": 2.0}),
+    ],
+)
+def test_the_strike_of_the_scene_is_that_of_an_analysis(strike):
+    """The row "the scene's" is of the whole velocity, with what is out of the plane and what turns."""
+    base = dataclasses.replace(HYQ, strike=strike)
+    found = limits(base, "lf_kfe_joint", IMU, 0.1, joint_range=SPAN, step=math.radians(25.0), robot=known_robot("hyq"))
+    expected = [analysed(base, known_robot("hyq"), "lf_kfe_joint", value, strike, "trunk_imu") for value in found.scan.values]
+    np.testing.assert_allclose(found.scan.own, expected, rtol=1e-9)
+    np.testing.assert_allclose(found.scan.over(np.array([found.own[1]]))[:, 0], expected, rtol=1e-9)
+    assert found.limits[0].strikes == (found.own[1], found.own[1])
+
+
+@pytest.mark.parametrize(
+    ("target", "bound"),
+    [
+        ("friction_needed@lf_foot", 0.4),
+        ("peak_g@trunk_imu", 5.0),
+        ("joint_moment@lf_hfe_joint", 0.05),
+        ("delta_qd@lf_kfe_joint", 8.0),
+    ],
+)
+def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(target, bound):
+    """The number at the ends of the intervals is the bound, in its own unit, at every strike angle."""
+    base, key = dataclasses.replace(HYQ, pulse="half-sine:5ms"), target.partition("@")[0]
+    found = limits(base, "lf_kfe_joint", target, bound, joint_range=SPAN, step=math.radians(2.0), robot=known_robot("hyq"))
+    ends = [
+        (one.strikes[0], end)
+        for one in found.limits[:-1]
+        for part in one.allowed
+        for end, kind in ((part.low, part.low_end), (part.high, part.high_end))
+        if kind == "bound"
+    ]
+    assert ends
+    for angle, end in ends:
+        posture = Posture(joints_deg={"lf_kfe_joint": math.degrees(end)})
+        strike = Strike(strike_angle_deg=math.degrees(angle))
+        profile = shock_profile(dataclasses.replace(base, posture=posture, strike=strike), known_robot("hyq"))
+        number = profile.numbers(select(key), [found.target.place])[0]
+        assert abs(number) == pytest.approx(bound, rel=1e-4)
+
+
+def test_no_value_allowed_is_an_answer(capfd):
+    """The command ends with exit code 0, and says what the least number is."""
+    found = hyq(1e-4, strikes=(0.0, 0.0))
+    assert [one.allowed for one in found.limits] == [()]
+    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 1e-4)
+    text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 0.5)
+    assert "keeps shock@trunk_imu at or below 0.0001 at any of these strike angles; the least is 0.000728 at -137.09 deg" in text
+
+
+def test_postures_that_level_ground_does_not_allow_are_named(capfd):
+    """Feasible are the values whose analysis has no warning of a contact that would be pulled, or of a link below the ground."""
+    found = hyq(0.1, strikes=(0.0, 0.0), step=math.radians(5.0))
+    expected = []
+    for value in found.scan.values:
+        posture = Posture(joints_deg={"lf_kfe_joint": math.degrees(value)})
+        warnings = shock_profile(dataclasses.replace(HYQ, posture=posture), known_robot("hyq")).health.warnings
+        expected.append(not any("pulled" in str(one) or "meets" in str(one) for one in warnings))
+    assert {True, False} == set(expected)
+    assert found.scan.feasible(0.0, 0.0).tolist() == expected
+    inside = [any(low <= value <= high for low, high in found.limits[0].feasible) for value in found.scan.values]
+    assert inside == expected
+    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
+    text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 5)
+    assert f"level ground does not allow {expected.count(False)} of {len(expected)} postures at the scene's strike" in text
 
 
 def test_command(capfd, tmp_path):
     """Table, document, spreadsheet and folder agree."""
-    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max-shock", 0.1)
+    words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
     words = (*words, "--range", "-150:0", "--step", 0.5)
     table = good(capfd, *words, "--out", tmp_path)
     assert "any of -30 … 75  -150.00* … -24.50" in table
     found = json.loads(good(capfd, *words, "--format", "json"))
     assert found == json.loads((tmp_path / "limits.json").read_text())
     assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/1", [-140.0, -20.0], [-150.0, 0.0])
-    assert good(capfd, *words, "--format", "csv") == (tmp_path / "limits.csv").read_text()
+    assert run(capfd, *words, "--format", "csv").out == (tmp_path / "limits.csv").read_text()
     rows = list(csv.DictReader((tmp_path / "limits.csv").read_text().splitlines()))
     assert float(rows[-1]["high [deg]"]) == found["limits"][-1]["allowed"][-1]["high"]
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {

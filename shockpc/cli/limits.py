@@ -1,9 +1,9 @@
-"""`shockpc limits`: joint limits that keep the shock at a point below a bound."""
+"""`shockpc limits`: joint limits that keep a number below a bound."""
 
 import math
 
 from shockpc.cli.declare import command, group
-from shockpc.cli.options import FRAME, ROBOT, OutputOptions, SceneOptions
+from shockpc.cli.options import FRAME, ROBOT, TARGET, OutputOptions, SceneOptions, target_of
 from shockpc.cli.parse import Span, finite, span
 
 __all__ = ["limits"]
@@ -12,15 +12,17 @@ _in_question = group("Question")
 
 
 @command(
-    "Find the joint angles that keep the shock below a bound.",
-    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max-shock 0.1",
+    "Find the joint angles that keep the shock, or another number, below a bound.",
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1",
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --quantity friction_needed@lf_foot --max 0.6",
 )
 def limits(
     *,
     robot: str = ROBOT,
     joint: str = _in_question("The joint, by name; joints that a glob matches all have the same value.", "JOINT"),
-    at_: str = _in_question("Where the shock is limited, offset in the frame [m].", FRAME),
-    max_shock: float = _in_question("The bound: |Δv| relative to the strike.", "SHOCK", finite),
+    at_: str | None = _in_question("The shock at this point, offset in the frame [m].", FRAME),
+    quantity: str | None = TARGET,
+    max_: float = _in_question("The bound, in the unit of the number: the greatest value allowed.", "VALUE", finite),
     range_: Span | None = _in_question(
         "Values of the joint to look at; the file's limits by default [deg; m if prismatic].", "LOW:HIGH", span
     ),
@@ -33,7 +35,6 @@ def limits(
 ) -> None:
     from shockpc.cli.output import give
     from shockpc.cli.scenes import one_scene
-    from shockpc.scene import point_at
     from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
 
@@ -43,8 +44,8 @@ def limits(
     found = study(
         scene,
         joint,
-        point_at(loaded, at_),
-        max_shock,
+        target_of(at_, quantity),
+        max_,
         joint_range=None if range_ is None else (unit * range_[0], unit * range_[1]),
         strikes=None if strikes is None else (math.radians(strikes[0]), math.radians(strikes[1])),
         step=None if step is None else unit * step,

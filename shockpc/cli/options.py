@@ -5,8 +5,12 @@ from typing import Literal, NamedTuple
 
 from shockpc.cli.declare import argument, group
 from shockpc.cli.parse import Setting, Vector, definition, finite, folder, out_folder, path, plane, robot_name, setting, vector
+from shockpc.errors import StudyError
 
-__all__ = ["EXPLAIN", "FRAME", "PACKAGE", "QUANTITY", "ROBOT", "XACRO", "OutputOptions", "SceneOptions", "in_output"]
+__all__ = [
+    "EXPLAIN", "FRAME", "PACKAGE", "QUANTITY", "ROBOT", "TARGET", "XACRO", "OutputOptions", "SceneOptions", "in_output",
+    "target_of",
+]  # fmt: skip
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
@@ -21,6 +25,23 @@ QUANTITY = group("What is computed")(
     "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
     "KEY[@PLACE]",
 )
+
+TARGET = group("Question")(
+    "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
+)
+
+
+def target_of(at: str | None, quantity: str | None) -> str:
+    """The number that a command is about: the shock at a point, or a quantity.
+
+    Raises:
+        StudyError: not one of the two is given.
+    """
+    if at is not None and quantity is None:
+        return f"shock@{at}"
+    if quantity is None or at is not None:
+        raise StudyError("one number is needed: give a point with --at, or a quantity with --quantity, such as shock@imu_link")
+    return quantity
 
 
 class SceneOptions(NamedTuple):

@@ -3,7 +3,7 @@
 import sys
 
 from shockpc.cli.declare import command, group
-from shockpc.cli.options import EXPLAIN, FRAME, ROBOT, OutputOptions, SceneOptions, in_output
+from shockpc.cli.options import EXPLAIN, FRAME, ROBOT, TARGET, OutputOptions, SceneOptions, in_output, target_of
 
 __all__ = ["sensitivity"]
 
@@ -19,9 +19,7 @@ def sensitivity(
     *,
     robot: str = ROBOT,
     at_: str | None = _in_question("The shock at this point, offset in the frame [m].", FRAME),
-    quantity: str | None = _in_question(
-        "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
-    ),
+    quantity: str | None = TARGET,
     options: SceneOptions,
     rows: int = in_output("Rows of the table; 16 by default.", "N", least=1, default=16),
     output: OutputOptions,
@@ -30,15 +28,12 @@ def sensitivity(
     from shockpc.cli.output import give
     from shockpc.cli.progress import ShownTrace
     from shockpc.cli.scenes import one_scene
-    from shockpc.errors import StudyError
     from shockpc.show.reports.sensitivity import sensitivity_report
     from shockpc.studies.sensitivity import sensitivity as study
 
-    if (at_ is None) == (quantity is None):
-        raise StudyError("one number is changed: give a point with --at, or a quantity with --quantity, such as shock@imu_link")
     trace = ShownTrace()
     loaded, scene = one_scene(robot, options, trace)
-    result = study(scene, quantity or f"shock@{at_}", loaded, trace)
+    result = study(scene, target_of(at_, quantity), loaded, trace)
     with trace.stage("output"):
         give(sensitivity_report(result, rows), output)
     if explain:

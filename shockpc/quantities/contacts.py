@@ -17,7 +17,7 @@ from shockpc.model.rows import NO_AXES, Block, block_point, slices_of
 from shockpc.quantities.quantity import Places, Quantity, reach
 from shockpc.solve import independent_rows
 
-__all__ = ["CONTACTS"]
+__all__ = ["CONTACTS", "friction_needed", "pull"]
 
 STRUCTURAL = 1e-26
 """Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""
@@ -71,7 +71,7 @@ def _moment(impact: Impact, places: Places) -> Any:
     return np.stack(moments, axis=-2)
 
 
-def _friction(impact: Impact, places: Places) -> Any:
+def friction_needed(impact: Impact, places: Places) -> Any:
     """Tangential over normal impulse (N, S, n) [1]; NaN where the ground would have to pull."""
     impulse = np.stack([_force(impact, block, rows) for block, rows in _rows(impact, places)], axis=-2)
     up = impact.exact(impact.landing.up)
@@ -81,7 +81,7 @@ def _friction(impact: Impact, places: Places) -> Any:
     return np.where(pressed, norm(impulse - normal[..., None] * up) / np.where(pressed, normal, 1), np.nan)
 
 
-def _pull(impact: Impact, places: Places) -> Any:
+def pull(impact: Impact, places: Places) -> Any:
     """By how much (N, S, n) the ground would have to pull [N s]; 0 where it pushes, NaN where the impulse is not determined."""
     pulls, impulse = [], impact.along(impact.impulse)
     for block, rows in _rows(impact, places):
@@ -89,8 +89,8 @@ def _pull(impact: Impact, places: Places) -> Any:
         steep = np.flatnonzero(np.abs(rising) > 1e-9)
         along = impulse[..., rows][..., : len(rising)].astype(float)
         normal, size = along[..., steep] @ rising[steep], np.linalg.norm(along, axis=-1)
-        pull = np.where(normal < -1e-12 * size, -normal, 0.0)
-        pulls.append(np.where(impact.unique[:, None, rows][..., steep].all(axis=-1), pull, np.nan))
+        known = impact.unique[:, None, rows][..., steep].all(axis=-1)
+        pulls.append(np.where(known, np.where(normal < -1e-12 * size, -normal, 0.0), np.nan))
     return np.stack(pulls, axis=-1)
 
 
@@ -224,7 +224,7 @@ CONTACTS = (
     Quantity("point", "contact", "contact point, world", "m", "neither", _point, reach, vector=True),
     Quantity("impulse", "contact", "impulse of the ground on the robot, world axes", "N s", "greater", _impulse, _impulse_size,
         REDUNDANT, vector=True),
-    Quantity("friction_needed", "contact", "friction to stick", "1", "greater", _friction, lambda i, x: 1.0, PULLED),
+    Quantity("friction_needed", "contact", "friction to stick", "1", "greater", friction_needed, lambda i, x: 1.0, PULLED),
     Quantity("approach", "contact", "velocity before the impact, world axes", "m/s", "neither", _approach, _fastest, STANDS,
         vector=True),
     Quantity("mass_sticking", "contact", "effective mass if it sticks", "kg", "greater", _resistance("sticking"), missing=STANDS,
@@ -236,5 +236,5 @@ CONTACTS = (
     Quantity("moment", "contact", "moment about the contact point, world axes", "N m s", "greater", _moment, _impulse_size,
         f"{REDUNDANT}; or it is a point", vector=True),
     Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True),
-    Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", _pull, missing=REDUNDANT),
+    Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", pull, missing=REDUNDANT),
 )  # fmt: skip

@@ -1,5 +1,6 @@
 """What an impact does to the robot as a whole, and how far its numbers are known."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
 from shockpc.model.rows import block_point
-from shockpc.plausibility import levels
+from shockpc.plausibility import Levels, levels
+from shockpc.quantities.contacts import friction_needed, pull
 from shockpc.quantities.quantity import Places, Quantity
 
 __all__ = ["ROBOT"]
@@ -55,15 +57,24 @@ def _moment_size(impact: Impact, values: Array) -> Any:
     return _force_size(impact, values) * (size or 1.0)
 
 
-def _depth(impact: Impact, places: Places) -> Array:
-    """How far (N, 1, 1) the geometry of other links reaches below the lowest contact or standing foot [m]; from doubles."""
-    del places
+@functools.lru_cache(maxsize=1)
+def _levels(impact: Impact) -> Levels:
+    """Heights of the robot's geometry, from doubles."""
     state, blocks = impact.state, impact.blocks[: len(impact.landing.contact_places)]
     points = np.stack([block_point(state, block) for block in blocks], axis=1)
-    found = levels(impact.landing, *(part.astype(float) for part in (state.rotation, state.position, points)))
-    lowest = found.surface[:, found.others].min(axis=1, initial=np.inf)
-    depth = np.maximum(found.contacts.min(axis=1) - lowest, 0.0) if found.others.size else np.full(len(lowest), np.nan)
-    return np.asarray(depth[:, None, None])
+    return levels(impact.landing, *(part.astype(float) for part in (state.rotation, state.position, points)))
+
+
+def _feasible(impact: Impact, places: Places) -> Array:
+    """Whether (N, S, 1) the ground pulls nothing, no other link is below it, and the friction of the scene is enough; 0 or 1."""
+    del places
+    landing = impact.landing
+    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1)
+    if landing.base != "fixed":
+        refused = refused | _levels(impact).below[:, None]
+    if landing.scene.friction is not None:
+        refused = refused | (friction_needed(impact, landing.contact_places).astype(float) > landing.scene.friction).any(axis=-1)
+    return np.asarray(_one(np.where(refused, 0.0, 1.0)))
 
 
 ROBOT = (
@@ -77,8 +88,9 @@ ROBOT = (
     Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size),
     Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
         UNKNOWN),
-    Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
-        missing="the robot has no geometry"),
+    Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", lambda i,
+        p: _one(_levels(i).depth[:, None]), missing="the robot has no geometry"),
+    Quantity("feasible", "robot", "whether level ground allows the landing", "1", "less", _feasible),
     Quantity("rank", "robot", "independent contact and closure rows", "1", posed=True),
     Quantity("rows", "robot", "contact and closure rows", "1", posed=True),
     Quantity("error_bound", "robot", "proven error of the jumps, for the robot as loaded", "1", "greater", posed=True),

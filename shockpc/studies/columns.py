@@ -6,11 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.bodies import in_body_axes
+from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
 from shockpc.impact import DoubleImpact
 from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import dynamics
+from shockpc.model.rows import Equation
 from shockpc.places import Place
 from shockpc.printed import listed
 from shockpc.profile import impact_jumps, needs_proof
@@ -21,7 +23,7 @@ from shockpc.result import ShockProfile
 from shockpc.scene import points_at
 from shockpc.studies.question import moving_point
 
-__all__ = ["Column", "column", "columns", "double_difference", "places_at", "proven_columns", "selected"]
+__all__ = ["Column", "Postures", "column", "columns", "double_difference", "places_at", "postures", "proven_columns", "selected"]
 
 SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
 """Quantities by which the error of double precision is measured, and the shock that it is relative to."""
@@ -137,6 +139,46 @@ def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]
     return Column(selection, places[0])
 
 
+class Postures(NamedTuple):
+    """Steps 1 and 2 in m postures, for whatever strikes.
+
+    Attributes:
+        landing: of which these are postures.
+        equation: Eq. 4.
+        solution: of that.
+        jumps: (m, n, 6, k) of bodies, body axes.
+        bodies: which these are; None for all.
+        condition: (m,) of each posture.
+        prove: (m,) whether it needs a proof.
+    """
+
+    landing: PosedLanding
+    equation: Equation
+    solution: Solution
+    jumps: Array
+    bodies: list[int] | None
+    condition: Array
+    prove: np.ndarray
+
+    def values(self, strikes: Array, wanted: Sequence[Column]) -> tuple[dict[str, Array], np.ndarray]:
+        """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground. Args: strikes, as for `columns`."""
+        impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes)
+        parting = impact.approach @ self.landing.up >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
+        return _selected(impact, wanted, strikes.shape[:2]), parting
+
+
+def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column]) -> Postures:
+    """Steps 1 and 2 in a few postures, in double precision. Args: Q (m, nq); wanted, what will be read of them."""
+    own = bool(landing.before.omega.any() or landing.before.joint_rates.any())
+    state = dynamics(landing.robot, Q, landing.joint_model.armature)
+    everywhere = any(c.selection.quantity.of == "joint" or c.selection.quantity.key == "shock_min" for c in wanted)
+    carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
+    equation, solution, jumps = impact_jumps(landing, state, own, carriers)
+    condition, prove = needs_proof(landing, equation, solution)
+    jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
+    return Postures(landing, equation, solution, jumps, carriers, condition, prove)
+
+
 def columns(
     landing: PosedLanding, Q: Array, strikes: Array, wanted: Sequence[Column]
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
@@ -151,26 +193,14 @@ def columns(
     Returns: columns (m, S) by name; the condition (m,) of each posture, and whether (m,) it needs a proof; and which contacts
         (m, S, c) do not approach the ground.
     """
-    blocks = [_block(landing, Q[k : k + BLOCK], strikes[k : k + BLOCK], wanted) for k in range(0, len(Q), BLOCK)]
-    computed = {name: np.concatenate([block[0][name] for block in blocks]) for name in blocks[0][0]}
-    condition, prove, parting = (np.concatenate(parts) for parts in list(zip(*blocks, strict=True))[1:])
+    parts = []
+    for k in range(0, len(Q), BLOCK):
+        block = postures(landing, Q[k : k + BLOCK], wanted)
+        values, parting = block.values(strikes[k : k + BLOCK], wanted)
+        parts.append((values, block.condition, block.prove, parting))
+    computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
+    condition, prove, parting = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
     return computed, condition, prove, parting
-
-
-def _block(
-    landing: PosedLanding, Q: Array, strikes: Array, wanted: Sequence[Column]
-) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
-    """The same for a few postures."""
-    own = bool(landing.before.omega.any() or landing.before.joint_rates.any())
-    state = dynamics(landing.robot, Q, landing.joint_model.armature)
-    everywhere = any(c.selection.quantity.of in ("joint", "robot") or c.selection.quantity.key == "shock_min" for c in wanted)
-    carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0))
-    equation, solution, jumps = impact_jumps(landing, state, own, carriers)
-    condition, prove = needs_proof(landing, equation, solution)
-    jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
-    impact = DoubleImpact(landing, equation, solution, jumps, carriers, strikes)
-    parting = impact.approach @ landing.up >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
-    return _selected(impact, wanted, strikes.shape[:2]), condition, prove, parting
 
 
 def _selected(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...]) -> dict[str, Array]:

@@ -1,41 +1,50 @@
-"""A landing with a joint at many values: the shock at a point in each posture, for every strike angle.
-
-With E the map from the strike's components to the velocity of the point, the shock of a strike at the angle θ is
-|E (sin θ, cos θ)|. Its square is uᵀ gram u with gram = EᵀE and u = (sin θ, cos θ), or m + r cos(2θ − φ).
-"""
+"""A landing with a joint at many values: a number in each posture, for every strike angle."""
 
 import itertools
-import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 import numpy as np
 
-from shockpc.core.spatial import Array, cross_matrix
-from shockpc.errors import SceneError, ShockError, StudyError
+from shockpc.core.spatial import Array
+from shockpc.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.landing import PosedLanding
 from shockpc.model.closure import assemble
 from shockpc.model.posture import held_joints, set_joints
-from shockpc.places import Place
-from shockpc.profile import FASTEST_PLAUSIBLE_RATE, ILL_CONDITIONED, profile_of, shock_maps
+from shockpc.profile import FASTEST_PLAUSIBLE_RATE, ILL_CONDITIONED, profile_of
 from shockpc.robot.record import Joint
 from shockpc.solve import UNPHYSICAL
+from shockpc.studies.columns import BLOCK, Column, Postures, postures
+from shockpc.studies.question import strike_angle
 
-__all__ = ["JointScan", "greatest_shock", "wave"]
+__all__ = ["JointScan", "excess"]
+
+Read: TypeAlias = Callable[[Postures, slice], Array]
+
+ANGLES, AGAIN, ROUNDS = 43, 12, 6
+"""Strike angles of a range among which the greatest number is sought, how many between the two beside it, and how often: to 1e-6 of
+the range, which is 1e-12 of a smooth number."""
+
+STEPS = 3
+"""Of regula falsi, which leave less than 1e-6 rad of the 0.04 rad between two strike angles."""
 
 
 class JointScan:
     """A landing with some joints at other values, the same for all of them.
 
+    The strike angle turns the part of the velocity in the plane; the part out of it, and what else moves, stays as it is.
+
     Args:
         landing: in the scene's posture.
-        place: where the shock is computed.
+        target: the number; of one that may be negative the magnitude.
+        feasible: the column that tells whether level ground allows a landing.
         joints: that are moved.
         values: to which they are moved, ascending [rad, m].
         fine: to which the value is found beyond which a loop cannot be closed [rad, m].
 
     Attributes:
         values: (n,) those that can be reached [rad, m].
-        gram: (n, 2, 2) of each of their postures; NaN without a result.
+        own: (n,) the number for the scene's own strike; NaN without a result.
         unreachable: (least value, greatest value, reason) of the ranges in which a loop cannot be closed or there is no result.
         inaccurate: number of postures in which rounding may show above 1e-9.
 
@@ -43,8 +52,13 @@ class JointScan:
         StudyError: no loop can be closed at any value.
     """
 
-    def __init__(self, landing: PosedLanding, place: Place, joints: tuple[Joint, ...], values: Array, fine: float) -> None:
-        self._landing, self._place, self._joints = landing, place, joints
+    def __init__(
+        self, landing: PosedLanding, target: Column, feasible: Column, joints: tuple[Joint, ...], values: Array, fine: float
+    ) -> None:
+        self._landing, self._target, self._feasible, self._joints = landing, target, feasible, joints
+        velocity, normal = landing.before.velocity, landing.plane.normal
+        self._out_of_plane = (velocity @ normal) * normal
+        self._speed = float(np.linalg.norm(velocity - self._out_of_plane))
         posture, moved = landing.scene.posture, {joint.name for joint in joints}
         self._held = held_joints(landing.robot, posture, landing.scene.assemble)
         for mimic in landing.robot.mimics:
@@ -54,17 +68,77 @@ class JointScan:
             self._held[joint.v] = True
         found, open_ = self._postures(values, fine)
         self.values, self._Q = np.array(list(found)), np.stack(list(found.values()))
-        maps = shock_maps(landing, self._Q)
-        ranks, counts = np.unique(maps.rank, return_counts=True)
-        self._rank = int(ranks[np.argmax(counts)])
-        self.gram, refused, self.inaccurate = self._grams(self._Q)
+        blocks = list(self._blocks(self._Q))
+        ranks, counts = np.unique(np.concatenate([block.solution.rank for block in blocks]), return_counts=True)
+        self._rank, refused = int(ranks[np.argmax(counts)]), dict[int, str]()
+        self.inaccurate = sum(int((~self._singular(block) & (block.condition > ILL_CONDITIONED)).sum()) for block in blocks)
+        self.own = self._each(self._Q, self._at(np.full((len(self._Q), 1), self.own_angle)), refused)[:, 0]
         self.unreachable = tuple(sorted({*open_, *_ranges(self.values, refused)}))
 
-    def greatest(self, value: float, strikes: tuple[float, float]) -> float:
-        """The greatest shock over some strikes [rad] at a value; beyond any bound where there is no result."""
-        near = self._Q[int(np.argmin(np.abs(self.values - value)))]
-        gram = self._grams(self._posture(value, near)[None])[0]
-        return float(np.nan_to_num(greatest_shock(gram, strikes)[0][0], nan=UNPHYSICAL))
+    @property
+    def own_angle(self) -> float:
+        """The scene's strike angle [rad]."""
+        return strike_angle(self._landing)
+
+    def over(self, angles: Array) -> Array:
+        """The number (n, S) in every posture at strike angles (S,) or (n, S) [rad]; NaN without a result."""
+        return self._each(self._Q, self._at(np.broadcast_to(angles, (len(self._Q), np.shape(angles)[-1]))))
+
+    def feasible(self, low: float, high: float) -> np.ndarray:
+        """Whether (n,) level ground allows the landing of every posture at all strike angles of a range [rad]."""
+        angles = np.broadcast_to(_range(low, high), (len(self._Q), len(_range(low, high))))
+        return np.asarray((self._each(self._Q, self._at(angles, self._feasible)) == 1.0).all(axis=1))
+
+    def greatest(self, low: float, high: float, value: float | None = None) -> tuple[Array, Array]:
+        """The greatest number (n,) over a range of strike angles [rad], NaN without a result, and the strike angle (n,) of it.
+
+        Args:
+            low: least strike angle.
+            high: greatest strike angle.
+            value: one value of the joint, of which this is asked [rad, m]; by default those of the scan.
+        """
+        Q = self._Q
+        if value is not None:
+            Q = self._posture(value, Q[int(np.argmin(np.abs(self.values - value)))])[None]
+
+        def search(block: Postures, rows: slice) -> Array:
+            row = np.arange(len(block.condition))
+            angles = np.tile(_range(low, high), (len(row), 1))
+            numbers = self._numbers(block, angles, self._target)
+            missing = np.isnan(numbers).any(axis=1)
+            for _ in range(ROUNDS if high > low else 0):
+                best = np.argmax(np.nan_to_num(numbers, nan=-np.inf), axis=1)
+                before, after = (angles[row, np.clip(best + by, 0, angles.shape[1] - 1)] for by in (-1, 1))
+                angles = np.linspace(before, after, AGAIN, axis=1)
+                numbers = self._numbers(block, angles, self._target)
+            best = np.argmax(np.nan_to_num(numbers, nan=-np.inf), axis=1)
+            return np.stack([np.where(missing, np.nan, numbers[row, best]), angles[row, best]], axis=1)
+
+        found = self._each(Q, search)
+        return found[:, 0], found[:, 1]
+
+    def kept(self, bound: float, low: float, high: float) -> list[list[tuple[float, float]]]:
+        """For every posture the intervals of strike angles at which the number is at most a bound [rad].
+
+        An interval that lies between two of `ANGLES` strike angles is not seen.
+        """
+        angles = _range(low, high)
+        beyond = excess(self.over(angles), bound)
+        inside = beyond <= 0.0
+        k, j = np.nonzero(inside[:, 1:] != inside[:, :-1])
+        ends, sides = [angles[j], angles[j + 1]], [beyond[k, j], beyond[k, j + 1]]
+        for _ in range(STEPS if len(k) else 0):
+            middle = ends[0] - sides[0] * (ends[1] - ends[0]) / (sides[1] - sides[0])
+            there = excess(self._each(self._Q[k], self._at(middle[:, None]))[:, 0], bound)
+            same = (there <= 0.0) == (sides[0] <= 0.0)
+            for side, replaced in enumerate((same, ~same)):
+                ends[side], sides[side] = np.where(replaced, middle, ends[side]), np.where(replaced, there, sides[side])
+        roots = ends[0] - sides[0] * (ends[1] - ends[0]) / (sides[1] - sides[0])
+        found = []
+        for row, flags in enumerate(inside):
+            at = [*angles[:1][flags[:1]].tolist(), *roots[k == row].tolist(), *angles[-1:][flags[-1:]].tolist()]
+            found.append(list(zip(at[::2], at[1::2], strict=False)))
+        return found
 
     def _posture(self, value: float, near: Array) -> Array:
         """The configuration (nq,) with the joint at a value [rad, m]; loops are closed from a configuration near it."""
@@ -108,26 +182,72 @@ class JointScan:
                 bad = middle
         return good, near
 
-    def _grams(self, Q: Array) -> tuple[Array, dict[int, str], int]:
-        """EᵀE (n, 2, 2) in some configurations (n, nq), the reason where there is none, and in how many rounding may show.
+    def _blocks(self, Q: Array) -> Iterator[Postures]:
+        """Steps 1 and 2 in configurations (n, nq), some at a time."""
+        for k in range(0, len(Q), BLOCK):
+            yield postures(self._landing, Q[k : k + BLOCK], [self._target])
 
-        Where other rows are independent than in most postures of the scan, or the motion is very fast, the posture is singular or
-        nearly so, and is proven; NaN where it has no verdict.
+    def _singular(self, block: Postures) -> np.ndarray:
+        """Whether postures are singular or nearly so: other rows are independent than in most, or joints move very fast."""
+        fast = ~(np.abs(block.equation.full(block.solution.delta_qd)).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE)
+        return np.asarray((block.solution.rank != self._rank) | fast)
+
+    def _at(self, angles: Array, target: Column | None = None) -> Read:
+        """Reads the number (or another column) at strike angles (n, S) [rad]."""
+        return lambda block, rows: self._numbers(block, angles[rows], target or self._target)
+
+    def _each(self, Q: Array, read: Read, refused: dict[int, str] | None = None) -> Array:
+        """What is read of configurations (n, nq), a row of each; NaN without a result. Singular postures are proven.
+
+        Args:
+            Q: the configurations.
+            read: reads rows (m, ...) of a block; it is given the block, and which configurations are in it.
+            refused: collects why there is no result, by the number of the configuration.
         """
-        landing, body = self._landing, self._place.body
-        maps = shock_maps(landing, Q)
-        E, refused = maps.at(body, self._place.r), dict[int, str]()
-        singular = (maps.rank != self._rank) | ~(np.abs(maps.maps).max(axis=(1, 2, 3)) < FASTEST_PLAUSIBLE_RATE)
-        for k in np.flatnonzero(singular).tolist():
-            there = landing.at(Q[k])
-            try:
-                jumps = profile_of(there).proof.jumps[body, :, :3]
-            except ShockError as refusal:
-                E[k], refused[k] = np.nan, str(refusal)
-                continue
-            E[k] = there.state.rotation[0, body] @ (jumps[3:] - cross_matrix(self._place.r) @ jumps[:3])
-        E = E @ np.stack([landing.plane.forward, [0.0, 0.0, -1.0]], axis=1)
-        return np.swapaxes(E, -1, -2) @ E, refused, int((~singular & (maps.condition > ILL_CONDITIONED)).sum())
+        parts = []
+        for k, block in zip(range(0, len(Q), BLOCK), self._blocks(Q), strict=True):
+            part = read(block, slice(k, k + BLOCK))
+            for i in np.flatnonzero(self._singular(block)).tolist():
+                try:
+                    part[i] = read(self._proven(Q[k + i]), slice(k + i, k + i + 1))[0]
+                except ShockError as refusal:
+                    part[i] = np.nan
+                    if refused is not None:
+                        refused[k + i] = str(refusal)
+            parts.append(part)
+        return np.concatenate(parts)
+
+    def _numbers(self, block: Postures, angles: Array, target: Column) -> Array:
+        """A number (m, S) of some postures at strike angles (m, S) [rad]; NaN where a contact does not approach the ground."""
+        forward, up = self._landing.plane.forward, np.array([0.0, 0.0, 1.0])
+        in_plane = self._speed * (np.sin(angles)[..., None] * forward - np.cos(angles)[..., None] * up)
+        values, parting = block.values(in_plane + self._out_of_plane, [target])
+        numbers = np.abs(values[target.name]) if target.selection.signed else values[target.name]
+        return np.where(parting.any(axis=-1), np.nan, numbers)
+
+    def _proven(self, q: Array) -> Postures:
+        """One posture with the jumps and impulses of the proof.
+
+        Raises:
+            ShockError: there is no verdict.
+        """
+        profile, (block,) = profile_of(self._landing.at(q)), self._blocks(q[None])
+        if self._target.selection.quantity.shared and profile.redundant:
+            raise SolveError("contacts or loops are redundant in this posture, so the number is not determined")
+        proof = profile.proof
+        solution = block.solution._replace(delta_qd=proof.delta_qd[None], impulse=proof.impulse[None])
+        bodies = range(len(self._landing.robot.bodies)) if block.bodies is None else block.bodies
+        return block._replace(equation=block.equation._replace(G=None), solution=solution, jumps=proof.jumps[None, list(bodies)])
+
+
+def _range(low: float, high: float) -> Array:
+    """Strike angles of a range [rad]."""
+    return np.linspace(low, high, ANGLES) if high > low else np.array([low])
+
+
+def excess(numbers: Array, bound: float) -> Array:
+    """By how much numbers exceed a bound, relative to it; beyond any bound where there is no number."""
+    return np.nan_to_num(numbers / bound - 1.0, nan=UNPHYSICAL, posinf=UNPHYSICAL)
 
 
 def _ranges(values: Array, refused: dict[int, str]) -> Iterator[tuple[float, float, str]]:
@@ -135,29 +255,3 @@ def _ranges(values: Array, refused: dict[int, str]) -> Iterator[tuple[float, flo
     for first in sorted(refused.keys() - {k + 1 for k in refused}):
         last = next(k for k in itertools.count(first) if k + 1 not in refused)
         yield float(values[first]), float(values[last]), refused[first]
-
-
-def wave(gram: Array) -> tuple[Array, Array, Array]:
-    """m, r and φ (n,) of the squared shock m + r cos(2θ − φ). Args: gram (n, 2, 2)."""
-    a, b, c = gram[:, 0, 0], gram[:, 0, 1], gram[:, 1, 1]
-    return (a + c) / 2.0, np.hypot((c - a) / 2.0, b), np.arctan2(b, (c - a) / 2.0)
-
-
-def greatest_shock(gram: Array, strikes: tuple[float, float]) -> tuple[Array, Array]:
-    """The greatest shock (n,) over a range of strike angles [rad], and the strike angle (n,) that has it [rad].
-
-    Args:
-        gram: (n, 2, 2) of the postures.
-        strikes: least and greatest strike angle.
-    """
-    low, high = strikes
-    angles = [np.full(len(gram), low), np.full(len(gram), high)]
-    if high > low:
-        inner = wave(gram)[2] / 2.0
-        angles += [np.where((x > low) & (x < high), x, low) for x in (inner, inner - math.pi, inner + math.pi)]
-    candidates = np.stack(angles)
-    u = np.stack([np.sin(candidates), np.cos(candidates)], axis=-1)
-    squares = np.einsum("kni,nij,knj->kn", u, gram, u)
-    best = np.argmax(squares, axis=0)[None]
-    shock = np.sqrt(np.maximum(np.take_along_axis(squares, best, axis=0)[0], 0.0))
-    return shock, np.take_along_axis(candidates, best, axis=0)[0]

@@ -1,12 +1,13 @@
-"""Which values of a joint, under which strikes, keep the shock at a point below a bound.
+"""Which values of a joint, under which strikes, keep a number below a bound: the shock at a point, a torque, a friction.
 
-A dense scan finds where the shock crosses the bound. Between two samples an extremum that could reach the bound is located, and
-every crossing is found as a root of the shock itself.
+A dense scan finds where the number crosses the bound. Between two samples an extremum that could reach the bound is located, and
+every crossing is found as a root of the number itself.
 """
 
+import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -18,16 +19,16 @@ from shockpc.errors import SolveError, StudyError
 from shockpc.model.posture import settable_joints
 from shockpc.printed import listed
 from shockpc.profile import shock_profile
+from shockpc.quantities.table import select
 from shockpc.result import ShockProfile
-from shockpc.robot.record import Robot
+from shockpc.robot.record import Joint, Robot
 from shockpc.scene import Point, Scene
-from shockpc.solve import UNPHYSICAL
-from shockpc.studies.joint_scan import JointScan, greatest_shock, wave
-from shockpc.studies.question import moving_point, strike_angle
+from shockpc.studies.columns import Column, column
+from shockpc.studies.joint_scan import JointScan, excess
 from shockpc.toml import LARGEST
 from shockpc.trace import Trace
 
-__all__ = ["Interval", "ShockLimits", "StrikeLimits", "limits"]
+__all__ = ["Interval", "JointLimits", "StrikeLimits", "limits"]
 
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
@@ -71,41 +72,43 @@ class StrikeLimits(NamedTuple):
 
     Attributes:
         strikes: least and greatest strike angle, equal for a single one [rad].
-        allowed: values of the joint for which the shock of each of these strikes is at most the bound, ascending.
-        least: least shock over the joint's values, of the most severe of these strikes [1].
+        allowed: values of the joint for which the number is at most the bound for each of these strikes, ascending.
+        feasible: values of the scan, from the first to the last of each run, for which level ground allows all of these landings.
+        least: least number over the joint's values, of the worst of these strikes [its unit]; NaN if there is none at any value.
         least_at: where that is [rad, m].
     """
 
     strikes: tuple[float, float]
     allowed: tuple[Interval, ...]
+    feasible: tuple[tuple[float, float], ...]
     least: float
     least_at: float
 
 
 @dataclass(frozen=True, eq=False)
-class ShockLimits:
-    """The joint limits that a bound on the shock at a point sets.
+class JointLimits:
+    """The limits of a joint that a bound on a number sets.
 
     Attributes:
         profile: the landing in the scene's own posture.
-        point: label of the point.
+        target: the number.
         joints: the joints that are moved, all to the same value.
         unit: of that value, "rad" or "m".
-        max_shock: the bound [1].
+        max: the bound; of a number that may be negative on its magnitude [the number's unit].
         range: least and greatest value looked at [rad, m].
         file_limits: those of the robot's file; infinite where it gives none [rad, m].
         own: the value and the strike angle of the scene [rad, m; rad].
         strikes: least and greatest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
-        scan: the postures and their shock.
+        scan: the postures and their numbers.
         limits: at the scene's own strike angle, at others one by one, and last at all strike angles of the range.
     """
 
     profile: ShockProfile = field(repr=False)
-    point: str
+    target: Column
     joints: tuple[str, ...]
     unit: str
-    max_shock: float
+    max: float
     range: tuple[float, float]
     file_limits: tuple[float, float]
     own: tuple[float, float]
@@ -114,49 +117,39 @@ class ShockLimits:
     scan: JointScan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
 
-    def shock(self, strikes: Array) -> Array:
-        """The shock (n, k) of every posture of the scan. Args: strikes (k,) strike angles [rad]."""
-        return np.stack([greatest_shock(self.scan.gram, (angle, angle))[0] for angle in np.asarray(strikes).tolist()], axis=1)
+    @functools.cached_property
+    def worst(self) -> tuple[Array, Array]:
+        """The greatest number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
+        return self.scan.greatest(*self.strikes)
 
-    @property
-    def most_severe(self) -> tuple[Array, Array]:
-        """The greatest shock (n,) of every posture over the range of strike angles [1], and the strike angle (n,) of it [rad]."""
-        return greatest_shock(self.scan.gram, self.strikes)
-
-    def allowed_strikes(self, k: int) -> tuple[tuple[float, float], ...]:
-        """The strike angles of the range that keep the bound in posture k of the scan, as intervals [rad]."""
-        m, r, phi = (float(part[0]) for part in wave(self.scan.gram[k : k + 1]))
-        low, high = self.strikes
-        if math.isnan(m):
-            return ()
-        height = (self.max_shock**2 - m) / r if r > 0.0 else math.copysign(math.inf, self.max_shock**2 - m)
-        if height >= 1.0:
-            return ((low, high),)
-        # Above the bound nearer than this to the angles φ/2 + kπ, so that it is kept from each of them to the next one.
-        half, middles = math.acos(max(height, -1.0)) / 2.0, [phi / 2.0 + turn * math.pi for turn in (-2, -1, 0, 1, 2)]
-        kept = [(max(a + half, low), min(b - half, high)) for a, b in itertools.pairwise(middles)]
-        return tuple((a, b) for a, b in kept if a < b)
+    @functools.cached_property
+    def allowed_strikes(self) -> list[list[tuple[float, float]]]:
+        """The strike angles of the range that keep the bound in each posture of the scan, as intervals [rad]."""
+        return self.scan.kept(self.max, *self.strikes)
 
 
 def limits(
     scene: Scene,
     joint: str,
-    at: Point,
-    max_shock: float,
+    target: str | Point,
+    max: float,
     *,
     joint_range: tuple[float, float] | None = None,
     strikes: tuple[float, float] | None = None,
     step: float | None = None,
     robot: Robot | None = None,
     trace: Trace | None = None,
-) -> ShockLimits:
-    """Find the values of a joint that keep the shock at a point below a bound.
+) -> JointLimits:
+    """Find the values of a joint that keep a number below a bound.
+
+    The strike angle turns the part of the velocity that is in the plane; the part out of it, and what else moves before the impact,
+    stays as it is.
 
     Args:
         scene: the landing; the joint's own value is not used, except that loops are followed from it.
         joint: name or glob; joints that it matches all have the same value.
-        at: the point.
-        max_shock: the bound, |Δv| / v_in [1].
+        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there.
+        max: the bound, in the unit of the number.
         joint_range: least and greatest value [rad, m]; by default the limits in the file, or a whole turn.
         strikes: least and greatest strike angle [rad]; by default −30° to 75°.
         step: largest distance between two postures of the scan [rad, m]; by default 0.1° or 0.1 mm.
@@ -164,28 +157,31 @@ def limits(
         trace: collects what each stage cost.
 
     Raises:
-        StudyError: the question makes no sense, or no value of the joint keeps the bound at any strike.
+        UnknownName: there is no such joint, quantity or place.
+        StudyError: the question makes no sense.
         SolveError: no posture of the range has a result.
         ShockError: the landing cannot be computed.
     """
     trace = trace or Trace()
-    if not 0.0 < max_shock <= LARGEST:
-        raise StudyError(
-            f"a bound of {max_shock:g} on the shock is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}"
-        )
+    if not 0.0 < max <= LARGEST:
+        raise StudyError(f"a bound of {max:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}")
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot
-    if landing.before.omega.any() or landing.before.joint_rates.any():
-        raise StudyError(
-            "limits compare strikes of a robot that moves without rotating; leave the angular velocity and the joint velocities out"
-        )
-    place, joints = moving_point(robot, at), settable_joints(robot, joint, StudyError)
+    text = f"shock@{target.label}" if isinstance(target, Point) else target
+    asked = column(profile, text, lambda entry: entry.compute is not None and not entry.posed and entry.worse == "greater")
+    joints = settable_joints(robot, joint, StudyError)
     names, unit = tuple(one.name for one in joints), joints[0].unit
     if any(one.unit != unit for one in joints):
         raise StudyError(f"joints {listed(names)} turn and slide, so they cannot have the same value; name joints of one kind")
-    file_limits = max(one.limits[0] for one in joints), min(one.limits[1] for one in joints)
+    if landing.loops and landing.before.joint_rates.any():
+        raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
+    file_limits = _file_limits(joints)
     low, high = _range(joint, file_limits, joint_range, unit)
     angles = _strike_range(landing.plane, strikes)
+    if not np.linalg.norm(landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
+        raise StudyError(
+            "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
+        )
     step = STEP[unit] if step is None else step
     if not step > 0.0 or (high - low) / step > MOST:
         raise StudyError(
@@ -194,66 +190,63 @@ def limits(
         )
     with trace.stage("scan of the joint"):
         values = np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1)
-        scan = JointScan(landing, place, joints, values, 0.1 * STEP[unit])
-        if np.isnan(scan.gram).all():
-            raise SolveError(f"no posture in {_span(low, high, unit)} has a result: {scan.unreachable[0][2]}")
-    own = strike_angle(landing)
+        feasible = Column(select("feasible"), profile.places("robot")[0])
+        scan = JointScan(landing, asked, feasible, joints, values, 0.1 * STEP[unit])
+        if scan.unreachable and np.isnan(scan.own).all():
+            raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
     with trace.stage("roots"):
-        found = [_limits(scan, strike, max_shock, ends, FINE[unit]) for strike in _targets(own, angles)]
-    if not any(one.allowed for one in found):
-        best = min(found, key=lambda one: one.least)
-        what = "angle" if unit == "rad" else "position"
-        several = f" at any of {len(found) - 1} strike angles in {_span(*angles, 'rad')}" if len(found) > 1 else ""
-        where = f", strike angle {_value(best.strikes[0], 'rad')}" if several else ""
-        raise StudyError(
-            f"no {what} in {_span(low, high, unit)} meets {max_shock:g}{several}; "
-            f"the least is {best.least:.3g} at {_value(best.least_at, unit)}{where}; "
-            "allow a greater shock, or give another range with --range"
-        )
-    here = (joints[0].value(landing.q), own)
-    return ShockLimits(
-        profile, place.name, names, unit, max_shock, (low, high), file_limits, here, angles, step, scan, tuple(found)
-    )
+        rows = tuple(_limits(scan, strike, max, ends, FINE[unit]) for strike in _targets(scan.own_angle, angles))
+    here = (joints[0].value(landing.q), scan.own_angle)
+    return JointLimits(profile, asked, names, unit, max, (low, high), file_limits, here, angles, step, scan, rows)
+
+
+def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
+    """The limits of the file that all joints keep [rad, m]."""
+    return max(joint.limits[0] for joint in joints), min(joint.limits[1] for joint in joints)
 
 
 def _limits(scan: JointScan, strikes: tuple[float, float], bound: float, ends: tuple[End, End], fine: float) -> StrikeLimits:
     """The intervals of the joint that keep the bound at some strikes."""
 
-    def excess(value: float) -> float:
-        return scan.greatest(value, strikes) - bound
+    def over(value: float) -> float:
+        return float(excess(scan.greatest(*strikes, value)[0], bound)[0])
 
-    x, g = scan.values.tolist(), (np.nan_to_num(greatest_shock(scan.gram, strikes)[0], nan=UNPHYSICAL) - bound).tolist()
-    k = int(np.argmin(g))
-    least_at, shock = _extremum(excess, x[k - 1], x[k + 1], 1.0, fine) if 0 < k < len(x) - 1 else (x[k], g[k])
-    points = sorted({**dict(zip(x, g, strict=True)), **dict(_between(excess, x, g, fine))}.items())
+    x, numbers = scan.values.tolist(), scan.greatest(*strikes)[0]
+    g, k = excess(numbers, bound).tolist(), int(np.argmin(np.nan_to_num(numbers, nan=np.inf)))
+    least_at, least = _extremum(over, x[k - 1], x[k + 1], 1.0, fine) if 0 < k < len(x) - 1 else (x[k], g[k])
+    if np.isnan(numbers[k]):
+        least_at = least = math.nan
+    points = sorted({**dict(zip(x, g, strict=True)), **dict(_between(over, x, g, fine))}.items())
     edges: list[tuple[float, End]] = [(points[0][0], ends[0])] if points[0][1] <= 0.0 else []
     for (a, g_a), (b, g_b) in itertools.pairwise(points):
         if (g_a <= 0.0) != (g_b <= 0.0):
-            edges.append((a if g_a == 0.0 else b if g_b == 0.0 else float(brentq(excess, a, b, xtol=fine)), "bound"))
+            edges.append((a if g_a == 0.0 else b if g_b == 0.0 else float(brentq(over, a, b, xtol=fine)), "bound"))
     edges += [(points[-1][0], ends[1])] if points[-1][1] <= 0.0 else []
     allowed = [Interval(a, b, low, high) for (a, low), (b, high) in zip(edges[::2], edges[1::2], strict=True)]
-    return StrikeLimits(strikes, tuple(allowed), shock + bound, least_at)
+    runs = itertools.groupby(zip(scan.feasible(*strikes).tolist(), x, strict=True), key=lambda one: one[0])
+    lengths = [[value for _, value in run] for holds, run in runs if holds]
+    return StrikeLimits(strikes, tuple(allowed), tuple((run[0], run[-1]) for run in lengths), (1.0 + least) * bound, least_at)
 
 
-def _between(excess: Callable[[float], float], x: list[float], g: list[float], fine: float) -> Iterator[tuple[float, float]]:
-    """Extrema between samples at which the shock crosses the bound and returns, although the samples on both sides do not tell."""
+def _between(over: Callable[[float], float], x: list[float], g: list[float], fine: float) -> Iterator[tuple[float, float]]:
+    """Extrema between samples at which the number crosses the bound and returns, although the samples on both sides do not tell."""
     for i in range(1, len(x) - 1):
         sign = 1.0 if g[i] > 0.0 else -1.0
         here, before, after = sign * g[i], sign * g[i - 1], sign * g[i + 1]
-        # A step changes the shock by about as much on one side of an extremum as on the other.
+        # A step changes the number by about as much on one side of an extremum as on the other.
         if here <= min(before, after) and here < max(before - here, after - here):
-            value, found = _extremum(excess, x[i - 1], x[i + 1], sign, fine)
-            if sign * found <= 0.0:
-                yield value, found
+            value, extremum = _extremum(over, x[i - 1], x[i + 1], sign, fine)
+            if sign * extremum <= 0.0:
+                yield value, extremum
 
 
-def _extremum(excess: Callable[[float], float], low: float, high: float, sign: float, fine: float) -> tuple[float, float]:
-    """The least value of sign · excess between two values: where, and the excess there."""
-    found = minimize_scalar(
-        lambda value: sign * excess(float(value)), bounds=(low, high), method="bounded", options={"xatol": fine}
+def _extremum(over: Callable[[float], float], low: float, high: float, sign: float, fine: float) -> tuple[float, float]:
+    """The least value of sign · over between two values: where, and the number there."""
+    solution = minimize_scalar(
+        lambda value: sign * over(float(value)), bounds=(low, high), method="bounded", options={"xatol": fine}
     )
-    return float(found.x), sign * float(found.fun)
+    return float(solution.x), sign * float(solution.fun)
 
 
 def _range(pattern: str, file: tuple[float, float], given: tuple[float, float] | None, unit: str) -> tuple[float, float]:
@@ -271,12 +264,12 @@ def _range(pattern: str, file: tuple[float, float], given: tuple[float, float] |
 def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[float, float]:
     """The range of strike angles [rad], all of which approach the ground."""
     if plane.level:
-        raise StudyError("a plane seen from above holds no vertical to measure strike angles from; choose another plane")
+        raise StudyError("no strike angle is defined in a horizontal plane; choose another plane")
     low, high = given or (math.radians(STRIKES[0]), math.radians(STRIKES[1]))
     most = math.radians(STEEPEST) * (1.0 + 1e-12)
     if not -most <= low <= high <= most:
         raise StudyError(
-            f"strike angles from {_value(low, 'rad')} to {_value(high, 'rad')} are no range of landings; "
+            f"strike angles from {_value(low, 'rad')} to {_value(high, 'rad')} are not a range of landings; "
             f"give the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
         )
     return low, high
@@ -297,8 +290,3 @@ def _value(value: float, unit: str) -> str:
     degrees = round(math.degrees(value), 12) + 0.0
     text = f"{round(degrees, 2) or degrees:g}°" if unit == "rad" else f"{1e3 * value:.4g} mm"
     return text.replace("-", "−")
-
-
-def _span(low: float, high: float, unit: str) -> str:
-    """A range with its unit as messages show it."""
-    return f"{_value(low, unit)}…{_value(high, unit)}"

@@ -1,4 +1,4 @@
-"""The map of shock over joint and strike angle, with the bound and the limits of the robot's file."""
+"""The map of a number over joint and strike angle, with the bound and the limits of the robot's file."""
 
 import math
 
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from shockpc.printed import printable
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
 from shockpc.show.header import contact_name
-from shockpc.studies.limits import ShockLimits
+from shockpc.studies.limits import JointLimits
 
 __all__ = ["draw_limits"]
 
@@ -24,21 +24,21 @@ SAMPLES = (600, 211)
 """Postures and strike angles of the map, at most."""
 
 
-def draw_limits(found: ShockLimits) -> Figure:
+def draw_limits(found: JointLimits) -> Figure:
     """Draw the map."""
     scale, unit = (math.degrees(1.0), "deg") if found.unit == "rad" else (1e3, "mm")
     robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
-    figure = new_chart(7.2, 4.6, f"Shock at {printable(found.point, 60)} of {robot} landing on {foot}")
+    figure = new_chart(7.2, 4.6, f"{printable(found.target.title, 60).capitalize()} of {robot} landing on {foot}")
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
     chosen = np.unique(np.linspace(0, len(found.scan.values) - 1, min(SAMPLES[0], len(found.scan.values))).astype(int))
     low, high = found.strikes
     strikes = np.linspace(low, high, SAMPLES[1]) if high > low else np.array([low - 0.02, low + 0.02])
     x, y = scale * found.scan.values[chosen], np.degrees(strikes)
-    shock = found.shock(strikes)[chosen].T
-    levels = [share * found.max_shock for share in SHARES]
-    drawn = axes.contourf(x, y, shock, levels=levels, colors=COLOURS, extend="max", antialiased=False)
-    axes.contour(x, y, shock, levels=[found.max_shock], colors=INK, linewidths=1.6)
-    greatest = np.degrees(found.most_severe[1][chosen])
+    numbers = found.scan.over(strikes)[chosen].T
+    levels = [share * found.max for share in SHARES]
+    drawn = axes.contourf(x, y, numbers, levels=levels, colors=COLOURS, extend="max", antialiased=False)
+    axes.contour(x, y, numbers, levels=[found.max], colors=INK, linewidths=1.6)
+    greatest = np.degrees(found.worst[1][chosen])
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
     axes.plot([scale * found.own[0]], [math.degrees(found.own[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK)
     for end in found.file_limits:
@@ -53,9 +53,10 @@ def draw_limits(found: ShockLimits) -> Figure:
     bar = figure.colorbar(
         drawn, ax=[axes, strip], drawedges=True, aspect=28, pad=0.02, format="%.3g", extendrect=True, extendfrac="auto"
     )
-    bar.set_label(f"{SHOCK}; black line: the bound")
+    label = SHOCK if found.target.shock else f"{found.target.selection.name} [{found.target.unit}]"
+    bar.set_label(f"{label}; black line: the bound")
     bar.ax.tick_params(length=0.0)
     axes.tick_params(labelbottom=False)
-    words = "dotted: most severe strike of each posture; dashed: limits in the file; circle: the scene"
+    words = "dotted: worst strike of each posture; dashed: limits in the file; circle: the scene"
     figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
     return figure

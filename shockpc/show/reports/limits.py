@@ -1,15 +1,12 @@
-"""Joint limits that a bound on the shock sets: for every strike angle the values allowed, for every posture the strike angles."""
+"""Joint limits that a bound on a number sets: for every strike angle the values allowed, for every posture the strike angles."""
 
 import math
 from typing import Any
 
-import numpy as np
-
-from shockpc.show.document import record
 from shockpc.show.header import UNITS, header_lines, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
-from shockpc.studies.limits import Interval, ShockLimits, StrikeLimits
+from shockpc.studies.limits import Interval, JointLimits, StrikeLimits
 
 __all__ = ["limits_report"]
 
@@ -21,51 +18,77 @@ ROWS, RECORDS = 12, 100
 """Postures of the table for people and of the document, about."""
 
 
-def limits_report(found: ShockLimits) -> Report:
+def limits_report(found: JointLimits) -> Report:
     """The limits of a joint."""
     joint, unit = "+".join(found.joints), _unit(found)
     low, high, step = (_number(found, value) for value in (*found.range, found.step))
     least, greatest = (f"{_number(found, end):g}" if math.isfinite(end) else "none" for end in found.file_limits)
     scan = f"{joint} from {low:g} to {high:g} {unit}, scanned in steps of {step:g} {unit}"
-    warnings = [
-        *warning_lines(found.profile),
-        *(
-            f"warning: from {_number(found, low):.2f} to {_number(found, high):.2f} {unit} there is no result: {reason}"
-            for low, high, reason in found.scan.unreachable
-        ),
-    ]
-    if found.scan.inaccurate:
-        warnings.append(
-            f"warning: in {found.scan.inaccurate} of {len(found.scan.values)} postures the equations are ill-conditioned; "
-            "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
-        )
     return Report(
         name="limits",
-        title=f"Limits of {joint} for the shock at {found.point}",
+        title=f"Limits of {joint} for the {found.target.title}",
         body=lambda _: [
             Lines([*header_lines(found.profile), ("joint", f"{scan}; the file's limits are {least} and {greatest}")]),
-            Picture("limits", "shock over joint and strike angle", "limits:draw_limits", (found,)),
+            Picture("limits", f"{found.target.title} over joint and strike angle", "limits:draw_limits", (found,)),
             _allowed(found),
             _postures(found, ROWS),
         ],
-        warnings=warnings,
+        closing=_none_allowed(found),
+        warnings=_warnings(found),
         sheets={"limits": lambda: _intervals(found), "postures": lambda: _postures(found)},
         document=lambda: _document(found),
     )
 
 
-def _document(found: ShockLimits) -> dict[str, Any]:
+def _none_allowed(found: JointLimits) -> list[str]:
+    """That no value keeps the bound, where that is the answer."""
+    if any(one.allowed for one in found.limits):
+        return []
+    rows = [one for one in found.limits if not math.isnan(one.least)]
+    best = min(rows, key=lambda one: one.least, default=None)
+    text = (
+        f"no value of {'+'.join(found.joints)} keeps {found.target.name} at or below {_bound(found)} at any of these strike angles"
+    )
+    if best is not None:
+        text += f"; the least is {best.least:.3g} at {_number(found, best.least_at):.2f} {_unit(found)}"
+    return [f"{text}; allow more, or give another range with --range"]
+
+
+def _warnings(found: JointLimits) -> list[str]:
+    """Warnings of the landing and of the scan."""
+    warnings = warning_lines(found.profile)
+    for low, high, reason in found.scan.unreachable:
+        ends = f"{_number(found, low):.2f} to {_number(found, high):.2f} {_unit(found)}"
+        warnings.append(f"warning: from {ends} there is no result: {reason}")
+    n = len(found.scan.values)
+    if found.scan.inaccurate:
+        warnings.append(
+            f"warning: in {found.scan.inaccurate} of {n} postures the equations are ill-conditioned; "
+            "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
+        )
+    own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
+    if own or every:
+        warnings.append(
+            f"warning: level ground does not allow {own} of {n} postures at the scene's strike, and {every} at some strike of the "
+            "range: it would have to pull a contact, meets another link first, or needs more friction than given; column feasible"
+        )
+    return warnings
+
+
+def _document(found: JointLimits) -> dict[str, Any]:
     """The document, schema `shockpc.limits/1`: angles in degrees, positions in metres."""
-    greatest, at = found.most_severe
+    greatest, at = found.worst
 
     def value(number: float) -> float:
         return _degrees(number) if found.unit == "rad" else round(number, 9) + 0.0
 
     return {
         "scene": found.profile.scene,
-        **record(found, "point", "joints"),
+        "target": found.target.name,
+        "target_unit": found.target.selection.quantity.unit,
+        "joints": found.joints,
         "unit": "deg" if found.unit == "rad" else "m",
-        "max_shock": found.max_shock,
+        "max": found.max,
         "warnings": found.profile.health.warnings,
         "range": tuple(map(value, found.range)),
         "file_limits": tuple(map(value, found.file_limits)),
@@ -75,7 +98,8 @@ def _document(found: ShockLimits) -> dict[str, Any]:
             {
                 "strike_angles_deg": tuple(map(_degrees, one.strikes)),
                 "allowed": tuple(i._replace(low=value(i.low), high=value(i.high)) for i in one.allowed),
-                "least_shock": one.least,
+                "feasible": [tuple(map(value, run)) for run in one.feasible],
+                "least": one.least,
                 "least_at": value(one.least_at),
             }
             for one in found.limits
@@ -83,9 +107,9 @@ def _document(found: ShockLimits) -> dict[str, Any]:
         "postures": [
             {
                 "value": value(float(found.scan.values[k])),
-                "most_severe_shock": greatest[k],
-                "most_severe_strike_angle_deg": _degrees(at[k]),
-                "allowed_strike_angles_deg": [tuple(map(_degrees, part)) for part in found.allowed_strikes(k)],
+                "greatest": greatest[k],
+                "greatest_at_strike_angle_deg": _degrees(at[k]),
+                "allowed_strike_angles_deg": [tuple(map(_degrees, part)) for part in found.allowed_strikes[k]],
             }
             for k in range(0, len(found.scan.values), _every(found, RECORDS))
         ],
@@ -94,41 +118,43 @@ def _document(found: ShockLimits) -> dict[str, Any]:
     }
 
 
-def _allowed(found: ShockLimits) -> Sheet:
+def _allowed(found: JointLimits) -> Sheet:
     """For every strike angle the values of the joint that keep the bound."""
     rows: list[Row] = []
     for one in found.limits:
         allowed = ", ".join(_interval(found, interval) for interval in one.allowed) or "none"
-        rows.append((_strikes(found, one), allowed, one.least, f"{_number(found, one.least_at):.2f}"))
+        feasible = ", ".join(f"{_number(found, low):.2f} … {_number(found, high):.2f}" for low, high in one.feasible) or "none"
+        at = None if math.isnan(one.least) else f"{_number(found, one.least_at):.2f}"
+        rows.append((_strikes(found, one), allowed, feasible, one.least, at))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
+    name, unit = found.target.selection.name, _unit(found)
     return Sheet(
-        f"values of {'+'.join(found.joints)} that keep the shock at {found.point} at or below {found.max_shock:g}",
-        ("strike angle [deg]", f"allowed [{_unit(found)}]", "least shock [-]", f"at [{_unit(found)}]"),
+        f"values of {'+'.join(found.joints)} that keep {found.target.name} at or below {_bound(found)}",
+        ("strike angle [deg]", f"allowed [{unit}]", f"feasible [{unit}]", f"least {name} [{found.target.unit}]", f"at [{unit}]"),
         rows,
         [f"{MARKS[end]} {words}" for end, words in ENDS.items() if end in ends],
     )
 
 
-def _postures(found: ShockLimits, most: int | None = None) -> Sheet:
-    """For every posture the most severe strike, and the strikes that keep the bound. Args: most, number of rows, about."""
-    greatest, at = found.most_severe
-    own = found.shock(np.array(found.own[1:]))[:, 0]
+def _postures(found: JointLimits, most: int | None = None) -> Sheet:
+    """For every posture the worst strike, and the strikes that keep the bound. Args: most, number of rows, about."""
+    greatest, at = found.worst
     every = 1 if most is None else _every(found, most)
     rows: list[Row] = []
     for k in range(0, len(found.scan.values), every):
-        allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes(k)) or "none"
+        allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes[k]) or "none"
         value = f"{_number(found, float(found.scan.values[k])):.2f}"
-        rows.append((value, own[k], greatest[k], f"{math.degrees(at[k]):.1f}", allowed))
+        rows.append((value, found.scan.own[k], greatest[k], f"{math.degrees(at[k]):.1f}", allowed))
     low, high = map(math.degrees, found.strikes)
     header = (
-        f"joint [{_unit(found)}]", "shock of the scene's strike [-]", "greatest [-]", "at strike angle [deg]",
-        "strike angles allowed [deg]",
+        f"joint [{_unit(found)}]", f"at the scene's strike [{found.target.unit}]", f"greatest [{found.target.unit}]",
+        "at strike angle [deg]", "strike angles allowed [deg]",
     )  # fmt: skip
     notes = () if every == 1 else (f"every {every}th posture of the scan; --out writes all",)
-    return Sheet(f"shock at {found.point} over strike angles from {low:g} to {high:g} deg", header, rows, notes)
+    return Sheet(f"{found.target.title} over strike angles from {low:g} to {high:g} deg", header, rows, notes)
 
 
-def _intervals(found: ShockLimits) -> Sheet:
+def _intervals(found: JointLimits) -> Sheet:
     """A row for every interval, for a spreadsheet."""
     rows = [
         (*map(math.degrees, one.strikes), _number(found, i.low), _number(found, i.high), i.low_end, i.high_end)
@@ -140,13 +166,13 @@ def _intervals(found: ShockLimits) -> Sheet:
     return Sheet("", header, rows)
 
 
-def _every(found: ShockLimits, most: int) -> int:
+def _every(found: JointLimits, most: int) -> int:
     """Step through the scan with at most about so many rows, at round values where the scan has them."""
     least = max(math.ceil((len(found.scan.values) - 1) / most), 1)
     return next((k for k in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if k >= least), least)
 
 
-def _strikes(found: ShockLimits, one: StrikeLimits) -> str:
+def _strikes(found: JointLimits, one: StrikeLimits) -> str:
     """The strike angles of a row."""
     low, high = (f"{round(math.degrees(angle), 4) + 0.0:g}" for angle in one.strikes)
     if one.strikes[0] < one.strikes[1]:
@@ -154,18 +180,23 @@ def _strikes(found: ShockLimits, one: StrikeLimits) -> str:
     return f"{low}, the scene's" if one is found.limits[0] else low
 
 
-def _interval(found: ShockLimits, interval: Interval) -> str:
+def _interval(found: JointLimits, interval: Interval) -> str:
     """An interval, rounded inwards to hundredths; signs where something else than the bound ends it."""
     low, high = math.ceil(100.0 * _number(found, interval.low) - 1e-6), math.floor(100.0 * _number(found, interval.high) + 1e-6)
     return f"{low / 100.0:.2f}{MARKS[interval.low_end]} … {high / 100.0:.2f}{MARKS[interval.high_end]}"
 
 
-def _unit(found: ShockLimits) -> str:
+def _bound(found: JointLimits) -> str:
+    """The bound with its unit."""
+    return f"{found.max:g} {found.target.unit}".removesuffix(" -")
+
+
+def _unit(found: JointLimits) -> str:
     """The unit of printed values."""
     return UNITS[found.unit][1]
 
 
-def _number(found: ShockLimits, value: float) -> float:
+def _number(found: JointLimits, value: float) -> float:
     """A value of the joint in that unit."""
     return round(UNITS[found.unit][0] * value, 9) + 0.0
 
