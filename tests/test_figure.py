@@ -3,6 +3,7 @@
 import itertools
 import time
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -365,6 +366,32 @@ def test_a_body_without_shapes_is_the_box_of_its_inertia(tmp_path, monkeypatch, 
             figure = draw_landing(shock_profile(scene, load_robot(scene.robot)))  # not the one whose silhouettes are kept
             assert "no body of this robot has a shape, or an inertia that a body can have" in words(figure)
             assert outside(figure) == []
+
+
+def test_a_box_of_inertia_that_is_larger_than_the_robot_is_an_outline(tmp_path):
+    """The trunk has no shape and an inertia like that of a cube of 0.45 m; all that is known of the shape is a ball of 0.1 m."""
+    ball = '<link name="empty"><visual><geometry><sphere radius="0.05"/></geometry></visual></link>'
+    (tmp_path / "bare.urdf").write_text(BARE.format("").replace('<link name="empty"/>', ball))
+    scene = Scene(robot=str(tmp_path / "bare.urdf"), contact="trunk", joints=Joints(armature={"j": 0.01}))
+    assert [(drawn.box, drawn.outlined) for drawn in sorted(view_of(shock_profile(scene)).drawn)] == [(True, True), (False, False)]
+
+
+def test_the_figure_has_the_warnings_and_names_colours_beyond_the_table(tmp_path):
+    """Colours are of the visible cube, the table of a collision cube a tenth as large; the first warnings stand beside them."""
+    cubes = "".join(
+        f'<{kind}><geometry><box size="{a} {a} {a}"/></geometry></{kind}>' for kind, a in (("visual", 1), ("collision", 0.1))
+    )
+    (tmp_path / "cube.urdf").write_text(BARE.format(cubes))
+    scene = Scene(robot=str(tmp_path / "cube.urdf"), contact=Contact(frame="trunk", offset=(0.5, 0.0, -0.5)))
+    profile = shock_profile(replace(scene, joints=Joints(armature={"j": 0.01})))
+    (trunk,) = (drawn for drawn in view_of(profile).drawn if drawn.body == 0)
+    greatest = trunk.field.at(np.array([[x, z] for x in (-0.5, 0.5) for z in (-0.5, 0.5)])).max()
+    written = " ".join(words(draw_landing(profile)))
+    assert greatest > 1.5 * profile.shock_max[0]
+    assert f"up to {greatest:.2f} on 1." in written
+    assert "CoPc in world axes" in written
+    assert all(str(warning)[:30] in written for warning in profile.health.warnings[:1])
+    assert profile.health.warnings
 
 
 def outside(figure):

@@ -1,8 +1,10 @@
 """Landings in the plane, one or several on one scale: each body is coloured by the shock at each of its points."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
+import shapely
 from matplotlib.figure import Figure
 
 from shockpc.printed import few, printable
@@ -10,13 +12,17 @@ from shockpc.result import ShockProfile
 from shockpc.robot.geometry import drawn_outline
 from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
+from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.header import angle_text, joint_model_text, posture_text, strike_text
+from shockpc.show.header import angle_text, count, joint_model_text, posture_text, strike_text
 
 __all__ = ["draw_landing", "draw_panels"]
 
 FOOT, GAP, BAR = 0.8, 0.15, 4.6
 """Room for coordinates and the colour bar, and between panels; smallest width of the bar under panels [inches]."""
+
+WARNINGS = 3
+"""Warnings that are written in full."""
 
 OUT_OF_PLANE = 0.1
 """Share of a body's motion out of the plane above which the figure says so [1]."""
@@ -124,13 +130,25 @@ def _point_rows(profile: ShockProfile) -> Rows:
 
 
 def _notes(profile: ShockProfile, view: View) -> list[str]:
-    """What limits the picture: motion out of the plane, and bodies that cannot be drawn."""
-    notes = []
+    """The frame of the coordinates, what limits the picture, bodies that cannot be drawn, and the warnings of the landing."""
+    notes = ["CoPc in world axes, as in the picture; report and CSV have it in those of the body."]
     share = {number: float(profile.off_plane[i]) for i, number in view.numbers.items() if profile.off_plane[i] > OUT_OF_PLANE}
     if share:
         notes.append(
             f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the motion is out of the plane; colours "
             "hold in the middle of the body, CoPc and RoPc for the motion in the plane."
+        )
+    more = {}
+    for drawn in view.drawn:
+        i, table = drawn.body, float(profile.shock_max[drawn.body])
+        if i in view.numbers and math.isfinite(table) and not drawn.outlined and not drawn.region.is_empty:
+            shock = float(drawn.field.at(shapely.get_coordinates(drawn.region)).max())
+            if band(shock) > band(table):
+                more[view.numbers[i]] = shock
+    if more:
+        listed = ", ".join(f"{short(shock)} on {number}" for number, shock in more.items())
+        notes.append(
+            f"colours are those of the visible shapes, which differ from the collision geometry of the table: up to {listed}."
         )
     unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
     if unseen:
@@ -140,6 +158,9 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
         notes.append(f"meshes that are missing or cannot be read: {few(list(dict.fromkeys(lost)), 2)}")
     if profile.scene.pulse is not None and profile.points:
         notes.append(f"peak acceleration for a pulse {printable(profile.scene.pulse)}")
+    warnings = profile.health.warnings
+    notes += [f"warning: {printable(str(warning), 220)}" for warning in warnings[:WARNINGS]]
+    notes += [f"{count(len(warnings) - WARNINGS, 'more warning')} in the report"] * (len(warnings) > WARNINGS)
     return notes
 
 

@@ -1,6 +1,7 @@
 """A landing in the plane of the figure: silhouettes and shock of the bodies, places of all marks, the window that holds them."""
 
 import functools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -45,7 +46,7 @@ class Drawn(NamedTuple):
         body: index of the body.
         region: its silhouette in plane coordinates [m]; empty if it has neither shape nor inertia.
         field: shock over the plane.
-        outlined: whether only its edge is drawn, because it is in front of a body between contact and base.
+        outlined: whether only its edge is drawn, because it is in front of the struck limb, or a box larger than the robot.
         far: whether it is behind the base.
         box: whether the silhouette is that of its inertia, because there is no shape of it to draw.
     """
@@ -108,15 +109,22 @@ def view_of(profile: ShockProfile) -> View:
         while i > 0:
             struck.add(i)
             i = robot.parents[i]
+    limb = struck - {0}
+    for i, parent in enumerate(robot.parents):
+        if parent in limb:  # parents come first
+            limb.add(i)
     masses = [body.mass for body in robot.bodies]
     chosen = range(len(masses)) if len(masses) <= FEW else sorted({*struck, int(np.argmax(masses))})
     directions = [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in (plane.e1, plane.e2)]
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
+    shaped = [region for region, box in zip(regions, boxed, strict=True) if not box and not region.is_empty]
+    largest = max(_extent_of(shapely.union_all(shaped)), 1e-6) if shaped else math.inf
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
-        hidden = shapely.union_all([regions[k] for k in struck - {0} if depth[k] < depth[i] - RESOLUTION * size])
-        outlined = i not in struck and shapely.intersection(hidden, regions[i]).area > 0.1 * regions[i].area
-        far = i not in struck and bool(depth[i] < depth[0] - 0.02 * size)
+        behind = shapely.union_all([regions[k] for k in limb if depth[k] < depth[i] - RESOLUTION * size])
+        outlined = i not in limb | {0} and shapely.intersection(behind, regions[i]).area > 0.1 * regions[i].area
+        outlined |= boxed[i] and _extent_of(regions[i]) > largest
+        far = i not in limb | {0} and bool(depth[i] < depth[0] - 0.02 * size)
         drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, boxed[i]))
     approach = np.stack([contact.approach for contact in profile.contacts]) / float(np.linalg.norm(profile.strike))
     loops = [loop for loop in all_loops(robot, profile.scene.closure) if not loop.holds_orientation]
@@ -136,6 +144,12 @@ def view_of(profile: ShockProfile) -> View:
         centres={i: centres[i] for i in range(len(centres)) if not profile.translates[i]},
         radii=profile.ropc,
     )
+
+
+def _extent_of(region: Region) -> float:
+    """The longer side of a region [m]; zero if it is empty."""
+    low_u, low_w, high_u, high_w = region.bounds
+    return 0.0 if region.is_empty else max(high_u - low_u, high_w - low_w)
 
 
 def field_of(profile: ShockProfile, body: int, points: Array) -> Field:
