@@ -211,12 +211,12 @@ class Motion(NamedTuple):
             displacement[now], jump[now] = segment.displacement_after(t), segment.jump_after(t)
         return History(force, *(values @ self.to_velocity.T for values in (displacement, jump, acceleration)))
 
-    def peak(self, acceleration: Array, force: Array | None = None) -> tuple[Array, Array]:
+    def peak(self, outputs: Array, forces: Array | None = None) -> tuple[Array, Array]:
         """The largest lengths of vectors that are linear in accelerations and forces, G ẍ + P f, and when they are reached.
 
         Args:
-            acceleration: (m, k, n) G; for the acceleration of a point its Jacobian.
-            force: (m, k, r) P, zero by default.
+            outputs: (m, k, n) G; for the acceleration of a point its Jacobian.
+            forces: (m, k, r) P, zero by default.
 
         Returns: (m,) lengths and (m,) times [s]. Each oscillation is sampled thirty times, and the largest sample refined to
             rounding. Where two maxima differ by less than 1 %, the smaller one may be returned.
@@ -224,27 +224,33 @@ class Motion(NamedTuple):
         Raises:
             ArithmeticError: the frequencies lie too far apart to sample the motion.
         """
-        m, k, n = acceleration.shape
-        largest, when = np.full(m, -1.0), np.zeros(m)
-        G = acceleration.reshape(m * k, n) @ self.to_velocity
-        for segment in self.segments:
-            output = -G @ segment.F.T + (0.0 if force is None else force.reshape(m * k, -1) @ segment.forces)
+        m, k, n = outputs.shape
+        G = outputs.reshape(m * k, n) @ self.to_velocity
+        P = np.zeros((m * k, len(self.elements.rows))) if forces is None else forces.reshape(m * k, -1)
+        largest, when, width = np.full(m, -1.0), np.zeros(m), np.zeros(m)
+        which, harmonics = np.zeros(m, dtype=int), list[tuple[Array, Array, Array]]()
+        for number, segment in enumerate(self.segments):
+            output = P @ segment.forces - G @ segment.F.T
             constant, modal = (output @ segment.rest).reshape(m, k), (output @ segment.U).reshape(m, k, -1)
             cosine, sine = modal * segment.zeta, modal * segment.upsilon
-            rate = rate_of_change(segment.sigma, np.abs(cosine) + np.abs(sine), np.abs(constant)).max(initial=0.0)
-            t = _samples(segment.length, 0.2 / max(float(rate), 1e-300))
+            harmonics.append((constant, cosine, sine))
+            amplitude = np.abs(cosine) + np.abs(sine)
+            rate = float(rate_of_change(segment.sigma, amplitude.reshape(m * k, -1), np.abs(constant).ravel()).max(initial=0.0))
+            t = _samples(segment.length, 0.2 / max(rate, 1e-300))
             angle = np.outer(t, segment.sigma)
-            value = constant + np.tensordot(np.cos(angle), cosine, (1, 2)) + np.tensordot(np.sin(angle), sine, (1, 2))
-            at, width = t[np.argmax(np.einsum("tmk,tmk->tm", value, value), axis=0)], t[1]
-            for _ in range(12):
-                near = np.clip(at[:, None] + width * np.linspace(-1.0, 1.0, 9), 0.0, segment.length)
-                angle = near[..., None] * segment.sigma
-                value = constant[:, None] + np.cos(angle) @ cosine.swapaxes(1, 2) + np.sin(angle) @ sine.swapaxes(1, 2)
-                length = np.linalg.norm(value, axis=-1)
-                at, width = near[np.arange(m), np.argmax(length, axis=1)], width / 4.0
-            length = length.max(axis=1)
-            when = np.where(length > largest, segment.start + at, when)
-            largest = np.maximum(largest, length)
+            waves = np.concatenate([cosine, sine], axis=2).reshape(m * k, -1)
+            value = constant.ravel() + np.hstack([np.cos(angle), np.sin(angle)]) @ waves.T
+            square = (value * value).reshape(len(t), m, k).sum(axis=2)
+            best = square.argmax(axis=0)
+            height = square[best, np.arange(m)]
+            better = height > largest
+            largest, which = np.where(better, height, largest), np.where(better, number, which)
+            when, width = np.where(better, t[best], when), np.where(better, t[1], width)
+        for number in np.unique(which):
+            mine, segment = np.flatnonzero(which == number), self.segments[number]
+            low, high = np.maximum(when[mine] - width[mine], 0.0), np.minimum(when[mine] + width[mine], segment.length)
+            largest[mine], when[mine] = _refined(segment.sigma, *(part[mine] for part in harmonics[number]), when[mine], low, high)
+            when[mine] += segment.start
         return largest, when
 
 
@@ -504,6 +510,26 @@ def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
     Q, R = np.linalg.qr(F[order].T)
     A, sigma, Bt = np.linalg.svd(R, full_matrices=False)
     return Bt.T[np.argsort(order)], sigma, Q @ A
+
+
+def _refined(sigma: Array, constant: Array, cosine: Array, sine: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """The largest length (m,) of vectors constant + Σ cosine cos σt + sine sin σt near times t (m,), and its time, between bounds.
+
+    Newton's method on half the derivative of the squared length.
+    """
+    length, best = np.full(len(t), -1.0), t
+    for _ in range(8):
+        angle = (t[:, None] * sigma)[..., None]
+        c, s = np.cos(angle), np.sin(angle)
+        value, out_of_phase = constant + (cosine @ c + sine @ s)[..., 0], sigma * sine
+        rate = (out_of_phase @ c - (sigma * cosine) @ s)[..., 0]
+        curve = -((sigma**2 * cosine) @ c + (sigma**2 * sine) @ s)[..., 0]
+        found = np.sqrt((value * value).sum(axis=1))
+        length, best = np.where(found > length, found, length), np.where(found > length, t, best)
+        slope, bend = (value * rate).sum(axis=1), (rate * rate + value * curve).sum(axis=1)
+        # Where the square is not concave, go to the bound that lies uphill.
+        t = np.clip(t + np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low)), low, high)
+    return length, best
 
 
 def _samples(length: float, step: float) -> Array:
