@@ -121,7 +121,11 @@ class Impact:
     def approach(self) -> Any:
         """Velocities (N, S, c, 3) of the contact points before the impact, world axes [m/s]."""
         points = np.stack([block_point(self.state, block) for block in self.contacts], axis=1)
-        return self.velocities_before([block.body for block in self.contacts], points)
+        velocities = self.velocities_before([block.body for block in self.contacts], points)
+        for k, block in enumerate(self.contacts):
+            if block.velocity is not None:
+                velocities[:, :, k] = self.exact(block.velocity)
+        return velocities
 
     @functools.cached_property
     def v_in(self) -> Any:

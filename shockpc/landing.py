@@ -37,7 +37,7 @@ class Landing:
         scene: complete, with every default filled in.
         robot: the robot.
         plane: of the study.
-        up: (3,) unit normal of the ground, world axes.
+        up: (3,) unit normal of the ground, world axes: of all contacts, or vertical where they differ.
         contacts: rows of what strikes; those at a lowest point are placed in each posture.
         stance: rows of the feet that stand already.
         loops: what is closed.
@@ -63,13 +63,19 @@ class Landing:
         return self.scene.base or "free"
 
     @property
+    def translates(self) -> bool:
+        """Whether the robot moves without rotation before the impact, as a whole: the jumps are then linear in its velocity."""
+        moves = self.before.omega.any() or self.before.joint_rates.any()
+        return not moves and all(contact.velocity is None for contact in self.contacts)
+
+    @property
     def floating(self) -> bool:
         """Whether the base moves freely, no foot stands and no loop ties the robot to the world."""
         return self.base == "free" and not self.stance and not any(-1 in loop.bodies for loop in self.loops)
 
     def rows(self, state: Dynamics) -> tuple[Block, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
-        contacts = (locate_lowest_point(contact, state.rotation[:, contact.body], self.up) for contact in self.contacts)
+        contacts = (locate_lowest_point(contact, state.rotation[:, contact.body]) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
     def equation(self, state: Dynamics, own: bool = True) -> Equation:
@@ -211,9 +217,11 @@ def pulse_of(scene: Scene) -> Pulse | None:
         raise SceneError(f"pulse: {refusal}") from None
 
 
-def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...], up: Array) -> None:
+def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None:
     """Refuse a friction or a contact stiffness that has no meaning for the scene."""
     mu, k = scene.friction, scene.contact_stiffness
+    if k is None and scene.tangential_stiffness is not None:
+        raise SceneError("a stiffness along the ground is given without that along the normal; give contact_stiffness too")
     if mu is None and k is None:
         return
     if mu is not None and k is not None:
@@ -221,8 +229,9 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...], up: Arr
     option = "a contact stiffness" if mu is None else "friction"
     if mu is not None and not mu >= 0.0:
         raise SceneError(f"a friction of {mu:g} is no coefficient of friction; it has to be zero or above")
-    if k is not None and not k > 0.0:
-        raise SceneError(f"a contact stiffness of {k:g} N/m has to be above zero")
+    for one in (k, scene.tangential_stiffness):
+        if one is not None and not one > 0.0:
+            raise SceneError(f"a contact stiffness of {one:g} N/m has to be above zero")
     for contact, block in zip(scene.contact, blocks, strict=True):
         if contact.kind == "flat":
             raise SceneError(f'contact "{contact.frame}" is flat, and {option} is for contacts at a point; make its kind "point"')
@@ -231,7 +240,7 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...], up: Arr
                 f'contact "{contact.frame}" slides without friction, and a friction is given; leave out --slide (give it the '
                 "directions x, y and z), or the friction"
             )
-        if not contact.sticks and not (len(block.forces) == 1 and abs(block.forces[0] @ up) > 1.0 - 1e-9):
+        if not contact.sticks and not (len(block.forces) == 1 and abs(block.forces[0] @ block.normal) > 1.0 - 1e-9):
             raise SceneError(
                 f'contact "{contact.frame}" has a stiffness, so it has to be held in all directions, or in that of the ground\'s '
                 "normal alone (--slide)"
@@ -240,6 +249,10 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...], up: Arr
         return
     if scene.pulse is not None:
         raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
+    if own := [contact.frame for contact in scene.contact if contact.velocity is not None]:
+        raise SceneError(
+            f'contact "{own[0]}" has its own velocity, and a contact stiffness needs that of the whole robot; give that instead'
+        )
     if scene.base == "fixed" or not robot.free_base:
         raise SceneError("a contact stiffness needs a base that moves: a fixed one would press on the contact without end")
     if scene.stance:
@@ -261,8 +274,10 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
     joints = joint_model(robot, scene.joints)
     contacts = tuple(contact_block(robot, contact, up) for contact in scene.contact)
-    _check_ground(scene, robot, contacts, up)
     stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
+    _check_ground(scene, robot, contacts)
+    normals = np.array([block.normal for block in (*contacts, *stance)])
+    up = normals[0] if np.ptp(normals, axis=0).max() <= 1e-12 else up
     q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
     loops = all_loops(robot, scene.closure)
     if loops:
@@ -290,6 +305,8 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
 
 def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:
     """Velocity (N, 3) of a contact point before the impact, world axes [m/s]."""
+    if block.velocity is not None:
+        return np.broadcast_to(block.velocity, (len(state.J), 3))
     twist = twist_before(state, landing.before, block.body)
     return np.asarray(twist[:, 3:] + np.cross(twist[:, :3], block_point(state, block)))
 
@@ -359,7 +376,7 @@ def _refuse_separation(landing: PosedLanding) -> None:
     """Refuse a contact that does not approach the ground, for it does not strike it."""
     for contact, block in zip(landing.contacts, landing.blocks, strict=False):
         velocity = contact_velocity(landing, landing.state, block)[0]
-        leaving = float(velocity @ landing.up)
+        leaving = float(velocity @ block.normal)
         if leaving >= -1e-9 * float(np.linalg.norm(velocity)):
             how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
             raise SceneError(

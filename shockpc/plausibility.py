@@ -17,7 +17,7 @@ from shockpc.printed import few, listed
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
 
-__all__ = ["Levels", "gained", "heights", "implausible", "levels", "pulled", "saturated", "slipping"]
+__all__ = ["Levels", "gained", "heights", "implausible", "levels", "on_ground", "pulled", "saturated", "slipping"]
 
 LEVEL, SHARE = 0.02, 0.01
 """Heights that differ by less than 2 cm [m] plus a hundredth of the robot's size are taken as equal, since meshes of round feet
@@ -79,6 +79,11 @@ class Levels(NamedTuple):
         return np.asarray(self.contacts.min(axis=1) - self.core[:, self.others].min(axis=1, initial=np.inf) > self.slack)
 
 
+def on_ground(landing: Landing) -> list[int]:
+    """Numbers of the contacts and standing feet on level ground: those that have its normal."""
+    return [k for k, block in enumerate((*landing.contacts, *landing.stance)) if block.normal @ landing.up > 1.0 - 1e-9]
+
+
 def levels(landing: Landing, rotation: Array, position: Array, points: Array) -> Levels:
     """Heights of the geometry in N postures.
 
@@ -86,7 +91,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
         landing: names the contacts and the standing feet.
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) their origins, from the base [m].
-        points: (N, c, 3) of the contacts and standing feet, from the base [m].
+        points: (N, c, 3) of the contacts and standing feet on level ground, from the base [m].
     """
     robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
     shapes, pieces = [shape for own in outline.shapes for shape in own], outline.pieces
@@ -101,7 +106,8 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
             surface[n[:, None], low] = height[low] - reach
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    frames = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance)]
+    held = (*landing.contacts, *landing.stance)
+    frames = [robot.frame(held[k].frame) for k in on_ground(landing)]
     struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
     lowest = np.stack([surface[:, own].min(axis=1, initial=np.inf) for own in struck], axis=1)
     centres = position + (rotation @ robot.coms[..., None])[..., 0]
@@ -130,12 +136,14 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     """
     state, up = landing.state, landing.up
     shapes = [shape for own in body_outline(landing.robot).shapes for shape in own]
-    names = [*(contact.frame for contact in landing.contacts), *landing.scene.stance]
-    points = np.stack([block_point(state, block) for block in landing.blocks[: len(names)]], axis=1)
+    if not (level := on_ground(landing)):
+        return
+    names = [landing.blocks[k].frame for k in level]
+    points = np.stack([block_point(state, landing.blocks[k]) for k in level], axis=1)
     here = levels(landing, state.rotation, state.position, points)
     core, surface, lowest, slack = here.core[0], here.surface[0], here.contacts[0].tolist(), float(here.slack[0])
     below = {}
-    for k, name in enumerate(names[: len(landing.contacts)]):
+    for k, name in enumerate(names[: sum(number < len(landing.contacts) for number in level)]):
         point = float(points[0, k] @ up)
         if point - min([point, *core[here.own[k]]]) > slack:
             below[name] = point - lowest[k]
@@ -246,11 +254,12 @@ def slipping(landing: PosedLanding, needed: Array) -> Iterator[Diagnostic]:
 
 
 def gained(robot: str, lost: float) -> Iterator[Diagnostic]:
-    """A warning where contacts of unequal restitution would make kinetic energy, which no impact does. Args: lost [J]."""
+    """A warning where restitution would make kinetic energy, which no impact does. Args: lost [J]."""
     if lost < 0.0:
         text = (
             f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one "
-            "another; give them one restitution, or strike them one after the other"
+            "another, or restitution along the normal meets an approach along the ground; take less restitution, one for all "
+            "contacts, or --restitution-along directions"
         )
         yield Diagnostic("energy", robot, lost, text)
 

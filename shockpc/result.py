@@ -30,7 +30,8 @@ from shockpc.solve import solve_exactly
 from shockpc.trace import Trace
 
 if TYPE_CHECKING:
-    from shockpc.ground import FrictionResult, StiffnessResult
+    from shockpc.compliance import CompliantLanding
+    from shockpc.ground import FrictionResult
 
 __all__ = ["Bracket", "ContactImpulse", "JointLoad", "PointShock", "ShockMaps", "ShockProfile", "StanceImpulse"]
 
@@ -491,13 +492,13 @@ class ShockProfile:
         return friction_of(self.landing)
 
     @property
-    def stiffness(self) -> "StiffnessResult | None":
+    def stiffness(self) -> "CompliantLanding | None":
         """The landing on contacts of the scene's stiffness; None if it gives none."""
         if self.scene.contact_stiffness is None:
             return None
-        from shockpc.ground import stiffness_of
+        from shockpc.compliance import compliant_landing
 
-        return stiffness_of(self.landing)
+        return compliant_landing(self.landing)
 
     @cached_property
     def health(self) -> Health:

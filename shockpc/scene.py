@@ -194,8 +194,8 @@ class Scene(Record):
         range_g: measuring range of the sensors, with which peak accelerations are compared [g].
         friction: coefficient of friction, with which the impact is solved a second time; restitution acts along the normal alone
             then [1].
-        contact_stiffness: stiffness of every contact, for forces, accelerations and their times; the same along the normal and the
-            tangents [N/m].
+        contact_stiffness: stiffness of every contact, for forces, accelerations and their times [N/m].
+        tangential_stiffness: its stiffness along the ground; by default the same [N/m].
 
     Raises:
         SceneError: a path holds a NUL character.
@@ -220,6 +220,7 @@ class Scene(Record):
     range_g: float | None = None
     friction: float | None = None
     contact_stiffness: float | None = None
+    tangential_stiffness: float | None = None
 
     def __post_init__(self) -> None:
         """Make the contacts a tuple of `Contact`, and refuse paths that no file can have."""

@@ -222,10 +222,18 @@ class _Mechanism:
         before, held = self.before(), []
         still = self.exact(np.zeros(4))
         for touch in self.landing.contacts:
-            point = locate_lowest_point(touch, self.landing.state.rotation[:, touch.body], self.landing.up).point
-            at, sticks = self.world(touch.body, point.reshape(3)), 1 + self.exact([touch.restitution])[0]
+            point = locate_lowest_point(touch, self.landing.state.rotation[:, touch.body]).point
+            at, e = self.world(touch.body, point.reshape(3)), self.exact([touch.restitution])[0]
             wrenches = [*forces(self.exact(touch.forces), at), *moments(self.exact(touch.moments))]
-            held += [({touch.body: wrench}, sticks * (wrench @ before[touch.body])) for wrench in wrenches]
+            speeds = [wrench @ before[touch.body] for wrench in wrenches]
+            back = speeds
+            if touch.rebound is not None:
+                n = self.exact(touch.rebound)
+                (rise,), (spin,) = ((w @ before[touch.body] for w in kind) for kind in (forces(n[None], at), moments(n[None])))
+                back = [(axis @ n) * rise for axis in self.exact(touch.forces)]
+                turns = zip(self.exact(touch.moments), speeds[len(back) :], strict=True)
+                back += [speed - (axis @ n) * spin for axis, speed in turns]
+            held += [({touch.body: w}, v + e * r) for w, v, r in zip(wrenches, speeds, back, strict=True)]
         for frame in map(self.robot.frame, self.scene.stance):
             held += [({frame.body: w}, still) for w in forces(self.exact(np.eye(3)), self.world(frame.body, frame.offset))]
         for loop in (*self.robot.loops, *(loop_of(self.robot, closure) for closure in self.scene.closure)):

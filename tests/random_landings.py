@@ -37,7 +37,7 @@ def random_landing(number: int) -> tuple[Robot, Scene]:
     tied = {joint for pair in mimics for joint in pair[:2]}
     single = [i for i in driven if i not in tied]
 
-    restitution = float(rng.choice((0.0, 0.0, 0.5, 1.0)))
+    restitution, along = float(rng.choice((0.0, 0.0, 0.5, 1.0))), "directions" if chance(0.5) else "normal"
     contacts = []
     for _ in range(int(rng.integers(1, 4))):
         body = int(rng.integers(1 if base == "fixed" else 0, n))
@@ -48,6 +48,7 @@ def random_landing(number: int) -> tuple[Robot, Scene]:
                 directions=DIRECTIONS[int(rng.integers(3))],
                 kind="flat" if chance(0.2) else "point",
                 restitution=restitution,
+                restitution_along=along,
             )
         )
     stance = (f"body{int(rng.integers(1, n))}",) if n > 2 and chance(0.25) else ()

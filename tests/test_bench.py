@@ -46,8 +46,10 @@ LOOP = Closure(a=Place(frame="LF_FOOT"), b=Place(frame="RF_FOOT"), directions=("
 REGULAR = {
     "one foot": case_of("robots", "one foot", "anymal_b"),
     "two feet": on_anymal("LF_FOOT", "RF_FOOT"),
-    "two feet with restitution": on_anymal(*(Contact(frame=foot, restitution=0.5) for foot in ("LF_FOOT", "RF_FOOT"))),
-    "one foot with restitution": on_anymal(Contact(frame="LF_FOOT", restitution=0.5), "RH_FOOT"),
+    "two feet with restitution": on_anymal(
+        *(Contact(frame=foot, restitution=0.5, restitution_along="directions") for foot in ("LF_FOOT", "RF_FOOT"))
+    ),
+    "one foot with restitution": on_anymal(Contact(frame="LF_FOOT", restitution=0.5, restitution_along="directions"), "RH_FOOT"),
     "drives": case_of("armature", "one foot", 1e-3),
     "loop": case_of("flat four bar", "closed in the plane", 1.0),
     "locked joints": case_of("locked feet", "hips free", 1),

@@ -126,7 +126,7 @@ def test_a_loop_can_be_cut_anywhere():
 @pytest.mark.parametrize("e", [0.0, 0.7])
 def test_the_ends_of_a_loop_stay_together(e):
     """Both ends have one velocity after the impact, which is −e of that before it, for they are the contact point."""
-    profile = closed(contact=Contact(frame=TIP.frame, offset=TIP.offset, restitution=e))
+    profile = closed(contact=Contact(frame=TIP.frame, offset=TIP.offset, restitution=e, restitution_along="directions"))
     for place in (LOOP.a, LOOP.b):
         jump = dense.velocity(profile, profile.bodies.index(place.frame), place.offset)
         np.testing.assert_allclose(jump, -(1.0 + e) * np.array(FALL.velocity), atol=1e-12)

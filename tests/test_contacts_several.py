@@ -39,7 +39,7 @@ def test_each_contact_has_its_own_directions_and_restitution():
     """−e of the approach along each direction that is kept, and an impulse along these alone."""
     slanted = np.array([0.6, 0.0, 0.8])
     contacts = (
-        Contact(frame="LF_FOOT", restitution=0.4),
+        Contact(frame="LF_FOOT", restitution=0.4, restitution_along="directions"),
         Contact(frame="RH_FOOT", directions=("z",), restitution=0.1),
         Contact(frame="RF_FOOT", directions=(tuple(slanted),)),
     )
@@ -51,6 +51,46 @@ def test_each_contact_has_its_own_directions_and_restitution():
     assert kept @ slanted == pytest.approx(0.0, abs=1e-12)
     np.testing.assert_allclose(profile.contacts[1].impulse[:2], 0.0, atol=1e-15)
     np.testing.assert_allclose(np.cross(profile.contacts[2].impulse, slanted), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("normal", [None, (0.3, -0.2, 1.0), (-1.0, 0.0, 0.0)], ids=["ground", "slope", "wall"])
+def test_a_sticking_contact_rebounds_along_its_normal_alone(normal):
+    """v⁺ = −e (n·v⁻) n, whichever way the directions are given, while another contact has another normal."""
+    n = np.array(normal or (0.0, 0.0, 1.0)) / np.linalg.norm(normal or (0.0, 0.0, 1.0))
+    skew = ((1.0, 1.0, 0.0), (0.0, 1.0, 1.0), (1.0, 0.0, 1.5))
+    for directions in (("x", "y", "z"), skew):
+        hand = Contact(frame="LF_FOOT", restitution=0.4, normal=normal, directions=directions)
+        profile = anymal((hand, Contact(frame="RH_FOOT", restitution=0.1)), strike=Strike(velocity=(0.7, 0.1, -1.0)))
+        left, right = after(profile)
+        np.testing.assert_allclose(left, -0.4 * (n @ profile.approach[0]) * n, atol=1e-12)
+        np.testing.assert_allclose(right, [0.0, 0.0, 0.1], atol=1e-12)
+        along = n @ profile.contacts[0].impulse
+        if profile.contacts[0].friction_needed is not None:
+            needed = np.linalg.norm(profile.contacts[0].impulse - along * n) / along
+            assert profile.contacts[0].friction_needed == pytest.approx(needed, rel=1e-12)
+        else:
+            assert profile.contacts[0].pull == pytest.approx(-along, rel=1e-12)
+
+
+def test_a_sole_rebounds_at_each_of_its_points():
+    """Its tilt is reversed with the velocity along the normal, its twist is stopped."""
+    profile = box(dataclasses.replace(SOLE, restitution=0.5))
+    (rise,) = after(profile)
+    omega = np.array(TUMBLE.angular_velocity)
+    np.testing.assert_allclose(rise, [0.0, 0.0, -0.5 * profile.approach[0, 2]], atol=1e-12)
+    np.testing.assert_allclose(omega + profile.delta_omega[0], [-0.5 * omega[0], -0.5 * omega[1], 0.0], atol=1e-12)
+
+
+def test_a_contact_with_its_own_velocity():
+    """As a robot whose foot has that velocity: the jumps depend on J q̇⁻ alone, and on nothing else of the strike."""
+    velocity = (0.3, 0.2, -2.0)
+    foot = Contact(frame="LF_FOOT", velocity=velocity, restitution=0.3)
+    found, same = anymal((foot,)), anymal((dataclasses.replace(foot, velocity=None),), strike=Strike(velocity=velocity))
+    np.testing.assert_allclose(found.approach, [velocity], atol=0.0)
+    np.testing.assert_allclose(found.delta_qd, same.delta_qd, rtol=1e-14)
+    assert found.energy_lost == pytest.approx(same.energy_lost, rel=1e-14)
+    assert found.energy_share is None
+    assert not np.any(found.maps)
 
 
 # Redundant contacts

@@ -88,10 +88,15 @@ RECORDS = {
     "struck": "body:str delta_omega:vector delta_v:vector shock_com:float",
     "felt": "frame:str delta_v:vector shock:float",
     "loaded": "joint:str delta_qd:float? along:float?",
-    "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned*",
+    "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned* bodies:jolted* modes:mode* "
+    "compression:float springs_count:float?",
     "pressed": "frame:str duration:float peak_force:float peak_force_time:float",
-    "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float",
-    "turned": "joint:str peak_torque:float?",
+    "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float shock_compressed:float delta_v_compressed:vector "
+    "shock_separated:float delta_v_separated:vector",
+    "turned": "joint:str peak_torque:float? torque_share:float? peak_joint_force:float peak_joint_moment:float "
+    "delta_qd_separated:float?",
+    "jolted": "body:str shock_com_compressed:float shock_com_separated:float",
+    "mode": "frequency:float energy:float force_share:dict contacts_share:float",
 }
 """The keys of every record in their order, and what they hold; ? may be null, * is a list."""
 LISTS = {"vector": "float", "matrix": "vector"}

@@ -11,11 +11,17 @@ from robot_texts import joint, link, urdf
 
 from shockpc import Contact, Joints, Point, Scene, SceneError, SolveError, Strike, shock_profile
 from shockpc.paper.landings import scene as paper_scene
+from shockpc.quantities.table import quantity
 from shockpc.scene import GRAVITY
 
 K = 1e5
 BOX = urdf(link("box", mass="2"), name="box")
-COLUMN = urdf(link("foot", mass="0.5"), link("body", mass="3"), joint("slide", "foot", "body", "prismatic", "0 0 1"), name="column")
+COLUMN = urdf(
+    link("foot", mass="0.5"),
+    link("body", mass="3"),
+    joint("slide", "foot", "body", "prismatic", "0 0 1", '<limit effort="50"/>'),
+    name="column",
+)
 FOOT = (Contact(frame="LF_FOOT"),)
 SLIDING = (Contact(frame="LF_FOOT", directions=("z",), restitution=1.0),)
 ANYMAL = Scene(robot="anymal_b", contact=FOOT, strike=Strike(strike_angle_deg=10.0))
@@ -92,12 +98,14 @@ def test_loops_stay_closed_while_a_contact_slides(name):
     np.testing.assert_allclose(profile.value("along_friction", "joint"), 0.0, atol=1e-12)
 
 
-def test_restitution_acts_along_the_normal_alone():
+@pytest.mark.parametrize("along", ["normal", "directions"])
+def test_restitution_acts_along_the_normal_alone(along):
     """Eq. 4 reverses the velocity along the ground too; with friction a contact that sticks stays where it is."""
-    profile = shock_profile(replace(ANYMAL, contact=(Contact(frame="LF_FOOT", restitution=0.5),), friction=5.0))
+    contact = Contact(frame="LF_FOOT", restitution=0.5, restitution_along=along)
+    profile = shock_profile(replace(ANYMAL, contact=(contact,), friction=5.0))
     assert profile.friction.state == ("sticks",)
     np.testing.assert_allclose(profile.value("slip", "contact")[0], [0.0, 0.0, -0.5 * profile.approach[0, 2]], atol=1e-12)
-    assert profile.friction.impact is not None
+    assert (profile.friction.impact is None) == (along == "normal")
 
 
 def test_an_answer_that_gains_energy_is_refused(capfd, here):
@@ -146,7 +154,10 @@ def test_a_column_of_two_masses(capfd, here, words, mass, share):
     force = math.sqrt(K * mass)
     assert found["contacts"][0]["duration"] == pytest.approx(math.pi * math.sqrt(mass / K), rel=1e-9)
     assert found["contacts"][0]["peak_force"] == pytest.approx(force, rel=1e-9)
-    assert found["joints"] == [{"joint": "slide", "peak_torque": pytest.approx(force / mass * share, rel=1e-9)}]
+    (joint,) = found["joints"]
+    assert joint["peak_torque"] == pytest.approx(force / mass * share, rel=1e-9)
+    assert joint["peak_joint_force"] == pytest.approx(force / mass * share, rel=1e-9)
+    assert joint["torque_share"] == pytest.approx(force / mass * share / 50.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("joints", [Joints(), Joints(armature={"*": 0.02}), Joints(locked=("*_HFE",), armature={"*_KFE": 0.1})])
@@ -170,7 +181,19 @@ def test_without_restitution_the_jumps_are_those_of_the_impulse_model(name):
     """For whatever stiffness; loops stay closed, but what their joints carry is not computed."""
     profile = shock_profile(replace(paper_scene(name), contact_stiffness=K))
     assert profile.stiffness.difference < 1e-8
-    assert np.isnan(profile.value("peak_torque", "joint")).all()
+
+
+@pytest.mark.parametrize("name", ["fig3", "five_bar"])
+def test_torques_in_a_loop(name):
+    """A drive carries what accelerates its rotor, and a free joint nothing, which needs the forces that close the loop."""
+    scene = paper_scene(name)
+    profile = shock_profile(replace(scene, contact_stiffness=K, joints=Joints()))
+    np.testing.assert_array_equal(profile.value("peak_torque", "joint"), 0.0)
+    names = [place.name for place in profile.places("joint")]
+    profile = shock_profile(replace(scene, contact_stiffness=K, joints=Joints(armature={names[0]: 0.01})))
+    rate = quantity("joint", "delta_qd").compute
+    expected = np.where(np.arange(len(names)) == 0, 0.01 * profile.stiffness.peaks(rate, profile.places("joint"))[0], 0.0)
+    np.testing.assert_allclose(profile.value("peak_torque", "joint"), expected, rtol=1e-8)
 
 
 # Refusals, and scenes without either
@@ -191,7 +214,8 @@ def test_without_restitution_the_jumps_are_those_of_the_impulse_model(name):
         ({"contact_stiffness": K, "pulse": "half-sine:5ms"}, SceneError, "the stiffness gives the length of the pulse"),
         ({"contact_stiffness": K, "base": "fixed"}, SceneError, "needs a base that moves"),
         ({"contact_stiffness": K, "stance": ("RH_FOOT",)}, SceneError, "needs no stance"),
-        ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", restitution=1e-4),)}, SolveError, "no verdict for contacts"),
+        ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", restitution=1e-4,
+            restitution_along="directions"),)}, SolveError, "no verdict for contacts"),
     ],
 )  # fmt: skip
 def test_refusals(changes, error, text):

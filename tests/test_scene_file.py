@@ -63,6 +63,9 @@ at = "frame"
 directions = ["x", [0, 1, 0], "z"]
 kind = "point"
 restitution = 0.25
+restitution_along = "directions"
+normal = [0.1, 0, 1]
+velocity = [0.1, 0, -1]
 [[contact]]
 frame = "rf_foot"
 at = "lowest"
@@ -88,6 +91,8 @@ def test_every_key_is_read(here):
     table["packages"] = {"dog_description": str(here / "dog")}
     contact, point = ({field.name: field.default for field in dataclasses.fields(kind)} for kind in (Contact, Point))
     table["contact"] = [as_lists(contact | given) for given in table["contact"]]
+    for key in ("normal", "velocity"):
+        del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
     assert scene_table(read_scene(write(here, EVERY_KEY))) == table
 
@@ -329,7 +334,7 @@ def test_schema_knows_every_key(capfd, here):
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
-        "Scene": {*table, "friction", "contact_stiffness"},
+        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness"},
         "Posture": {*table["posture"], "base_quaternion"},
         "Contact": {*table["contact"][0]},
     }

@@ -71,7 +71,7 @@ def test_one_mass(m, e):
 def test_two_masses_and_a_rotor_behind_a_spring():
     """Both modes of mass and rotor, from the quadratic equation for ω²."""
     m, rotor, k, spring, v = 1.0, 0.3, 4e4, 9e3, 2.0
-    M, rows, springs, velocity = attach_rotors(np.array([[m]]), np.array([[1.0]]), np.array([-v]), np.array([0]), np.array([rotor]))
+    M, rows, springs, velocity = attach_rotors(np.array([[m]]), np.array([[1.0]]), np.array([-v]), np.eye(1), np.array([rotor]))
     motion = simulate_landing(M, with_springs(normals(rows, k), springs, spring), velocity)
     half, product = (k + spring) / (2.0 * m) + spring / (2.0 * rotor), k * spring / (m * rotor)
     squares = half + np.array([1.0, -1.0]) * np.sqrt(half**2 - product)
@@ -138,7 +138,7 @@ def test_without_restitution_the_velocity_is_the_one_of_the_impulse_model(seed, 
 def test_the_impulse_is_the_limit_of_a_stiff_contact():
     """Springs play no part where the contact is much stiffer: the error falls with 1/k, to 1e-9."""
     M, rows, velocity, _ = landing(3)
-    joints, inertia = np.arange(6), np.full(6, 0.5)
+    joints, inertia = np.eye(6), np.full(6, 0.5)
     full, contact, springs, before = attach_rotors(M, rows[2:], velocity, joints, inertia)
     expected = np.append(impulsive(M, rows[2:], velocity, 1.0), np.zeros(6))
     errors = []
@@ -225,7 +225,7 @@ def test_steps_in_time_agree(seed, tangential, normal):
 def test_frequencies_far_apart(contact, spring, rotor):
     """Contacts of 1e2 and 1e12 N/m and rotors from 1e-9 to 1e3 kg m² behind springs of 1e-2 and 1e12 N m, against 50 digits."""
     M, rows, velocity, _ = landing(4, n=3)
-    M, rows, springs, velocity = attach_rotors(M, rows[2:], velocity, np.arange(3), np.full(3, rotor))
+    M, rows, springs, velocity = attach_rotors(M, rows[2:], velocity, np.eye(3), np.full(3, rotor))
     elements = with_springs(normals(rows, contact), springs, spring)
     motion = simulate_landing(M, elements, velocity)
     end = motion.segments[0].length

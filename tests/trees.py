@@ -250,6 +250,7 @@ def scene_of(landing, file, **changes):
             offset=tuple(float(r) for r in file.rotations[hit.body].T @ (hit.point - file.origins[hit.body])),
             directions=hit.directions,
             restitution=hit.restitution,
+            restitution_along="directions",
         )
         for hit in landing.hits
     )

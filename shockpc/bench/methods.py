@@ -201,6 +201,8 @@ def _one_restitution(system: System) -> float:
     e = {contact.restitution for contact in system.landing.contacts}
     if len(e) > 1:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
+    if any(e) and any(contact.rebound is not None and contact.size > 1 for contact in system.landing.contacts):
+        raise UnsuitedError("Pinocchio's restitution reverses the speed along all rows, not that along the normal alone")
     if system.G is not None or not system.landing.robot.free_base or system.landing.scene.stance:
         raise UnsuitedError("Pinocchio's impulse has no held joints, mimic joints or standing feet")
     return float(e.pop())

@@ -4,7 +4,20 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from shockpc.cli.declare import argument, group
-from shockpc.cli.parse import Setting, Vector, definition, finite, folder, out_folder, path, plane, robot_name, setting, vector
+from shockpc.cli.parse import (
+    Setting,
+    Vector,
+    definition,
+    finite,
+    folder,
+    out_folder,
+    path,
+    plane,
+    robot_name,
+    setting,
+    stiffness,
+    vector,
+)
 from shockpc.errors import StudyError
 
 __all__ = [
@@ -60,7 +73,15 @@ class SceneOptions(NamedTuple):
         "Contact point at the frame's origin, or at the lowest point of the link's collision geometry."
     )
     slide: bool = _in_contact("No friction: the contact stops the normal direction only.")
+    flat: bool = _in_contact("A sole: the contact also stops the link from tilting, and from twisting unless it slides.")
+    normal: Vector | None = _in_contact(
+        "Normal of the ground at the contact: a slope, or a wall; vertical by default.", "X,Y,Z", vector
+    )
     restitution: float | None = _in_contact("Coefficient of restitution, 0 (default) to 1.", "E", finite)
+    restitution_along: Literal["normal", "directions"] | None = _in_contact(
+        "What restitution reverses: the velocity along the normal alone (default; Newton's law), or along every direction in which "
+        "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too."
+    )
     stance: tuple[str, ...] = _in_contact("A foot that is on the ground already and stays where it is.", "NAME")
     posture: str | None = _in_posture("A reference posture of the robot, or neutral; by default the standing one.", "NAME")
     srdf: Path | None = _in_posture("File of reference postures.", "FILE", path)
@@ -100,8 +121,11 @@ class SceneOptions(NamedTuple):
         "MU",
         finite,
     )
-    contact_stiffness: float | None = _in_results(
-        "Also give forces, accelerations and their times on contacts of this stiffness in every direction [N/m].", "K", finite
+    contact_stiffness: tuple[float, float | None] | None = _in_results(
+        "Also give forces, accelerations and their times on contacts of this stiffness, in every direction or along the normal and "
+        "along the ground [N/m].",
+        "K or KN:KT",
+        stiffness,
     )
 
 

@@ -25,6 +25,7 @@ __all__ = [
     "scene_file",
     "setting",
     "span",
+    "stiffness",
     "variable",
     "vector",
     "writable",
@@ -65,6 +66,11 @@ def span(text: str) -> Span:
     """LOW:HIGH."""
     low, high = _split(text, ":", "-30:75")
     return finite(low), finite(high)
+
+
+def stiffness(text: str) -> tuple[float, float | None]:
+    """K, or KN:KT."""
+    return span(text) if ":" in text else (finite(text), None)
 
 
 def box(text: str) -> tuple[Vector, Vector]:

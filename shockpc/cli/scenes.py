@@ -57,17 +57,26 @@ def scenes_from(
         pulse=options.pulse,
         range_g=options.range_g,
         friction=options.friction,
-        contact_stiffness=options.contact_stiffness,
+        contact_stiffness=options.contact_stiffness and options.contact_stiffness[0],
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
+    if options.contact_stiffness is not None:
+        scene = dataclasses.replace(scene, tangential_stiffness=options.contact_stiffness[1])
     changes = {
         "offset": options.offset,
         "at": options.contact_point,
         "restitution": options.restitution,
-        "directions": _up(scene) if options.slide else None,
+        "restitution_along": options.restitution_along,
+        "kind": "flat" if options.flat else None,
+        "normal": options.normal,
     }
     landings = _contacts(loaded, scene, options, on_each_foot)
-    return loaded, [_with(scene, contact=tuple(_with(contact, **changes) for contact in landing)) for landing in landings]
+
+    def changed(contact: Contact) -> Contact:
+        contact = _with(contact, **changes)
+        return _with(contact, directions=(contact.normal,) if contact.normal else _up(scene)) if options.slide else contact
+
+    return loaded, [_with(scene, contact=tuple(map(changed, landing))) for landing in landings]
 
 
 def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, Scene]:

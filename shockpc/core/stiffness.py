@@ -249,19 +249,20 @@ class Motion(NamedTuple):
         for number in np.unique(which):
             mine, segment = np.flatnonzero(which == number), self.segments[number]
             low, high = np.maximum(when[mine] - width[mine], 0.0), np.minimum(when[mine] + width[mine], segment.length)
-            largest[mine], when[mine] = _refined(segment.sigma, *(part[mine] for part in harmonics[number]), when[mine], low, high)
+            constant, cosine, sine = (part[mine] for part in harmonics[number])
+            largest[mine], when[mine] = _refined(segment.sigma, constant, cosine, sine, when[mine], low, high)
             when[mine] += segment.start
         return largest, when
 
 
-def attach_rotors(M: Array, rows: Array, velocity: Array, joints: np.ndarray, inertia: Array) -> tuple[Array, Array, Array, Array]:
+def attach_rotors(M: Array, rows: Array, velocity: Array, joints: Array, inertia: Array) -> tuple[Array, Array, Array, Array]:
     """Add rotors that springs connect to their joints; each is one more coordinate.
 
     Args:
         M: (n, n) inertia without these rotors [kg, kg m, kg m²].
         rows: (r, n) rows of contacts and other springs.
         velocity: (n,) before impact. Rotors move with their joints.
-        joints: (s,) columns of the joints.
+        joints: (s, n) rates of the joints for unit velocities of the coordinates.
         inertia: (s,) reflected inertia of each rotor, its inertia times the squared ratio [kg m², kg].
 
     Returns: M (n + s, n + s), the rows (r, n + s), rows (s, n + s) of the springs, joint less rotor, and the velocity (n + s,).
@@ -269,8 +270,7 @@ def attach_rotors(M: Array, rows: Array, velocity: Array, joints: np.ndarray, in
     n, s = len(M), len(joints)
     full = np.zeros((n + s, n + s))
     full[:n, :n], full[n:, n:] = M, np.diag(inertia)
-    springs = np.hstack([np.eye(n)[joints], -np.eye(s)])
-    return full, np.pad(rows, ((0, 0), (0, s))), springs, np.append(velocity, velocity[joints])
+    return full, np.pad(rows, ((0, 0), (0, s))), np.hstack([joints, -np.eye(s)]), np.append(velocity, joints @ velocity)
 
 
 def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float | None = None) -> Motion:

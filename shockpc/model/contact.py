@@ -39,7 +39,12 @@ class Contact(Record):
         directions: world axes or vectors along which the contact stops the point; the others slide.
         kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
             twisting if it sticks.
-        restitution: speed after impact over speed before it, along each of these directions [1].
+        restitution: speed after impact over speed before it [1].
+        restitution_along: "normal" reverses the velocity along the ground's normal alone (Newton), so that a contact that sticks
+            does not move along the ground; "directions" along each direction (shock paper, Eq. 4). Of a contact that slides both
+            are the same.
+        normal: of the ground at this contact, world axes; by default vertical.
+        velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
     """
 
     frame: str
@@ -48,6 +53,9 @@ class Contact(Record):
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
     kind: Literal["point", "flat"] = "point"
     restitution: float = 0.0
+    restitution_along: Literal["normal", "directions"] = "normal"
+    normal: tuple[float, float, float] | None = None
+    velocity: tuple[float, float, float] | None = None
 
     @property
     def sticks(self) -> bool:
@@ -104,6 +112,8 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
         raise SceneError(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
     if contact.restitution < 0.0 or contact.restitution > 1.0:
         raise SceneError(f"{name} has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)")
+    if contact.normal is not None:
+        up = unit_directions(f"the normal of {name}", (contact.normal,))[0]
     vectors = unit_directions(name, contact.directions)
     if not np.any(np.abs(vectors @ up) > 1e-9):
         raise SceneError(
@@ -117,20 +127,27 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
     moments = np.zeros((0, 3))
     if contact.kind == "flat":
         moments = np.array([*across(up), *([up] if contact.sticks else [])])
-    return Block(kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, lowest=lowest)
+    rebound = None
+    if contact.restitution_along == "normal":
+        basis = np.linalg.svd(vectors, full_matrices=False)[2][: np.linalg.matrix_rank(vectors)]
+        rebound = up if len(basis) == 3 else (along := basis.T @ (basis @ up)) / np.linalg.norm(along)
+    velocity = None if contact.velocity is None else np.array(contact.velocity, dtype=float)
+    return Block(
+        kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, rebound=rebound, normal=up,
+        velocity=velocity, lowest=lowest,
+    )  # fmt: skip
 
 
-def locate_lowest_point(contact: Block, rotation: Array, up: Array) -> Block:
+def locate_lowest_point(contact: Block, rotation: Array) -> Block:
     """A contact with its point in each posture, if that is the lowest one.
 
     Args:
         contact: as described in any posture.
         rotation: (N, 3, 3) of its body, body to world.
-        up: (3,) unit normal of the ground, world axes.
     """
     if not contact.lowest:
         return contact
-    return contact._replace(point=contact.point + np.stack([_lowest_point(contact.lowest, R.T @ up) for R in rotation]))
+    return contact._replace(point=contact.point + np.stack([_lowest_point(contact.lowest, R.T @ contact.normal) for R in rotation]))
 
 
 def unit_directions(owner: str, directions: tuple[str | tuple[float, float, float], ...]) -> Array:

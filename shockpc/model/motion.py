@@ -7,7 +7,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.model.dynamics import Dynamics
-from shockpc.model.rows import Block, block_wrenches
+from shockpc.model.rows import NO_AXES, Block, block_axes, block_wrenches
 from shockpc.robot.record import Robot
 
 __all__ = ["Motion", "approach_speeds", "com_velocity", "twist_before"]
@@ -39,19 +39,37 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
     """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
 
     The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a motion, if one is given. Rows of
-    standing feet and of loops have none.
+    standing feet and of loops have none. Restitution in the direction n adds e (a·n) times the speed along n to that along a row's
+    axis a; to the rate about an axis, at each point of a flat contact, e times that across n.
     """
     b = []
     for block in blocks:
         wrenches = block_wrenches(state, block)
         speeds = np.zeros((*wrenches.shape[:2], 3 if before is None else 4), dtype=wrenches.dtype)
         if block.kind == "contact":
-            wrenches = wrenches + block.restitution * wrenches if block.restitution else wrenches
-            speeds[..., :3] = wrenches[..., 3:]
+            rows, n = _undone(state, block, wrenches), len(block.forces)
+            if block.velocity is None:
+                speeds[..., :3] = rows[..., 3:]
             if before is not None:
-                speeds[..., 3:] = wrenches @ twist_before(state, before, block.body)[..., None]
+                speeds[..., 3:] = rows @ twist_before(state, before, block.body)[..., None]
+                if block.velocity is not None:
+                    speeds[:, :n, 3] = rows[:, :n, 3:] @ block.velocity
         b.append(speeds)
     return np.concatenate(b, axis=1)
+
+
+def _undone(state: Dynamics, block: Block, wrenches: Array) -> Array:
+    """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a contact."""
+    e, n = block.restitution, block.rebound
+    if not e:
+        return wrenches
+    if n is None:
+        return np.asarray(wrenches + e * wrenches)
+    m, share = len(block.forces), (block_axes(state, block) @ n)[..., None]
+    normal = block_wrenches(state, block._replace(forces=n[None], moments=NO_AXES))
+    turning = block_wrenches(state, block._replace(forces=NO_AXES, moments=n[None]))
+    rebound = np.concatenate([share[:, :m] * normal, wrenches[:, m:] - share[:, m:] * turning], axis=1)
+    return np.asarray(wrenches + e * rebound)
 
 
 def com_velocity(robot: Robot, state: Dynamics, before: Motion) -> Array:

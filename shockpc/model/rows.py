@@ -17,7 +17,7 @@ from shockpc.robot.geometry import Shape
 
 __all__ = ["Block", "Equation", "block_axes", "block_point", "block_wrenches", "point_at", "row_jacobian", "row_terms", "slices_of"]
 
-NO_AXES = np.zeros((0, 3))
+NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
 
 
 class Block(NamedTuple):
@@ -32,7 +32,10 @@ class Block(NamedTuple):
         moments: (m, 3) axes of the unit moments.
         other: index of the body on which the opposite impulses act; −1 for the ground or the world.
         axes_body: index of the body in whose frame the axes are fixed; −1 for the world.
-        restitution: e, by which the speed along each row is reversed [1].
+        restitution: e, by which the impact reverses the speed [1].
+        rebound: (3,) unit direction along which it does so, at each point of a flat contact; None where along each row (Eq. 4).
+        normal: (3,) unit normal of the ground at a contact or standing foot, world axes.
+        velocity: (3,) of the point before the impact, world axes, where it is not that of the robot's motion [m/s].
         lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
     """
 
@@ -45,6 +48,9 @@ class Block(NamedTuple):
     other: int = -1
     axes_body: int = -1
     restitution: float = 0.0
+    rebound: Array | None = None
+    normal: Array = NO_NORMAL
+    velocity: Array | None = None
     lowest: tuple[Shape, ...] = ()
 
     @property

@@ -74,7 +74,7 @@ def _moment(impact: Impact, places: Places) -> Any:
 def friction_needed(impact: Impact, places: Places) -> Any:
     """Tangential over normal impulse (N, S, n) [1]; NaN where the ground would have to pull."""
     impulse = np.stack([_force(impact, block, rows) for block, rows in _rows(impact, places)], axis=-2)
-    up = impact.exact(impact.landing.up)
+    up = impact.exact(np.array([block.normal for block, _ in _rows(impact, places)]))
     normal = dot(impulse, up)
     # A normal impulse that may be zero is none: of a ball around zero the midpoint has either sign.
     pressed = (impact.rounded(normal, lambda values: _impulse_size(impact, values)) > 0.0) & _determined(impact, places)
@@ -85,7 +85,7 @@ def pull(impact: Impact, places: Places) -> Any:
     """By how much (N, S, n) the ground would have to pull [N s]; 0 where it pushes, NaN where the impulse is not determined."""
     pulls, impulse = [], impact.along(impact.impulse)
     for block, rows in _rows(impact, places):
-        rising = block.forces @ impact.landing.up
+        rising = block.forces @ block.normal
         steep = np.flatnonzero(np.abs(rising) > 1e-9)
         along = impulse[..., rows][..., : len(rising)].astype(float)
         normal, size = along[..., steep] @ rising[steep], np.linalg.norm(along, axis=-1)
@@ -136,7 +136,7 @@ class _Resistance:
 
     def __init__(self, impact: BallImpact, contact: int) -> None:
         block = impact.blocks[contact]
-        self.impact, self.n, self.contact = impact, impact.landing.up, impact.landing.scene.contact[contact]
+        self.impact, self.n, self.contact = impact, block.normal, impact.landing.scene.contact[contact]
         self.flat, self.point = bool(len(block.moments)), block._replace(forces=np.eye(3), moments=NO_AXES)
 
     def _mobility(self, moments: Array) -> BallMatrix:

@@ -1,7 +1,7 @@
 """What follows from a coefficient of friction, or from a finite stiffness of the contacts; in double precision, without a proof."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -17,12 +17,29 @@ from shockpc.quantities.robot import ROBOT
 from shockpc.scene import GRAVITY
 
 if TYPE_CHECKING:
-    from shockpc.ground import FrictionResult, StiffnessResult
+    from shockpc.compliance import CompliantLanding
+    from shockpc.ground import FrictionResult
 
 __all__ = ["GROUND"]
 
 NO_FRICTION = "the scene gives no friction"
 NO_STIFFNESS = "the scene gives no contact stiffness"
+
+DELTA_V, JUMPS = POINTS[0], tuple(
+    entry for entry in (*POINTS, *BODIES, *JOINTS) if (entry.of, entry.key) in {
+        ("point", "shock"), ("point", "delta_v"), ("body", "shock_com"), ("joint", "delta_qd")
+    }
+)  # fmt: skip
+"""The jump of a point; quantities of the jumps alone, which a landing on finite stiffness has at each time."""
+
+FORCE, MOMENT, ALONG = JOINTS[:3]
+"""What a joint carries: linear in accelerations and forces, as it is in jumps and impulses."""
+
+ROUNDING = 1e-10
+"""Share of the largest peak through a joint below which a torque is rounding."""
+
+UNLIMITED = 1e300
+"""Effort from which a limit of a file is none [N m, N]."""
 
 SLIDING: dict[Kind, Sequence[str]] = {
     "point": ("shock", "delta_v", "peak_g"),
@@ -70,18 +87,55 @@ def _sliding(
     return Quantity(key, of, title, unit, "greater", compute, missing=NO_FRICTION, vector=vector, posed=True)
 
 
-def _stiff(key: str, of: Kind, title: str, unit: str, read: "Callable[[StiffnessResult, Impact, Places], Array]") -> Quantity:
+def _stiff(
+    key: str, of: Kind, title: str, unit: str, read: "Callable[[CompliantLanding, Impact, Places], Array]", missing: str = ""
+) -> Quantity:
     """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
 
     def compute(impact: Impact, places: Places) -> Array:
         if impact.landing.scene.contact_stiffness is None:
             return _none(places, False)
-        from shockpc.ground import stiffness_of
+        from shockpc.compliance import compliant_landing
 
-        return np.asarray(read(stiffness_of(impact.landing), impact, places))[None, None]
+        return np.asarray(read(compliant_landing(impact.landing), impact, places))[None, None]
 
-    worse = "neither" if unit == "s" else "greater"
-    return Quantity(key, of, title, unit, worse, compute, missing=NO_STIFFNESS, posed=True)  # type: ignore[arg-type]
+    worse: Literal["greater", "neither"] = "neither" if unit == "s" else "greater"
+    return Quantity(key, of, title, unit, worse, compute, missing="; or ".join(filter(None, [NO_STIFFNESS, missing])), posed=True)
+
+
+def _peak(entry: Quantity, scale: float = 1.0, part: int = 0) -> "Callable[[CompliantLanding, Impact, Places], Array]":
+    """The peak, or with part 1 its time, of what a quantity gives of accelerations and forces."""
+    assert entry.compute is not None
+    return lambda found, impact, places: found.peaks(entry.compute, places)[part] / (1.0 if part else scale)  # type: ignore[arg-type]
+
+
+def _after(entry: Quantity, when: str, title: str, time: "Callable[[CompliantLanding], float]") -> Quantity:
+    """A quantity of the jumps from the impact until a time of a landing on contacts of finite stiffness."""
+
+    def compute(impact: Impact, places: Places) -> Array:
+        if impact.landing.scene.contact_stiffness is None:
+            return _none(places, entry.vector)
+        from shockpc.compliance import compliant_landing
+
+        found = compliant_landing(impact.landing)
+        assert entry.compute is not None
+        return np.asarray(entry.compute(found.impact_at(time(found)), places))
+
+    missing = "; or ".join(filter(None, [NO_STIFFNESS, entry.missing]))
+    return entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}", compute=compute, missing=missing, posed=True)
+
+
+def _along(found: "CompliantLanding", impact: Impact, places: Places) -> Array:
+    """Peak torque (n,) along the joints' axes; zero where it is the rounding of the moment through the joint."""
+    along, *whole = (_peak(entry)(found, impact, places) for entry in (ALONG, MOMENT, FORCE))
+    return np.where(along <= ROUNDING * np.max(whole, initial=0.0), 0.0, along)
+
+
+def _share(found: "CompliantLanding", impact: Impact, places: Places) -> Array:
+    """The same, of the effort limit of the robot's file."""
+    limit = np.array([impact.landing.robot.model.upperEffortLimit[number] for number in _numbers(places)])
+    known = (limit > 0.0) & (limit < UNLIMITED)
+    return np.where(known, _along(found, impact, places) / np.where(known, limit, 1.0), np.nan)
 
 
 def _numbers(places: Places) -> list[int]:
@@ -98,17 +152,22 @@ GROUND = (
         lambda found, places: np.array([found.solutions])),
     _sliding("friction_residual", "robot", "residual of the laws of friction", "1",
         lambda found, places: np.array([found.residual])),
-    _stiff("peak_acceleration", "point", "peak acceleration on contacts of finite stiffness", "g",
-        lambda found, impact, places: found.accelerations(impact.landing, places)[0] / GRAVITY),
-    _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s",
-        lambda found, impact, places: found.accelerations(impact.landing, places)[1]),
+    _stiff("peak_acceleration", "point", "peak acceleration on contacts of finite stiffness", "g", _peak(DELTA_V, GRAVITY)),
+    _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s", _peak(DELTA_V, part=1)),
     _stiff("duration", "contact", "duration of the contact", "s",
         lambda found, impact, places: found.duration[_numbers(places)]),
-    _stiff("peak_force", "contact", "peak force", "N", lambda found, impact, places: found.force[_numbers(places)]),
+    _stiff("peak_force", "contact", "peak force", "N", lambda found, impact, places: found.forces[0][_numbers(places)]),
     _stiff("peak_force_time", "contact", "time of the peak force", "s",
-        lambda found, impact, places: found.force_time[_numbers(places)]),
-    _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
-        lambda found, impact, places: found.torque[_numbers(places)]),
+        lambda found, impact, places: found.forces[1][_numbers(places)]),
+    _stiff("peak_joint_force", "joint", "peak force through the joint", "N", _peak(FORCE)),
+    _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m", _peak(MOMENT)),
+    _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N", _along, "the joint has more than one axis"),
+    _stiff("torque_share", "joint", "peak torque, of the effort limit", "1", _share,
+        "the joint has more than one axis, or the file gives no effort limit"),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",
         lambda found, impact, places: np.array([found.difference])),
+    _stiff("compression", "robot", "time at which the contacts are compressed", "s",
+        lambda found, impact, places: np.array([found.compressed])),
+    *(_after(entry, "compressed", "at the end of compression", lambda found: found.compressed) for entry in JUMPS),
+    *(_after(entry, "separated", "at the end of contact", lambda found: found.motion.duration) for entry in JUMPS),
 )  # fmt: skip

@@ -7,14 +7,15 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
+from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_point
-from shockpc.plausibility import Levels, levels
+from shockpc.plausibility import Levels, levels, on_ground
 from shockpc.quantities.contacts import friction_needed, pull
 from shockpc.quantities.quantity import Places, Quantity
 
 __all__ = ["ROBOT"]
 
-UNKNOWN = "the base is fixed, or a foot stands, so the energy before the impact is not determined"
+UNKNOWN = "the base is fixed, a foot stands or a contact has its own velocity, so the energy before the impact is not determined"
 
 
 def _one(values: Any) -> Any:
@@ -23,12 +24,10 @@ def _one(values: Any) -> Any:
 
 
 def _works(impact: Impact) -> Any:
-    """λᵢ bᵢ (1 − e) / (1 + e) of each row (N, S, nc), whose sum is −2 times the energy lost [J].
-
-    The energy is −½ λᵀ (v⁻ + v⁺): with v⁺ = −e v⁻ = v⁻ − b that is −½ λᵀ b (1 − e) / (1 + e).
-    """
-    e = impact.exact(np.repeat([block.restitution for block in impact.blocks], [block.size for block in impact.blocks]))
-    return impact.along(impact.independent_impulse) * impact.along(impact.speeds) * (1 - e) / (1 + e)
+    """λᵢ (v⁻ᵢ + v⁺ᵢ) of each row (N, S, nc), whose sum is −2 times the energy lost [J]; v⁺ = v⁻ − b."""
+    before = impact.landing.before if impact.speeds.shape[-1] == 4 else None
+    approach = approach_speeds(impact.state, [block._replace(restitution=0.0) for block in impact.blocks], before)
+    return impact.along(impact.independent_impulse) * impact.along(2 * approach - impact.speeds)
 
 
 def _energy_lost(impact: Impact, places: Places) -> Any:
@@ -38,7 +37,8 @@ def _energy_lost(impact: Impact, places: Places) -> Any:
 
 def _energy_share(impact: Impact, places: Places) -> Any:
     lost, before = _energy_lost(impact, places), _one(impact.kinetic_energy_before)
-    known = np.full(before.shape, impact.landing.floating) & (before.astype(float) > 0.0)
+    own = any(contact.velocity is not None for contact in impact.landing.contacts)
+    known = np.full(before.shape, impact.landing.floating and not own) & (before.astype(float) > 0.0)
     return np.where(known, lost / np.where(known, before, 1), np.nan)
 
 
@@ -58,11 +58,20 @@ def _moment_size(impact: Impact, values: Array) -> Any:
 
 
 @functools.lru_cache(maxsize=1)
-def _levels(impact: Impact) -> Levels:
-    """Heights of the robot's geometry, from doubles."""
-    state, blocks = impact.state, impact.blocks[: len(impact.landing.contact_places)]
-    points = np.stack([block_point(state, block) for block in blocks], axis=1)
+def _levels(impact: Impact) -> Levels | None:
+    """Heights of the robot's geometry, from doubles; None where no contact is on level ground."""
+    if not (level := on_ground(impact.landing)):
+        return None
+    state = impact.state
+    points = np.stack([block_point(state, impact.blocks[k]) for k in level], axis=1)
     return levels(impact.landing, *(part.astype(float) for part in (state.rotation, state.position, points)))
+
+
+def _depth(impact: Impact, places: Places) -> Array:
+    """How far (N, 1, 1) the geometry of other links reaches below the lowest contact or standing foot on level ground [m]."""
+    del places
+    here = _levels(impact)
+    return np.asarray(_one((np.full(len(impact.state.J), np.nan) if here is None else here.depth)[:, None]))
 
 
 def _feasible(impact: Impact, places: Places) -> Array:
@@ -70,8 +79,8 @@ def _feasible(impact: Impact, places: Places) -> Array:
     del places
     landing = impact.landing
     refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1)
-    if landing.base != "fixed":
-        refused = refused | _levels(impact).below[:, None]
+    if landing.base != "fixed" and (here := _levels(impact)) is not None:
+        refused = refused | here.below[:, None]
     if landing.scene.friction is not None:
         refused = refused | (friction_needed(impact, landing.contact_places).astype(float) > landing.scene.friction).any(axis=-1)
     return np.asarray(_one(np.where(refused, 0.0, 1.0)))
@@ -88,8 +97,8 @@ ROBOT = (
     Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size),
     Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
         UNKNOWN),
-    Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", lambda i,
-        p: _one(_levels(i).depth[:, None]), missing="the robot has no geometry"),
+    Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
+        missing="the robot has no geometry, or no contact is on level ground"),
     Quantity("feasible", "robot", "whether level ground allows the landing", "1", "less", _feasible),
     Quantity("rank", "robot", "independent contact and closure rows", "1", posed=True),
     Quantity("rows", "robot", "contact and closure rows", "1", posed=True),

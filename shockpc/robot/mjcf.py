@@ -69,6 +69,9 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     limits = np.tile([-np.inf, np.inf], (m.nq, 1))
     limits[m.jnt_qposadr[limited]] = m.jnt_range[limited]
     model.lowerPositionLimit, model.upperPositionLimit = limits[order].T
+    limited = m.jnt_actfrclimited[m.dof_jntid] & (m.jnt_type[m.dof_jntid] >= _SLIDE)
+    effort = np.where(limited, np.abs(m.jnt_actfrcrange[m.dof_jntid]).max(axis=1), np.inf)
+    model.upperEffortLimit = effort[np.isin(m.dof_jntid, joints)]
     model.armature = _armature(m)[np.isin(m.dof_jntid, joints)]
     floats = model.joints[1].shortname() == "JointModelFreeFlyer"
     if floats:

@@ -150,6 +150,8 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
                 if joint.get("type") in ("revolute", "prismatic"):
                     (model.lowerPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "lower", "0")
                     (model.upperPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "upper", "0")
+                if joint.find("limit") is not None:
+                    (model.upperEffortLimit[model.idx_vs[index]],) = _numbers(subject, joint, "limit", "effort", "0")
                 places[link] = index, pin.SE3.Identity()
         model.addFrame(pin.Frame(link, places[link][0], 0, places[link][1], pin.FrameType.BODY, inertias[link]))
     return model

@@ -113,13 +113,32 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
     """The landing on contacts of finite stiffness, in double precision; None without a stiffness."""
     if (found := profile.stiffness) is None:
         return None
+    contacts = profile.places("contact")[: len(profile.landing.contacts)]
+    modes, shares = found.motion.modes, found.force_shares
     return {
         "contact_stiffness": profile.scene.contact_stiffness,
         "difference": found.difference,
         "contacts": _columns(profile, "contact", "duration", "peak_force", "peak_force_time"),
-        "points": _columns(profile, "point", "peak_acceleration", "peak_acceleration_time"),
-        "joints": _columns(profile, "joint", "peak_torque"),
-    }
+        "points": _columns(
+            profile, "point", "peak_acceleration", "peak_acceleration_time", "shock_compressed", "delta_v_compressed",
+            "shock_separated", "delta_v_separated",
+        ),
+        "joints": _columns(
+            profile, "joint", "peak_torque", "torque_share", "peak_joint_force", "peak_joint_moment", "delta_qd_separated"
+        ),
+        "bodies": _columns(profile, "body", "shock_com_compressed", "shock_com_separated"),
+        "modes": [
+            {
+                "frequency": modes.frequency[k],
+                "energy": modes.energy[k],
+                "force_share": {place.name: shares[c, k] for c, place in enumerate(contacts)},
+                "contacts_share": modes.participation[found.number >= 0, k].sum(),
+            }
+            for k in range(len(modes.frequency))
+        ],
+        "compression": found.compressed,
+        "springs_count": found.springs_count,
+    }  # fmt: skip
 
 
 def _columns(profile: ShockProfile, kind: Kind, *keys: str) -> list[dict[str, Any]]:

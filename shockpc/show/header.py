@@ -141,6 +141,7 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]
     parts.append("sticks" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
     parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
+    parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
     if np.linalg.norm(found.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
         parts.append(f"approaches at ({vector_text(found.approach)}) m/s")
     return ", ".join(parts)

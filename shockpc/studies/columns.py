@@ -163,13 +163,14 @@ class Postures(NamedTuple):
     def values(self, strikes: Array, wanted: Sequence[Column]) -> tuple[dict[str, Array], np.ndarray]:
         """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground. Args: strikes, as for `columns`."""
         impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes)
-        parting = impact.approach @ self.landing.up >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
+        normals = np.array([contact.normal for contact in self.landing.contacts])
+        parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
         return _selected(impact, wanted, strikes.shape[:2]), parting
 
 
 def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column]) -> Postures:
     """Steps 1 and 2 in a few postures, in double precision. Args: Q (m, nq); wanted, what will be read of them."""
-    own = bool(landing.before.omega.any() or landing.before.joint_rates.any())
+    own = not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model.armature)
     everywhere = any(c.selection.quantity.of == "joint" or c.selection.quantity.key == "shock_min" for c in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]

@@ -338,7 +338,7 @@ def _path(landing: PosedLanding, rates: Array) -> Path | None:
         # What is lowest is found in double precision, so the speed of that point over its link is known to ten digits.
         state = _beside(landing, rates)
         for k in lowest:
-            after, before = locate_lowest_point(landing.contacts[k], state.rotation[:, landing.contacts[k].body], landing.up).point
+            after, before = locate_lowest_point(landing.contacts[k], state.rotation[:, landing.contacts[k].body]).point
             speeds[k] = (after - before) / (2.0 * NEAR)
             if np.abs(speeds[k]).max() > FASTEST_LOWEST_POINT:
                 return None

@@ -28,7 +28,9 @@ def draw_limits(found: JointLimits) -> Figure:
     """Draw the map."""
     scale, unit = (math.degrees(1.0), "deg") if found.unit == "rad" else (1e3, "mm")
     robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
-    figure = new_chart(7.2, 4.6, f"{found.target.title[:1].upper()}{printable(found.target.title, 60)[1:]} of {robot} landing on {foot}")
+    figure = new_chart(
+        7.2, 4.6, f"{found.target.title[:1].upper()}{printable(found.target.title, 60)[1:]} of {robot} landing on {foot}"
+    )
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
     chosen = np.unique(np.linspace(0, len(found.scan.values) - 1, min(SAMPLES[0], len(found.scan.values))).astype(int))
     low, high = found.strikes

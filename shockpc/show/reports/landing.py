@@ -278,15 +278,41 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
         return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]
 
     header = ("contact", "duration [ms]", "peak force [N]", "at [ms]")
-    title = f"contacts of {profile.scene.contact_stiffness:g} N/m (frozen geometry; double precision, not proven)"
+    title = f"contacts of {_stiffness(profile)} (frozen geometry; double precision, not proven)"
     sheets = [Sheet(title, header, rows("contact", "duration", "peak_force", "peak_force_time"))]
     if points := rows("point", "peak_acceleration", "peak_acceleration_time"):
         sheets.append(Sheet("peak accelerations on these contacts", ("point", "peak [g]", "at [ms]"), points))
-    torque = profile.value("peak_torque", "joint")
-    if torque[torque > 0.0].size:
-        joints, notes = largest(rows("joint", "peak_torque"), most, "joint", torque.tolist())
-        sheets.append(Sheet("peak torque along the joints' axes", ("joint", "peak [N m, N]"), joints, notes))
+    if profile.places("joint"):
+        torque, force = profile.value("peak_torque", "joint"), profile.value("peak_joint_force", "joint")
+        keys = ["peak_joint_force", "peak_joint_moment", "peak_torque", "torque_share"]
+        heads = ["force [N]", "moment [N m]", "along the axis [N m, N]", "of the effort limit [-]"]
+        if np.isnan(profile.value("torque_share", "joint")).all():
+            keys, heads = keys[:3], heads[:3]
+        order = np.where(torque > 0.0, 1e6 * torque, force)
+        joints, notes = largest(rows("joint", *keys), most, "joint", order.tolist())
+        sheets.append(Sheet("peaks through the joints", ("joint", *heads), joints, notes))
+    shocks = [
+        (
+            f"CoM of {place.name}",
+            *(profile.value(key, "body")[k] for key in ("shock_com_compressed", "shock_com_separated", "shock_com")),
+        )
+        for k, place in enumerate(profile.places("body"))
+        if place.body == int(profile.robot.masses.argmax())
+    ] + rows("point", "shock_compressed", "shock_separated", "shock")
+    heads = ["shock at", "end of compression [-]", "end of contact [-]", "impulse model [-]"]
+    sheets.append(Sheet("velocity jumps on these contacts", heads, shocks))
+    found = profile.stiffness
+    modes = found.motion.modes
+    heads = ["frequency [Hz]", "kinetic energy before [J]", *(f"of the force of {p.name} [%]" for p in profile.places("contact"))]
+    carried = [(float(f), float(e), *(100.0 * found.force_shares[:, k])) for k, (f, e) in enumerate(zip(*modes[:2], strict=True))]
+    sheets.append(Sheet("modes, and the normal force that they carry", heads, carried[:most]))
     return sheets
+
+
+def _stiffness(profile: ShockProfile) -> str:
+    """The stiffness of the contacts in words."""
+    k, tangential = profile.scene.contact_stiffness, profile.scene.tangential_stiffness
+    return f"{k:g} N/m" + ("" if tangential is None else f" ({tangential:g} N/m along the ground)")
 
 
 def _ground_lines(profile: ShockProfile) -> list[str]:
@@ -294,7 +320,8 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
     if found := profile.stiffness:
         percent = max(100.0 * found.difference, 0.1)
         within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
-        return [f"impulse model: {within} (jumps of the bodies at the end of contact, {profile.scene.contact_stiffness:g} N/m)"]
+        springs = "" if found.springs_count is None else f"; springs count after {1e3 * found.springs_count:.3g} ms"
+        return [f"impulse model: {within}{springs} (jumps of the bodies at the end of contact, {_stiffness(profile)})"]
     if (sliding := profile.friction) is None:
         return []
     name, n = f"friction {profile.scene.friction:g}", sliding.solutions

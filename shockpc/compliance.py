@@ -1,0 +1,203 @@
+"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in double precision, not proven.
+
+The inertia and the rows of a landing go to the solver of `core.stiffness`, in the velocities with which its loops stay closed. Its
+motion is linear in accelerations and forces at each time: what is linear in the jumps and impulses of an impact (the velocity of a
+point, the wrench through a joint) is, of unit accelerations and unit forces, the matrix that gives the same of the motion.
+"""
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.spatial import Array, freeze
+from shockpc.core.stiffness import Elements, attach_rotors, simulate_landing
+from shockpc.errors import SolveError
+from shockpc.exact.proof import motion as size_of
+from shockpc.ground import contact_rows, jumps_of
+from shockpc.impact import DoubleImpact, Impact
+from shockpc.landing import PosedLanding
+from shockpc.places import Place
+
+__all__ = ["CompliantLanding", "compliant_landing"]
+
+Compute = Callable[[Impact, Sequence[Place]], Any]
+
+LEAST_MOTION = 1e-9
+"""Share of the fastest body's jump below which a body counts as moved by it, where jumps are compared."""
+
+PART = 0.01
+"""Share of the elastic energy of a mode from which springs of joints take part in it."""
+
+
+class _Columns(DoubleImpact):
+    """Accelerations and forces as jumps and impulses, in a column each; a quantity has S values, one of each column."""
+
+    def along(self, columns: Any) -> Any:
+        """Columns (N, ..., S) as (N, S, ...)."""
+        return np.moveaxis(columns, -1, 1)
+
+
+class CompliantLanding:
+    """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed when it is read.
+
+    Attributes:
+        landing: the landing.
+        motion: until all contacts are open.
+        number: (r,) contact of each element; −1 for a spring in a joint.
+        full: (nv, n) joint velocities for unit velocities of the coordinates of the motion.
+
+    Raises:
+        SolveError: the motion cannot be followed.
+    """
+
+    def __init__(self, landing: PosedLanding) -> None:
+        self.landing, self._rows, k = landing, contact_rows(landing), landing.scene.contact_stiffness
+        assert k is not None
+        rows, state = self._rows, landing.state
+        self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
+        before = landing.before.joint_rates.copy()
+        before[:6] = np.linalg.solve(state.J[0, :, :6], np.concatenate([landing.before.omega, landing.before.velocity]))
+        velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
+        c, tangential = len(landing.contacts), landing.scene.tangential_stiffness or k
+        number = np.repeat(np.arange(c), [block.size for block in rows.landing.contacts])
+        stiffness, e = np.where(rows.normal, k, tangential), rows.restitution
+        model, M, B = landing.joint_model, rows.M, rows.J * rows.sign[:, None]
+        springs = np.flatnonzero(model.stiffness > 0.0)
+        geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
+        self._joints = np.concatenate([springs, geared])
+        B = np.concatenate([B, self._free[springs]])
+        if len(geared):
+            M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
+            B = np.concatenate([B, gears])
+        added = len(self._joints)
+        self.full = np.pad(self._free, ((0, 0), (0, len(geared))))
+        self.number = np.concatenate([number, np.full(added, -1)])
+        elements = Elements(
+            B,
+            np.concatenate([stiffness, model.stiffness[springs], model.drive_stiffness[geared]]),
+            np.concatenate([e, np.ones(added)]),
+            self.number,
+            np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
+        )
+        try:
+            self.motion = simulate_landing(M, elements, velocity)
+        except (ArithmeticError, np.linalg.LinAlgError) as refusal:
+            raise SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}") from None
+        self._peaks: dict[Any, tuple[Array, Array]] = {}
+
+    @functools.cached_property
+    def _columns(self) -> _Columns:
+        """Unit accelerations of the coordinates, then unit forces of the elements, with what holds the loops."""
+        rows, n, r = self._rows, self.full.shape[1], len(self.number)
+        equation, held, m = rows.equation, rows.n, self._free.shape[1]
+        G = np.eye(len(self.full)) if equation.G is None else equation.G[0]
+        delta = np.zeros((1, len(equation.H[0]), n + r))
+        delta[0, :, :m] = rows.basis
+        impulse = np.zeros((1, len(equation.J_c[0]), n + r))
+        impulse[0, :held, n : n + held] = np.diag(rows.sign)
+        if len(equation.J_c[0]) > held:
+            along = np.concatenate([equation.J_c[0, :held] * rows.sign[:, None], G[self._joints]])
+            missing = equation.H[0] @ delta[0] - np.pad(along.T, ((0, 0), (n, 0)))
+            impulse[0, held:] = np.linalg.lstsq(equation.J_c[0, held:].T, missing, rcond=1e-10)[0]
+        jumps = jumps_of(self.landing, equation.full(delta))
+        return _Columns(rows.landing, equation, _solution(delta, impulse), jumps)
+
+    def maps(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
+        """What gives a quantity at n places of accelerations (n, k, coordinates), and of forces (n, k, elements)."""
+        values = np.moveaxis(np.asarray(compute(self._columns, places), dtype=float)[0], 0, -1)
+        values = values.reshape(len(places), -1, values.shape[-1])
+        return values[..., : self.full.shape[1]], values[..., self.full.shape[1] :]
+
+    def peaks(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
+        """The largest length (n,) of a quantity that is linear in jumps and impulses, at n places, and when (n,) it is reached."""
+        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
+        if key not in self._peaks:
+            self._peaks[key] = self._peak(*self.maps(compute, places))
+        return self._peaks[key]
+
+    def history(self, compute: Compute, places: Sequence[Place], times: Array) -> Array:
+        """The same quantity (T, n, k) at times (T,)."""
+        moving, forced = self.maps(compute, places)
+        found = self.motion.at(times)
+        return np.asarray(np.einsum("nki,ti->tnk", moving, found.acceleration) + np.einsum("nkr,tr->tnk", forced, found.force))
+
+    def _peak(self, moving: Array, forced: Array) -> tuple[Array, Array]:
+        """As `Motion.peak`."""
+        try:
+            value, when = self.motion.peak(moving, forced)
+        except ArithmeticError as refusal:
+            raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
+        freeze(value, when)
+        return value, when
+
+    @functools.cached_property
+    def forces(self) -> tuple[Array, Array]:
+        """Peak force (c,) of each contact, tangential parts included [N], and when (c,) it is reached [s]."""
+        selected = np.stack([np.diag(1.0 * (self.number == c)) for c in range(len(self.landing.contacts))])
+        return self._peak(np.zeros((*selected.shape[:2], self.full.shape[1])), selected)
+
+    @functools.cached_property
+    def duration(self) -> Array:
+        """Time (c,) at which each contact opens for the last time [s]."""
+        opened = {int(self.number[event.element]): event.time for event in self.motion.events if event.kind == "opens"}
+        return np.array([opened.get(c, 0.0) for c in range(len(self.landing.contacts))])
+
+    @functools.cached_property
+    def compressed(self) -> float:
+        """Time at which the last contact ends its first compression [s]."""
+        first = self.motion.first("unloads")[self.motion.elements.normal]
+        return float(first[np.isfinite(first)].max())
+
+    @functools.cache  # noqa: B019
+    def impact_at(self, time: float) -> DoubleImpact:
+        """The jumps from the impact until a time [s], for the scene's own strike alone; without impulses."""
+        delta = np.full((1, len(self._rows.basis), 4), np.nan)
+        delta[0, :, 3] = self._rows.basis @ self.motion.at(np.array([time])).jump[0, : self._free.shape[1]]
+        equation = self._rows.equation
+        impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
+        return DoubleImpact(self.landing, equation, _solution(delta, impulse), jumps_of(self.landing, equation.full(delta)))
+
+    @functools.cached_property
+    def difference(self) -> float:
+        """Largest difference between the jumps of a body at the end and in the impulse model, relative to the latter [1]."""
+        equation = self._rows.equation
+        plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)
+        impulsive = jumps_of(self.landing, equation.full(plain.delta_qd))[0, ..., 3]
+        own = self.impact_at(self.motion.duration).jumps[0, ..., 3]
+        lengths = self.landing.robot.rotation_lengths
+        difference, size = size_of(np.stack([own - impulsive, impulsive], axis=-1), lengths).T
+        return float(np.max(difference / np.maximum(size, LEAST_MOTION * size.max())))
+
+    @functools.cached_property
+    def springs_count(self) -> float | None:
+        """Time from which springs in joints count: a quarter of a period of the slowest mode that they take part in [s]."""
+        modes = self.motion.modes
+        slow = modes.frequency[(modes.participation[self.number < 0].sum(axis=0) > PART) & (modes.frequency > 0.0)]
+        return float(0.25 / slow.min()) if slow.size else None
+
+    @functools.cached_property
+    def force_shares(self) -> Array:
+        """Share (c, m) of each mode in the normal force of each contact: its amplitude, of the sum of all [1]."""
+        motion, first = self.motion, self.motion.segments[0]
+        amplitude = np.abs((first.forces @ first.U) * np.hypot(first.zeta, first.upsilon))[motion.elements.normal]
+        order = np.argsort(self.number[motion.elements.normal])
+        total = amplitude[order].sum(axis=1, keepdims=True)
+        return np.asarray(amplitude[order] / np.where(total > 0.0, total, 1.0))
+
+
+def _solution(delta: Array, impulse: Array) -> Solution:
+    """Jumps (1, ny, k) and impulses (1, nc, k) as a solution of Eq. 4, of which only these are read."""
+    return Solution(delta, impulse, np.ones(impulse.shape[:2]), np.array([0]), np.ones(1), {}, {})
+
+
+@functools.lru_cache(maxsize=4)
+def compliant_landing(landing: PosedLanding) -> CompliantLanding:
+    """The landing on contacts of the scene's stiffness, with the restitution of the contacts.
+
+    Raises:
+        SolveError: the motion cannot be followed.
+    """
+    return CompliantLanding(landing)
