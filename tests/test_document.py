@@ -62,7 +62,7 @@ FOOT = (
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
     "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
-    "assembly:assembly? loads_unique:bool depth:float? friction:sliding? stiffness:springs?",
+    "assembly:assembly? loads_unique:bool depth:float? feasible:float friction:sliding? stiffness:springs?",
     "robot": "name:str file:str mass:float n_bodies:int nv:int",
     "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
     f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES} peak_g:float? "
@@ -88,8 +88,8 @@ RECORDS = {
     "struck": "body:str delta_omega:vector delta_v:vector shock_com:float",
     "felt": "frame:str delta_v:vector shock:float",
     "loaded": "joint:str delta_qd:float? along:float?",
-    "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned* bodies:jolted* modes:mode* "
-    "compression:float springs_count:float?",
+    "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned* bodies:jolted* "
+    "modes:mode* compression:float springs_count:float?",
     "pressed": "frame:str duration:float peak_force:float peak_force_time:float",
     "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float shock_compressed:float delta_v_compressed:vector "
     "shock_separated:float delta_v_separated:vector",

@@ -119,6 +119,7 @@ CHANGES = {
     'at = "lowest"': 'at = "frame"',
     'directions = ["z"]': "",
     'directions = ["x", [0, 0, 1]]': 'directions = ["x"]',
+    'restitution_along = "directions"': "",
     'frame = "trunk_imu"': 'frame = "lf_leg"',
     'frame = "trunk"\n': 'frame = "rf_leg"\n',
 }
