@@ -1,10 +1,11 @@
 """How far to trust a result: the proven bound, the error of double precision, and the sensitivity to the data."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.impulse import DATA_TOLERANCE, RowChoice
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.exact.balls import PrecisionError, SingularError
@@ -15,7 +16,7 @@ from shockpc.places import Place
 from shockpc.quantities.quantity import Quantity
 from shockpc.solve import UNPHYSICAL, body_speeds, greatest_motion
 
-__all__ = ["AT_REST", "SENSITIVE", "Health", "data_sensitivity", "double_error", "nearly_singular"]
+__all__ = ["AT_REST", "SENSITIVE", "Health", "data_sensitivity", "double_error", "nearly_singular", "redundant", "strained"]
 
 SENSITIVE = 1e-9
 """A result that a change of the data in their last digits moves by more than this share carries a warning."""
@@ -25,6 +26,9 @@ PATTERNS = 2
 
 AT_REST = 1e-13
 """A body that moves by less than this share of the fastest one counts as at rest where errors are compared with motion."""
+
+STRAIN = 100.0
+"""Impulse through a joint relative to the greatest of the contacts beyond which a warning names the joint [1]."""
 
 FASTEST_PLAUSIBLE = 100.0
 """Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
@@ -84,6 +88,32 @@ def nearly_singular(landing: PosedLanding, proof: Proof) -> Iterator[Diagnostic]
             "nearly so; the most severe directions say that alone, and are not physically plausible"
         )
         yield Diagnostic("posture", "", most, text)
+
+
+def redundant(landing: PosedLanding, choice: RowChoice) -> Iterator[Diagnostic]:
+    """A warning where rows of loops count as dependent, although more than rounding sets them apart."""
+    if choice.apart:
+        text = (
+            f"rows of the loops differ by {choice.apart:.0e} of their size, below {DATA_TOLERANCE:.0e}, so they count as the same "
+            "(bars that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
+        )
+        yield Diagnostic("posture", landing.robot.name, choice.apart, text)
+
+
+def strained(joints: Mapping[str, float], contact: float) -> Iterator[Diagnostic]:
+    """A warning of the greatest impulse through a joint, where that of the contacts does not explain it.
+
+    Args:
+        joints: impulses through the joints, by name [N s].
+        contact: greatest impulse of a contact or standing foot [N s].
+    """
+    name, most = max(joints.items(), key=lambda item: item[1], default=("", 0.0))
+    if most > STRAIN * contact:
+        text = (
+            f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of the contact: the mechanism is '
+            "nearly singular or redundant here, which is not physically plausible; set another posture, or open a loop"
+        )
+        yield Diagnostic("posture", name, most, text)
 
 
 def data_sensitivity(

@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import math
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, Plane, freeze
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError
-from shockpc.model.closure import Assembly, all_loops, assemble, closure_block
+from shockpc.model.closure import Assembly, all_loops, assemble, closure_block, follow
 from shockpc.model.columns import Base, free_columns
 from shockpc.model.contact import Contact, contact_block, locate_lowest_point
 from shockpc.model.dynamics import Dynamics, dynamics
@@ -26,7 +27,7 @@ from shockpc.robot.record import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 
-__all__ = ["Landing", "PosedLanding", "contact_velocity", "pulse_of", "resolve"]
+__all__ = ["Landing", "PosedLanding", "contact_velocity", "following", "pulse_of", "resolve"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +283,7 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     loops = all_loops(robot, scene.closure)
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
-        q = assembly.q
+        q, warnings = assembly.q, [*assembly.warnings(robot.name)]
     warnings += outside_limits(robot, q)
     if scene.assemble and not loops:
         named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
@@ -301,6 +302,26 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     _refuse_twice(landing.blocks)
     _refuse_separation(landing)
     return landing
+
+
+def following(scene: Scene, near: PosedLanding) -> Scene:
+    """A scene whose loops start closed, assembled in the same way as those of another landing of the robot.
+
+    The joints that close the loops are followed from there while the others move, and are set to where they come.
+
+    Raises:
+        ShockError: as for `resolve`.
+    """
+    robot, posture = near.robot, scene.posture
+    held = held_joints(robot, posture, scene.assemble)
+    q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, held)
+    movable = [joint for joint in robot.single_joints[robot.free_base :] if joint.axis is not None and not held[joint.v].any()]
+    followers = {mimic.joint for mimic in robot.mimics}
+    found = {joint.name: joint.value(q) for joint in movable if joint.name not in followers}
+    turned = {joint.name: joint.kind != "prismatic" for joint in movable}
+    given = {name: math.degrees(value) if turned[name] else value for name, value in found.items()}
+    others = {name: value for name, value in posture.joints_deg.items() if name not in given}
+    return replace(scene, posture=replace(posture, joints_deg={**others, **given}), assemble=tuple(given))
 
 
 def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:

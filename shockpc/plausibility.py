@@ -187,10 +187,12 @@ def _straight(landing: PosedLanding, mitigation: Mapping[str, float | None]) -> 
     if straight:
         least = min((factor for frame in straight if (factor := mitigation[frame]) is not None), default=None)
         limbs = "limb" if len(straight) == 1 else "limbs"
+        remedy = "the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf"
+        if robot.postures:
+            remedy = f"one of its postures with --posture: {listed(robot.postures, 4)}"
         text = (
             f"no standing posture found: neutral, with straight {limbs} at {listed(straight, 4)}"
-            f"{'' if least is None else f'; mitigation {least:.2g}'}; set joints with --set, or give "
-            + ("the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf")
+            f"{'' if least is None else f'; mitigation {least:.2g}'}; set joints with --set, or give {remedy}"
         )
         yield Diagnostic("posture", "+".join(straight), least, text)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from shockpc.accuracy import AT_REST, Health, data_sensitivity, double_error, nearly_singular
+from shockpc.accuracy import AT_REST, Health, data_sensitivity, double_error, nearly_singular, redundant, strained
 from shockpc.core.directions import ExtremeDirections
 from shockpc.core.impulse import RowChoice, solve_impact
 from shockpc.core.percussion import shock_at
@@ -506,12 +506,17 @@ class ShockProfile:
         landing, proof, robot = self.landing, self.proof, self.robot.name
         with self.trace.stage("accuracy and warnings"):
             sensitivity, data = data_sensitivity(proof, self._small_differences)
+            joints = dict(
+                zip([place.name for place in self.places("joint")], self.value("joint_impulse", "joint").tolist(), strict=True)
+            )
             warnings = (
                 *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
                 *self.robot.change_warnings,
                 *landing.warnings,
                 *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),
+                *redundant(landing, self.choice),
+                *strained(joints, max(float(self._contact_impulses.max()), float(np.linalg.norm(self.total_impulse)))),
                 *data,
                 *pulled(landing, self.value("pull", "contact")),
                 *slipping(landing, self.value("friction_needed", "contact")),
@@ -530,10 +535,15 @@ class ShockProfile:
                 warnings=warnings,
             )
 
+    @cached_property
+    def _contact_impulses(self) -> Array:
+        """Sizes (n,) of the impulses of contacts and standing feet [N s]; 0 where there is none."""
+        return np.asarray(np.nan_to_num(np.linalg.norm(self.value("impulse", "contact"), axis=1)))
+
     @property
     def _small_differences(self) -> list[tuple[Quantity, list[Place], Array]]:
         """Results that may be small differences of large numbers: speed, radii of percussion, impulses; with places and values."""
-        impulse = np.nan_to_num(np.linalg.norm(self.value("impulse", "contact"), axis=1))
+        impulse = self._contact_impulses
         chosen = [
             (quantity("robot", "v_in"), np.ones(1)),
             (quantity("body", "ropc"), ~self.translates),

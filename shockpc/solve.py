@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, RowChoice, Solution, choose_rows, weakest_columns
+from shockpc.core.impulse import RowChoice, Solution, choose_rows, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SolveError
 from shockpc.exact.balls import SingularError
 from shockpc.exact.proof import Proof
 from shockpc.landing import PosedLanding
-from shockpc.model.rows import Block, Equation, block_axes, row_jacobian, row_terms, slices_of
+from shockpc.model.rows import Block, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of
 from shockpc.printed import few, listed
 from shockpc.robot.record import Robot
 
@@ -48,7 +48,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
         raise SolveError(_without_inertia(landing, equation))
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
     for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
-        choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), solution.scale[0])
+        choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), solution.scale[0], equation.tolerance)
         try:
             proof = Proof(landing, choice)
         except SingularError as singular:
@@ -75,7 +75,8 @@ def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[i
     J, terms, H, G = row_jacobian(state, blocks)[0], row_terms(state, blocks)[0], state.H[0], landing.free_columns(state)
     if G is not None:
         J, terms, H = J @ G[0], terms @ np.abs(G[0]), G[0].T @ H @ G[0]
-    return [int(row) for row in choose_rows(J, terms, np.sqrt(np.abs(np.diagonal(H))), np.ones(len(J))).rows]
+    choice = choose_rows(J, terms, np.sqrt(np.abs(np.diagonal(H))), np.ones(len(J)), row_tolerance(blocks))
+    return [int(row) for row in choice.rows]
 
 
 def _posture(landing: PosedLanding) -> str:
@@ -108,8 +109,10 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     delta_qd = proof.delta_qd[:, 3]
     left = row_jacobian(state, blocks)[0] @ delta_qd + equation.b[0, :, 3]
     # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
-    # precision here, and that with which they were found dependent.
-    rounding = TOLERANCE * np.sqrt(len(b)) * (row_terms(state, blocks)[0] @ np.abs(delta_qd))
+    # precision here, and that with which they were found dependent, in units of the inertia.
+    size = np.sqrt(np.abs(np.diagonal(state.H[0])))
+    terms = np.linalg.norm(row_terms(state, blocks)[0] / np.where(size > 0.0, size, 1.0), axis=1)
+    rounding = equation.tolerance * len(b) * terms * np.linalg.norm(size * delta_qd)
     excess = np.abs(left) - CONTRADICTION * np.abs(b).max() - rounding
     excess[proof.choice.rows] = 0.0
     worst = int(np.argmax(excess))

@@ -42,11 +42,22 @@ def read(package: Path, **given: Any) -> RobotSource:
         "{package}/meshes/trunk one.stl",
         "../meshes/trunk one.stl",
         "../urdf/../meshes/trunk one.stl",
+        "package:///../meshes/trunk one.stl",
     ],
 )
 def test_every_way_to_name_a_mesh(uri: str, dog: Path):
     """package://, file://, absolute and relative names lead to the same file."""
     assert read(dog).folders.asset(uri.format(package=dog)) == dog / "meshes" / "trunk one.stl"
+
+
+@pytest.mark.parametrize("uri", ["package:///paw.stl", "package:///parts/paw.stl"])
+def test_an_empty_package_is_the_folder_of_the_file(uri: str, dog: Path):
+    """A file there, or where there is none, a message that names it and not a package."""
+    place = dog / "urdf" / uri.removeprefix("package:///")
+    refused(RobotError, ["--package parts=DIR" if "parts" in uri else "is missing"], read(dog).folders.asset, uri)
+    place.parent.mkdir(exist_ok=True)
+    place.touch()
+    assert read(dog).folders.asset(uri) == place
 
 
 def test_data_package_is_its_own_package_root():

@@ -15,6 +15,7 @@ from shockpc.model.dynamics import dynamics
 from shockpc.model.rows import row_jacobian
 from shockpc.paper.landings import land, scene
 from shockpc.scene import robot_of
+from shockpc.studies.sweep.study import sweep_of
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
 WIDE = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'
@@ -190,7 +191,7 @@ def test_a_slot_is_the_same_wherever_its_origin_lies_along_it():
 def test_the_posture_is_projected_onto_the_loop():
     """The gap before, the joints that moved and by how much; joints that may not move do not, nor any where it is closed."""
     profile = closed()
-    loop, (gap, turn, moved) = loop_of(FOUR_BAR, LOOP), profile.assembly[1:]
+    loop, (gap, turn, moved) = loop_of(FOUR_BAR, LOOP), profile.assembly[1:4]
     before = np.array(profile.q)
     before[7:] = np.radians([40.0, -60.0, 10.0])
     assert gap == pytest.approx(np.linalg.norm(closure_gap(dynamics(FOUR_BAR, before[None]), loop)), rel=1e-12)
@@ -276,6 +277,72 @@ def test_a_loop_that_cannot_be_closed_is_refused_with_its_gap(given, robot, gap,
     """The message gives what is left, in millimetres and degrees, and the joints that may move."""
     text = refused(SceneError, parts, resolve, given, robot)
     assert gap[0] <= float(text.split("stay ")[1].split(" mm")[0]) <= gap[1]
+
+
+def three_rods(longer=0.0, tilt=0.0):
+    """A body under three parallel bars of 0.1 m, which can swing; the third is longer, or its foot stands elsewhere [m]."""
+    bars = [(-0.03, 0.1, 0.0), (0.0, 0.1, 0.0), (0.05, 0.1 + longer, tilt)]
+    joints = [
+        joint(f"bar{k}", "base", f"rod{k}", axis="0 1 0", more=f'<origin xyz="{x} 0 0"/>' + WIDE) for k, (x, *_) in enumerate(bars)
+    ]
+    joints.append(joint("hinge", "rod0", "foot", axis="0 1 0", more='<origin xyz="0 0 -0.1"/>' + WIDE))
+    ends = [
+        Closure(a=Place(frame=f"rod{k}", offset=(0.0, 0.0, -length)), b=Place(frame="foot", offset=(x + 0.03 + moved, 0.0, 0.0)))
+        for k, (x, length, moved) in enumerate(bars)
+        if k
+    ]
+    robot = robot_from(urdf(*map(link, ("base", "rod0", "rod1", "rod2", "foot")), *joints, name="rods"))
+    posture = Posture(joints_deg={"bar0": 20.0, "bar1": 20.0, "bar2": 20.0, "hinge": -20.0})
+    return shock_profile(
+        Scene(robot="r", contact="foot", closure=tuple(ends), assemble=("*",), posture=posture, strike=FALL), robot
+    )
+
+
+@pytest.mark.parametrize("fault", [{"tilt": 1e-10}, {"longer": 1e-11}, {"longer": 1e-12}, {"longer": 1e-6}])
+def test_bars_that_are_parallel_to_the_digits_of_a_file_are_parallel(fault):
+    """They swing as exact ones do, with a warning; taken literally they would lock, and strain one another without bound."""
+    exact, found = three_rods(), three_rods(**fault)
+    assert not any("loops" in str(warning) for warning in exact.health.warnings)
+    assert found.health.rank == exact.health.rank
+    assert_close(found.delta_v, exact.delta_v, 1e-4)
+    most = {key: max(np.linalg.norm(load.force) for load in profile.loads) for key, profile in (("", exact), ("fault", found))}
+    assert most["fault"] < 2.0 * most[""]
+    warnings = " ".join(str(warning) for warning in found.health.warnings)
+    assert ("count as the same" in warnings) == (fault in ({"tilt": 1e-10}, {"longer": 1e-6}))
+    assert ("mm apart, closed by least squares" in warnings) == (fault == {"longer": 1e-6})
+
+
+def test_joints_that_strain_one_another_are_reported():
+    """Bars a millionth out of parallel lock the foot, with impulses far above that of the contact."""
+    (warning,) = (w for w in three_rods(tilt=1e-5).health.warnings if "N s" in str(w))
+    assert warning.value > 100.0
+
+
+def test_a_loop_is_followed_through_a_sweep():
+    """Every row of a five-bar leg keeps the side to which its knees are bent, also where a start far away would not."""
+    given = scene("five_bar")
+    made = sweep_of(given, robot_of(given), {"front_hip": "-90:30:25"}, prove=0)
+    angles = []
+    for row in range(made.rows):
+        case, robot = made.case(row)
+        q = resolve(case, robot).q
+        angles.append(q[[robot.joint(f"{side}_knee").q.start for side in ("front", "rear")]])
+    front, rear = np.array(angles).T
+    hips = np.linspace(np.radians(-90), np.radians(30), 25)
+    # Two equal legs: the knees stay symmetric, and the front one is stretched where the hips are equal.
+    np.testing.assert_allclose(rear, -front, atol=1e-9)
+    assert np.all(np.diff(front) < 0.0)
+    assert np.abs(np.diff(front)).max() < 0.1
+    assert np.all(front * (np.radians(-60.0) - hips) > -1e-12)
+
+
+def test_another_start_closes_a_loop_with_a_warning():
+    """From knees bent the wrong way Gauss–Newton comes to no closed loop; from another start it does."""
+    given = scene("five_bar")
+    posture = dataclasses.replace(given.posture, joints_deg={**given.posture.joints_deg, "front_hip": -70.0})
+    profile = shock_profile(dataclasses.replace(given, posture=posture))
+    assert profile.assembly.retried
+    assert any("perhaps assembled in another way" in str(warning) for warning in profile.health.warnings)
 
 
 def test_joints_to_assemble_without_a_loop_and_open_loops_are_reported():

@@ -80,7 +80,7 @@ RECORDS = {
     "energy": "lost:float share:float?",
     "joint": "joint:str force:vector moment:vector along:float? delta_qd:float? joint_impulse:float joint_moment:float",
     "row": "place:str free:float? as_modelled:float locked:float?",
-    "assembly": "gap:float turn:float moved:step*",
+    "assembly": "gap:float turn:float left:float retried:bool moved:step*",
     "step": "joint:str by:float",
     "sliding": "coefficient:float unchanged:bool solutions:int residual:float energy_lost:float contacts:slip* "
     "bodies:struck* points:felt* joints:loaded*",
@@ -176,7 +176,10 @@ def test_document_is_the_table(profile):
     assert [tuple(row.values()) for row in read["bracket"]] == list(profile.bracket)
     assert [tuple(warning.values()) for warning in read["health"]["warnings"]] == list(profile.health.warnings)
     moved = None if assembly is None else [{"joint": name, "by": by} for name, by, _ in assembly.moved]
-    assert read["assembly"] == (assembly and {"gap": assembly.gap, "turn": assembly.turn, "moved": moved})
+    assert read["assembly"] == (
+        assembly
+        and {"gap": assembly.gap, "turn": assembly.turn, "left": assembly.left, "retried": assembly.retried, "moved": moved}
+    )
 
 
 def test_nulls_stand_where_things_do_not_exist():

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 import xacro as library
-from robot_texts import arm, joint, link, read, refusal, written, xacro
+from robot_texts import arm, joint, link, read, refusal, refused, written, xacro
 
 import shockpc.robot.xacro
+from shockpc.errors import RobotError
 from shockpc.robot.source import read_source
 from shockpc.robot.xacro_expression import evaluate
 
@@ -53,6 +54,14 @@ def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
         "dog.urdf: <xacro:include>, <xacro:wheel> ignored, because the links are complete without xacro; "
         "if not, name the file .xacro",
     )
+
+
+def test_xacro_elements_left_in_a_shape(tmp_path: Path):
+    """They are ignored like others, but one that may stand for mass is not."""
+    shape = '<visual><geometry><box size="1 1 1"/></geometry><xacro:grey/></visual>'
+    source = read(tmp_path, arm(tip=link("tip", more=shape)))
+    assert "<xacro:grey> ignored" in source.warnings[0]
+    refused(RobotError, ["xacro:heavy"], read, tmp_path, arm(tip=link("tip", more="<xacro:heavy/>")))
 
 
 def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -362,6 +362,20 @@ def test_includes_and_meshes_of_the_opened_folders(tmp_path: Path):
     assert_equal(robot, theirs, theirs.qpos0)
 
 
+def test_an_included_file_may_count_from_its_own_folder(tmp_path: Path):
+    """As MuJoCo does where nothing is at the place that counts from the main file's folder."""
+    parts = tmp_path / "parts" / "more"
+    parts.mkdir(parents=True)
+    (parts / "hand.xml").write_text(f"<mujocoinclude>{body('hand', joints='')}</mujocoinclude>")
+    (tmp_path / "parts" / "limb.xml").write_text('<mujocoinclude><include file="more/hand.xml"/></mujocoinclude>')
+    robot = from_text(tmp_path, mjcf(floating('<include file="parts/limb.xml"/>')))
+    assert "hand" in robot.links
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
+    assert_equal(robot, theirs, theirs.qpos0)
+    (parts / "hand.xml").unlink()
+    refused(RobotError, ['"more/hand.xml" is missing'], from_text, tmp_path, mjcf(floating('<include file="parts/limb.xml"/>')))
+
+
 def test_attached_models(tmp_path: Path):
     """A model that another one attaches brings its own includes and meshes."""
     (tmp_path / "legs").mkdir()

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import run
-from robot_texts import written
+from robot_texts import mjcf, written
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, read_scene, shock_profile
+from shockpc.model.contact import foot_contact
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.studies.sweep.study import sweep_of
@@ -65,6 +66,43 @@ def test_a_site_named_like_a_foot_comes_first(name: str):
     """Before geoms of that name, and before those of other names, wherever on the body it is."""
     robot = robot_from(DOG.replace('<geom name="FL"', f'<site name="{name}"/><geom name="FL"'), ".xml")
     assert feet(robot) == (name,)
+
+
+ROD = '<body name="{0}_toe_rod" pos="0 0 -.1"><joint axis="0 1 0"/><geom type="capsule" size=".01" fromto="0 0 0 0 0 -.3"/></body>'
+FOOT = '<body name="{0}_foot" pos="0 0 -.4"><joint axis="0 1 0"/><geom type="box" size=".1 .05 .02"/>{1}</body>'
+TOE = '<body name="toe_{0}"><joint/><geom size=".02"/></body>'
+
+
+def humanoid(beyond: str = "", shin: float = 0.4) -> Robot:
+    """A humanoid with a hand, a camera and two shanks, of a length [m], which carry what is beyond them."""
+    legs = [
+        f'''<body name="{side}_shank" pos="0 {y} -.5"><joint axis="0 1 0"/>{beyond.format(side, TOE.format(side))}
+        <geom type="capsule" size=".03" fromto="0 0 0 0 0 {-shin}"/></body>'''
+        for side, y in (("left", 0.1), ("right", -0.1))
+    ]
+    torso = """<body name="torso"><joint axis="0 0 1"/><geom type="box" size=".1 .1 .3" pos="0 0 .4"/>
+      <body name="camera_head" pos="0 0 .8"><joint/><geom size=".1"/></body>
+      <body name="finger" pos="0 .3 .2"><joint axis="0 1 0"/><geom type="capsule" size=".02" fromto="0 0 0 0 0 -.4"/></body>
+    </body>"""
+    pelvis = '<body name="pelvis" pos="0 0 1"><freejoint/><geom type="box" size=".1 .1 .1"/>'
+    return robot_from(mjcf(f"{pelvis}{torso}{''.join(legs)}</body>"), ".xml")
+
+
+@pytest.mark.parametrize(
+    ("beyond", "expected"),
+    [(ROD + FOOT.replace("{1}", ""), "{}_foot"), (ROD + FOOT, "toe_{}"), ("", "{}_shank")],
+    ids=["foot", "foot with a toe", "shank"],
+)
+def test_feet_are_low_ends_of_limbs(beyond: str, expected: str):
+    """Neither rods of an ankle nor fingers nor a camera; a leg has one foot, however many of its bodies are named so."""
+    robot = humanoid(beyond)
+    assert feet(robot) == each_foot(robot) == tuple(map(expected.format, ("left", "right")))
+
+
+def test_where_only_the_shank_is_named_its_lowest_point_is_struck():
+    """Its frame is at the knee, which no landing hits; a foot is struck at its frame, unless the frame is far above the sole."""
+    for robot, at in ((humanoid(), "lowest"), (humanoid(shin=0.02), "frame"), (humanoid(FOOT), "frame")):
+        assert [foot_contact(robot, foot).at for foot in each_foot(robot)] == [at] * 2
 
 
 # Heights

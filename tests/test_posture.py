@@ -13,7 +13,8 @@ from trees import known_robot, random_rotations, robot_from
 
 from shockpc import Contact, Posture, Scene, SceneError, UnknownName, shock_profile
 from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import STANDING, configuration, outside_limits, reference_name
+from shockpc.model.posture import configuration, outside_limits, reference_name
+from shockpc.robot.landmarks import STANDING
 
 ANGLES = st.floats(-180.0, 180.0)
 
@@ -80,11 +81,13 @@ def test_references_are_those_pinocchio_loads(name):
     ],
 )
 def test_the_posture_is_the_one_asked_for_else_standing_else_neutral(name, wanted, found):
-    """The neutral one has all joints at zero, and the base upright at the origin."""
+    """The neutral one has all joints at zero or the limit nearest to it, and the base upright at the origin."""
     robot = known_robot(name)
     assert reference_name(robot, wanted) == found
     if found == "neutral":
-        np.testing.assert_array_equal(configuration(robot, Posture(reference=wanted)), pin.neutral(robot.model))
+        q = pin.neutral(robot.model)
+        q[7:] = np.clip(q[7:], robot.model.lowerPositionLimit[7:], robot.model.upperPositionLimit[7:])
+        np.testing.assert_array_equal(configuration(robot, Posture(reference=wanted)), q)
 
 
 @pytest.mark.parametrize("first", range(len(STANDING)))
@@ -256,7 +259,7 @@ def test_a_joint_outside_its_limits_is_reported():
 def test_joints_equally_far_outside_are_reported_together():
     """Four straight knees are one fact."""
     laikago = known_robot("laikago")
-    (warning,) = outside_limits(laikago, configuration(laikago, Posture(reference="neutral")))
+    (warning,) = outside_limits(laikago, configuration(laikago, Posture(joints={"*": 0.0})))
     assert str(warning).startswith('joints "FL_calf_joint", "FR_calf_joint", "RL_calf_joint", "RR_calf_joint": 35 deg outside the ')
 
 
@@ -280,3 +283,39 @@ def test_a_posture_that_cannot_be_taken_is_refused(case):
     """The message names the posture, joint or key, and what would be valid."""
     robot, posture, kind, names = REFUSED[case]
     refused(kind, names, configuration, known_robot(robot) if isinstance(robot, str) else robot, posture)
+
+
+KEYS = "<keyframe>{}</keyframe>"
+
+
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        (("odd",), "odd"),
+        (("odd", "other"), "neutral"),
+        (("crouch", "home_default"), "home_default"),
+        (("default", "walk_pose", "stand_pose", "home_pose"), "stand_pose"),
+        (("odd", "init"), "init"),
+        (("walk_pose", "home"), "home"),
+    ],
+)
+def test_the_keyframe_in_which_a_robot_stands(names, found):
+    """Keyframes hold a whole robot, so a name that may be a standing posture is taken for one, and so is a file's only keyframe."""
+    keys = "".join(f'<key name="{name}" qpos="0 0 0 1 0 0 0 {k}"/>' for k, name in enumerate(names))
+    robot = robot_from(mjcf(floating(body("leg")), after=KEYS.format(keys)), ".xml")
+    assert reference_name(robot, None) == found
+
+
+def test_the_neutral_posture_keeps_to_the_limits():
+    """A joint that cannot be at zero stands at the limit nearest to it, with those that follow it; zero within rounding stays."""
+    limits = {"knee": (-2.7, -0.6), "ankle": (0.3, 1.0), "hip": (-1.0, 1.0), "toe": (1e-5, 1.0), "odd": (1.0, -1.0)}
+    joints = [
+        joint(name, "base", name, more=f'<limit lower="{low}" upper="{high}" effort="1" velocity="1"/>')
+        for name, (low, high) in limits.items()
+    ]
+    follower = joint("rod", "base", "rod", more='<mimic joint="knee" multiplier="-2" offset="0.1"/>' + LIMIT)
+    robot = robot_from(urdf(*map(link, ("base", *limits, "rod")), *joints, follower))
+    q = configuration(robot)
+    expected = {"knee": -0.6, "ankle": 0.3, "hip": 0.0, "toe": 0.0, "odd": 0.0, "rod": 1.3}
+    assert {name: robot.joint(name).value(q) for name in expected} == pytest.approx(expected, abs=1e-15)
+    assert not robot.start.flags.writeable

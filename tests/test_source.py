@@ -53,7 +53,8 @@ FILES: dict[str | bytes, str] = {
     f"{arm()}<robot/>": NO_XML,
     f"{arm()}</robot> more": NO_XML,
     "<robot>" * 900: ": line 1: elements are nested more than 490 deep",
-    '<sdf version="1.7"/>': " begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF",
+    '<sdf version="1.7"/>': " begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF, for "
+    "example with sdf2urdf.py of pysdf",
     "<html></html>": " begins with <html>: a web page; download the file itself (on GitHub: the raw file). Robots begin with",
     "<note/>": " begins with <note>: no kind of robot known here. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     SRDF: ": it has no <link>, so there is no robot in it; if it defines macros, give the file that uses them; if it is an SRDF",

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.parse import Setting
 from shockpc.errors import SceneError
-from shockpc.model.contact import Contact, landing_frames, match_contacts
+from shockpc.model.contact import Contact, foot_contact, landing_frames, match_contacts
 from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
@@ -108,7 +108,7 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: b
     elif scene.contact:
         return [scene.contact]
     elif on_each_foot:
-        landings = [(foot,) for foot in each_foot(robot)]
+        return [(foot_contact(robot, foot),) for foot in each_foot(robot)]
     else:
         names = ", ".join(f'"{name}"' for name in feet(robot)[:8] or robot.links[-1:])
         raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {names}')

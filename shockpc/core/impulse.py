@@ -16,7 +16,7 @@ import numpy as np
 from shockpc.core.inertia import Inertia, diagonal_of, solve_inertia
 from shockpc.core.spatial import Array
 
-__all__ = ["TOLERANCE", "RowChoice", "Solution", "choose_rows", "solve_impact", "weakest_columns"]
+__all__ = ["DATA_TOLERANCE", "TOLERANCE", "RowChoice", "Solution", "choose_rows", "solve_impact", "weakest_columns"]
 
 EPS = float(np.finfo(float).eps)
 
@@ -28,6 +28,9 @@ INDISTINCT = 1e10
 
 TOLERANCE = 64.0 * EPS
 """Rows are dependent where what sets them apart is below this share of the terms that they are computed from."""
+
+DATA_TOLERANCE = 1e-9
+"""The same where loops are closed: bars that are parallel to the digits of a file, and to the gap that closing leaves."""
 
 UNCERTAIN = 1.0 / 32.0, 8.0
 """Multiples of the tolerance between which rounding can change whether rows are independent."""
@@ -64,12 +67,14 @@ class RowChoice(NamedTuple):
             mobility; the identity where no row depends on others.
         unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
         uncertain: whether rounding can change how many rows are independent.
+        apart: greatest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if there is none.
     """
 
     rows: np.ndarray
     spread: Array
     unique: np.ndarray
     uncertain: bool
+    apart: float = 0.0
 
     @staticmethod
     def every(n: int) -> "RowChoice":
@@ -77,7 +82,7 @@ class RowChoice(NamedTuple):
         return RowChoice(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
 
 
-def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]) -> Solution:
+def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array], tolerance: float = TOLERANCE) -> Solution:
     """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
     The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
@@ -88,6 +93,7 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         J_c: (N, nc, nv) contact and closure rows.
         b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
         terms: posture → (nc, nv) sizes of the terms that the entries of J_c are sums of.
+        tolerance: as of `choose_rows`.
 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
@@ -115,7 +121,7 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         condition = stiffness / np.where(well, pivot, np.nan)
     choices, independent, rank = {}, {}, np.full(n, nc)
     for k in unclear:
-        choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k])
+        choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k], tolerance)
         r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]
@@ -162,11 +168,11 @@ def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
         return np.full_like(b, np.nan), np.inf
 
 
-def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoice:
+def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array, tolerance: float = TOLERANCE) -> RowChoice:
     """Find the independent rows of one posture.
 
     The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It follows from the singular values of J_c with
-    columns scaled to unit inertia and rows to the size of their terms: a singular value is zero where it is below what rounding of
+    columns scaled to unit inertia and rows to the size of their terms: a singular value is zero where it is below what the error of
     these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small mobility with one that moves
     easily would lose digits.
 
@@ -175,6 +181,7 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
         terms: (nc, nv) sizes of the terms that its entries are sums of.
         size: (nv,) square root of the diagonal of the inertia.
         scale: (nc,) that brings each row to unit mobility.
+        tolerance: relative error of the terms. Rounding alone may change the choice only where it is `TOLERANCE`.
     """
     weight = 1.0 / np.where(size > 0.0, size, 1.0)
     # What is left of terms that cancel to within their rounding is a structural zero, such as the speed of a point on the only
@@ -183,19 +190,21 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     length, whole = np.linalg.norm(J, axis=1), np.linalg.norm(terms * weight, axis=1)
     whole = np.where(whole > 0.0, whole, 1.0)
     share = length / whole
-    alive = share > TOLERANCE
+    alive = share > tolerance
     # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
     unit = np.where(alive[:, None], J / whole[:, None], 0.0)
     _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
-    bound = TOLERANCE * np.sqrt(len(J_c))
+    bound = tolerance * np.sqrt(len(J_c))
     kept = s > bound
     rank = int(kept.sum())
-    uncertain = bool(np.any(_near(s, bound)) or np.any(_near(share, TOLERANCE)))
+    uncertain = tolerance == TOLERANCE and bool(np.any(_near(s, bound)) or np.any(_near(share, TOLERANCE)))
+    small = np.concatenate([s[~kept], share[~alive]])
+    apart = float(small[small > UNCERTAIN[1] * TOLERANCE * np.sqrt(len(J_c))].max(initial=0.0))
     # The impulse along a row is unique where its unit vector lies in the row space.
     unique = ~alive | (np.sum(Vt[kept] ** 2, axis=0) > 1.0 - 1e-9)
     rows = np.flatnonzero(alive) if rank == alive.sum() else _farthest(unit.T, rank)
     if rank == len(J_c):
-        return RowChoice(rows, np.eye(rank), unique, uncertain)
+        return RowChoice(rows, np.eye(rank), unique, uncertain, apart)
     mobile = np.where(alive, np.where(scale > 0.0, scale, weight.max() / np.where(alive, length, 1.0)), 0.0)
     U, s, Vt = np.linalg.svd((mobile[:, None] * J * alive[:, None]).T, full_matrices=False)
     spread = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
@@ -203,7 +212,7 @@ def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array) -> RowChoic
     spread[unique], spread[:, unique[rows]] = 0.0, 0.0
     alone = np.flatnonzero(unique[rows])
     spread[rows[alone], alone] = 1.0
-    return RowChoice(rows, spread, unique, uncertain)
+    return RowChoice(rows, spread, unique, uncertain, apart)
 
 
 def _near(values: Array, limit: float) -> np.ndarray:

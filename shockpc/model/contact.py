@@ -8,21 +8,27 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model import Record
+from shockpc.model.dynamics import dynamics
+from shockpc.model.posture import configuration
 from shockpc.model.rows import Block
 from shockpc.printed import listed
 from shockpc.robot.geometry import Shape, body_outline
-from shockpc.robot.landmarks import feet
+from shockpc.robot.landmarks import feet, is_foot
 from shockpc.robot.record import Robot
 
 __all__ = [
     "Contact",
     "across",
     "contact_block",
+    "foot_contact",
     "landing_frames",
     "locate_lowest_point",
     "match_contacts",
     "unit_directions",
 ]
+
+FAR = 0.1
+"""How far a link reaches below its frame, as a share of the height of the robot's frames, where the frame is none of a foot."""
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -89,6 +95,16 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
     return (
         [(frame,) for frame in parts[0]] if len(parts) == 1 else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
     )
+
+
+def foot_contact(robot: Robot, name: str) -> Contact:
+    """How a robot lands on one of its feet: at the frame, or at the lowest point of a link whose frame is far above it, at a knee."""
+    frame, up = robot.frame(name), np.array([0.0, 0.0, 1.0])
+    state = dynamics(robot, configuration(robot)[None])
+    shapes = [] if is_foot(name) or frame.kind != "link" else _own_shapes(robot, name)
+    reach = [shape.reach(-up[None] @ state.rotation[0, frame.body])[0] for shape in shapes]
+    far = max(reach, default=-np.inf) + up @ state.rotation[0, frame.body] @ frame.offset
+    return Contact(frame=name, at="lowest" if far > FAR * np.ptp(state.position[0] @ up) else "frame")
 
 
 def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> Block:
@@ -177,13 +193,20 @@ def across(up: Array) -> tuple[Array, Array]:
     return first, np.cross(up, first)
 
 
-def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
+def _own_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     """The shapes of a link itself, or the shape of a geom: collision geometry, or visual if the file has no other."""
     frame = robot.frame(name)
-    found = tuple(shape for shapes in body_outline(robot).shapes for shape in shapes if shape.belongs_to(frame))
+    return tuple(shape for shape in body_outline(robot).shapes[frame.body] if shape.belongs_to(frame))
+
+
+def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
+    """The same, of which there has to be one."""
+    found, frame = _own_shapes(robot, name), robot.frame(name)
     if not found:
+        others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
+        remedy = f"; of its body, {listed(others, 4)} has some" if others else ", nor has another link of its body"
         raise SceneError(
-            f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point; '
+            f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point{remedy}; '
             "give the contact point by its offset, or name a link that has collision geometry"
         )
     return found

@@ -13,11 +13,12 @@ from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError, ShockError
 from shockpc.model import Record
 from shockpc.printed import listed, printable
+from shockpc.robot.landmarks import standing_posture
+from shockpc.robot.limits import LIMIT_SLACK
 from shockpc.robot.mjcf import qpos_order
 from shockpc.robot.record import Joint, Robot
 
 __all__ = [
-    "STANDING",
     "Posture",
     "check_rotations",
     "configuration",
@@ -31,12 +32,6 @@ __all__ = [
 
 Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
 """Where the scalar part of a quaternion stands."""
-
-STANDING = ("standing", "half_sitting", "stand", "home")
-"""Reference postures taken for a landing when none is asked for, in this order."""
-
-STANDING_VARIANTS = ("standing", "homing")
-"""How the names of postures begin of which the first is taken if a robot has none of those; neutral if it has none of these."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -67,8 +62,7 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
         UnknownName: the robot has no posture of that name.
     """
     if wanted is None:
-        other = (name for name in robot.postures if name.startswith(STANDING_VARIANTS))
-        return next((name for name in STANDING if name in robot.postures), next(other, "neutral"))
+        return standing_posture(robot)
     if wanted != "neutral" and wanted not in robot.postures:
         known = dict.fromkeys([*robot.postures, "neutral"])
         raise robot.unknown("posture", wanted, known)
@@ -117,14 +111,14 @@ def configuration(
     for values, unit in ((posture.joints, 1.0), (posture.joints_deg, math.pi / 180.0)):
         for pattern, value in values.items():
             for joint in settable_joints(robot, pattern):
-                _set(joint, value if joint.kind == "prismatic" else value * unit, q)
+                joint.set(value if joint.kind == "prismatic" else value * unit, q)
     for pattern, given in (joints or {}).items():
         if np.ndim(given):
             _set_several(robot.joint(pattern), given, quaternion, q)
         else:
             (number,) = _numbers([given], (1,), f'joint "{pattern}"')
             for joint in settable_joints(robot, pattern):
-                _set(joint, float(number), q)
+                joint.set(float(number), q)
     set_joints(robot, (), q)
     return q
 
@@ -151,10 +145,8 @@ def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
 def set_joints(robot: Robot, values: Iterable[tuple[Joint, float]], q: Array) -> None:
     """Set joints of one coordinate in a configuration q (nq,), and those that follow others. Args: values of joints [rad, m]."""
     for joint, value in values:
-        _set(joint, value, q)
-    for mimic in robot.mimics:
-        led = sum(multiplier * robot.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
-        _set(robot.joint(mimic.joint), led + mimic.offset, q)
+        joint.set(value, q)
+    robot.set_followers(q)
 
 
 def check_rotations(robot: Robot, Q: Array) -> None:
@@ -222,7 +214,7 @@ def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -
     elif joint.axis is None:
         q[joint.q] = (*values[:-4], *_xyzw(values[-4:], order, whose))
     else:
-        _set(joint, float(values[0]), q)
+        joint.set(float(values[0]), q)
 
 
 def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneError) -> tuple[Joint, ...]:
@@ -245,11 +237,6 @@ def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneE
             degrees = joint.v.stop - joint.v.start
             raise error(f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set it; leave it out')
     return joints
-
-
-def _set(joint: Joint, value: float, q: Array) -> None:
-    """Set a joint of one coordinate [rad, m]."""
-    q[joint.q] = (math.cos(value), math.sin(value)) if joint.kind == "continuous" else value
 
 
 def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
@@ -278,8 +265,7 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
             continue
         value, (low, high) = float(q[joint.q.start]), joint.limits
         excess = max(low - value, value - high)
-        # The slack lets a posture rest on a limit that a file states in rounded decimals.
-        if excess > 1e-4:
+        if excess > LIMIT_SLACK:
             unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
             where = f"{excess * size:.3g} {unit} outside the limits [{low * size:.3g}, {high * size:.3g}]"
             found.setdefault(where, {})[joint.name] = excess

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE
+from shockpc.core.impulse import DATA_TOLERANCE, TOLERANCE
 from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
 from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
@@ -126,6 +126,11 @@ def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
     return np.stack(terms, axis=1)
 
 
+def row_tolerance(blocks: Sequence[Block]) -> float:
+    """Relative error of the terms of some rows: rounding, or that of the data where a loop is closed."""
+    return DATA_TOLERANCE if any(block.kind == "closure" for block in blocks) else TOLERANCE
+
+
 def _moved(state: Dynamics, block: Block) -> Array:
     """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
     body, other = (np.where(end < 0, 0.0, state.supports[end].astype(float)) for end in (block.body, block.other))
@@ -155,6 +160,11 @@ class Equation(NamedTuple):
     def H(self) -> Array:
         """(N, ny, ny) GᵀHG [kg, kg m, kg m²]."""
         return matrix_of(self.inertia)
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of the terms of the rows, as in `choose_rows`."""
+        return row_tolerance(self.blocks)
 
     def terms(self, k: int) -> Array:
         """Sizes (nc, ny) of the terms that the entries of J_c are sums of, in one posture."""

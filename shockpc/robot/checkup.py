@@ -101,8 +101,7 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
         text = f"zero armature ({reason}): joints are computed without the inertia of their motors"
         yield "note", "", "every joint", f"{text}; with geared or locked joints the shock is different"
     for mimic in robot.mimics:
-        rule = "".join(f"multiplier {multiplier:g} and " for multiplier in mimic.leaders.values()) + f"offset {mimic.offset:g}"
-        yield "note", "joint", mimic.joint, f"mimics {mimic.led} with {rule}; it adds no freedom of its own"
+        yield "note", "joint", mimic.joint, "following others (mimic), without a freedom of its own"
     for joint in robot.single_joints:
         lower, upper = joint.limits
         if lower > upper:

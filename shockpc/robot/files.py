@@ -89,8 +89,8 @@ class OpenFolders(NamedTuple):
     def asset(self, uri: str) -> Path:
         """Find the file that a robot file names, an existing one inside the folders, symbolic links resolved.
 
-        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike), by `file:///path`, by an
-        absolute path, or by one relative to the robot file.
+        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike; an empty name is the robot file's
+        own folder), by `file:///path`, by an absolute path, or by one relative to the robot file.
 
         Raises:
             RobotError: it is missing, its package is unknown, or it lies outside the folders.
@@ -102,7 +102,9 @@ class OpenFolders(NamedTuple):
             path = self.file.parent / unquote(rest.removeprefix("localhost"))
         elif scheme in ("package", "model"):
             name, _, inside = rest.lstrip("/").partition("/")
-            path = self.package(name, f'"{uri}"') / inside
+            own = self.file.parent / rest.lstrip("/")  # what no package is named for
+            nameless = rest.startswith("/") and (not inside or os.path.isfile(own))
+            path = own if nameless else self.package(name, f'"{uri}"') / inside
         else:
             raise RobotError(f'{self.file.name}: "{uri}" is not on this machine; only package:// and file:// are followed')
         place = self.resolve(path, uri)

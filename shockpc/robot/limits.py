@@ -7,10 +7,11 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
-__all__ = ["LEVELS", "LINKS", "POINT", "inertia_fault", "refuse_number", "refuse_tree"]
+__all__ = ["LEVELS", "LIMIT_SLACK", "LINKS", "POINT", "inertia_fault", "refuse_number", "refuse_tree"]
 
 LINKS = 2000
 LEVELS = 600
+LIMIT_SLACK = 1e-4  # rad, m; lets a posture rest on a limit that a file states in rounded decimals
 _LIGHTEST = 1e-15  # kg; below 2e-16 Pinocchio moves the centre of mass towards the link's origin
 _LARGEST = 1e24  # kg, m, kg m²; a robot in grams and micrometres stays below
 _FLAT = 0.99  # two principal moments against the third: what is left for numbers that were rounded to two digits

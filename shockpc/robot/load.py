@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.spatial import freeze
 from shockpc.errors import RobotError
 from shockpc.printed import listed
-from shockpc.robot.limits import refuse_number
+from shockpc.robot.limits import LIMIT_SLACK, refuse_number
 from shockpc.robot.mjcf import RobotBodies, build_mjcf, robot_bodies
 from shockpc.robot.pinocchio_model import build_pinocchio
 from shockpc.robot.record import Mimic, Robot, RobotSource
@@ -129,7 +130,16 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
         R = place.rotation
         # By einsum, whose rounding is the same on every processor.
         place.rotation = 0.5 * np.einsum("ij,jk->ik", R, 3.0 * np.eye(3) - np.einsum("ji,jk->ik", R, R))
-    return replace(robot, postures=postures, mimics=_leaders_first(robot))
+    robot = replace(robot, postures=postures, mimics=_leaders_first(robot), start=np.array(robot.start))
+    for joint in robot.single_joints:
+        if joint.axis is not None and joint.kind != "continuous":
+            low, high = joint.limits
+            value = min(max(joint.value(robot.start), low), high)
+            if abs(value - joint.value(robot.start)) > LIMIT_SLACK and low <= high:
+                joint.set(value, robot.start)
+    robot.set_followers(robot.start)
+    freeze(robot.start)
+    return robot
 
 
 def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:

@@ -74,7 +74,7 @@ def insert_includes(root: Element, folders: OpenFolders) -> str:
     Raises:
         RobotError: an included file is missing, outside the open folders, or included twice.
     """
-    _include(root, folders, [folders.file])
+    _include(root, folders, folders, [folders.file])
     meshdir, strip = "", False
     for compiler in root.findall("compiler"):
         meshdir = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", meshdir))
@@ -86,19 +86,25 @@ def insert_includes(root: Element, folders: OpenFolders) -> str:
     return tostring(root, encoding="unicode")
 
 
-def _include(parent: Element, folders: OpenFolders, opened: list[Path]) -> None:
-    """Insert included files below one element. MuJoCo finds all of them from the folder of the main file."""
+def _include(parent: Element, folders: OpenFolders, part_folders: OpenFolders, opened: list[Path]) -> None:
+    """Insert included files below one element, found from the folder of the main file, or else of the file that includes them."""
     for child in list(parent):
         if child.tag != "include":
-            _include(child, folders, opened)
+            _include(child, folders, part_folders, opened)
             continue
         uri = child.get("file", "")
-        path = folders.asset(uri)
+        try:
+            path = folders.asset(uri)
+        except RobotError as missing:
+            try:
+                path = part_folders.asset(uri)
+            except RobotError:
+                raise missing from None
         if path in opened:
             raise RobotError(f'{folders.file.name} includes "{uri}" twice; MuJoCo allows a file once, so save it under two names')
         opened.append(path)
         part = read_xml(path)
-        _include(part, folders, opened)
+        _include(part, folders, folders._replace(file=path), opened)
         place = list(parent).index(child)
         parent[place : place + 1] = list(part)
 

@@ -122,6 +122,10 @@ class Joint(NamedTuple):
         """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
         return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
 
+    def set(self, value: float, q: Array) -> None:
+        """Set the coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,), which is changed."""
+        q[self.q] = (math.cos(value), math.sin(value)) if self.kind == "continuous" else value
+
 
 class Frame(NamedTuple):
     """A named place on a body.
@@ -187,7 +191,8 @@ class Robot:
     Attributes:
         source: the file's text and where it came from.
         model: the Pinocchio model; its first joint is the base's if `free_base`.
-        start: (nq,) configuration with neutral joints; a base that its file places stands there.
+        start: (nq,) configuration with neutral joints, each at zero or the limit nearest to it; a base that its file places stands
+            there.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
         loops: what the file holds together beside the tree (MJCF connect and weld).
@@ -412,6 +417,12 @@ class Robot:
     def _places(self) -> Mapping[str, int]:
         """The bodies of the links, sites and geoms that move."""
         return {frame.name: frame.body for frame in self.frames.values() if frame.kind != "joint" and frame.body >= 0}
+
+    def set_followers(self, q: Array) -> None:
+        """Set the joints that follow others. Args: q (nq,), which is changed."""
+        for mimic in self.mimics:
+            led = sum(multiplier * self.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
+            self.joint(mimic.joint).set(led + mimic.offset, q)
 
     def frame(self, name: str) -> Frame:
         """The frame of that exact name.

@@ -18,7 +18,7 @@ __all__ = ["YourdfpyRobot", "read_source", "source_of_yourdfpy"]
 
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {
-    "sdf": "an SDF file, which Pinocchio's wheel cannot read; convert it to URDF",
+    "sdf": "an SDF file, which Pinocchio's wheel cannot read; convert it to URDF, for example with sdf2urdf.py of pysdf",
     "html": "a web page; download the file itself (on GitHub: the raw file)",
     "package": "a ROS package's description; give the robot file in that package",
     "launch": "a ROS launch file; give the robot file that it loads",
@@ -48,7 +48,7 @@ def read_source(
     text = read_text(path)
     root = shared_xml(text, path.name)
     warnings: tuple[str, ...] = ()
-    prefixed = dict.fromkeys(f"<{part.tag}>" for part in root if part.tag.startswith("xacro:"))
+    prefixed = dict.fromkeys(f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:"))
     if root.tag == "robot" and (path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root))):
         text, warnings = expand_xacro(text, folders, xacro or {})
         root = shared_xml(text, path.name)
@@ -120,10 +120,11 @@ def source_of_yourdfpy(given: YourdfpyRobot, packages: Mapping[str, str], srdf: 
 
 def _needs_xacro(root: Element) -> bool:
     """Whether a file has to be expanded: one whose links carry no mass, or numbers that are expressions, without xacro."""
-    # Expanded files often keep a <xacro:…> element or two that mean nothing any more; their links are complete.
+    # Expanded files often keep <xacro:…> elements that mean nothing any more; their links are complete.
     if not any(key.startswith("xacro:") for part in root.iter() for key in (part.tag, *part.attrib)):
         return False
     plain = [element for link in root.findall("link") + root.findall("joint") for element in link.iter()]
-    written = [value for element in plain for value in (element.tag, *element.attrib, *element.attrib.values())]
-    whole = root.find("link/inertial/mass") is not None
-    return not whole or any(value.startswith("xacro:") or "${" in value or "$(" in value for value in written)
+    parts = [part.tag for element in plain if element.tag in ("link", "joint", "inertial") for part in element]
+    names = [*parts, *(key for element in plain for key in element.attrib)]
+    whole = root.find("link/inertial/mass") is not None and not any(name.startswith("xacro:") for name in names)
+    return not whole or any("${" in value or "$(" in value for element in plain for value in element.attrib.values())

@@ -69,7 +69,10 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         ],
         "bracket": profile.bracket,
         "assembly": assembly
-        and {**record(assembly, "gap", "turn"), "moved": [{"joint": name, "by": by} for name, by, _ in assembly.moved]},
+        and {
+            **record(assembly, "gap", "turn", "left", "retried"),
+            "moved": [{"joint": name, "by": by} for name, by, _ in assembly.moved],
+        },
         "loads_unique": profile.health.rank == profile.health.rows,
         **whole,
         "friction": _friction(profile),

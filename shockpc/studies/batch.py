@@ -11,7 +11,7 @@ import numpy as np
 
 from shockpc.errors import refusal
 from shockpc.executor import in_order
-from shockpc.model.contact import Contact
+from shockpc.model.contact import foot_contact
 from shockpc.places import Place
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
@@ -97,7 +97,7 @@ def landings_on_each_foot(name: str) -> tuple[Robot, list[Scene]]:
         ShockError: the robot cannot be loaded.
     """
     robot = load_robot(name)
-    return robot, [Scene(robot=name, contact=(Contact(frame=foot),)) for foot in each_foot(robot)]
+    return robot, [Scene(robot=name, contact=(foot_contact(robot, foot),)) for foot in each_foot(robot)]
 
 
 def batch(

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.landing import PosedLanding
-from shockpc.model.closure import assemble
+from shockpc.model.closure import follow
 from shockpc.model.posture import held_joints, set_joints
 from shockpc.profile import FASTEST_PLAUSIBLE_RATE, ILL_CONDITIONED, profile_of
 from shockpc.robot.record import Joint
@@ -141,10 +141,10 @@ class JointScan:
         return found
 
     def _posture(self, value: float, near: Array) -> Array:
-        """The configuration (nq,) with the joint at a value [rad, m]; loops are closed from a configuration near it."""
+        """The configuration (nq,) with the joint at a value [rad, m]; loops are followed from a closed one near it."""
         landing, q = self._landing, near.copy()
         set_joints(landing.robot, [(joint, value) for joint in self._joints], q)
-        return assemble(landing.robot, q, landing.loops, landing.plane, self._held).q if landing.loops else q
+        return follow(landing.robot, near, q, landing.loops, landing.plane, self._held) if landing.loops else q
 
     def _postures(self, values: Array, fine: float) -> tuple[dict[float, Array], list[tuple[float, float, str]]]:
         """The configurations (nq,) by the values that can be reached, ascending, and the ranges that cannot be, with the reason.

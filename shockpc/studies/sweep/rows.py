@@ -15,7 +15,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError, refusal
-from shockpc.landing import PosedLanding, resolve
+from shockpc.landing import PosedLanding, following, resolve
 from shockpc.profile import shock_profile
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
@@ -282,6 +282,8 @@ class Sweep:
         scene, robot = self.scene, self.robot
         for one, value in choice.items():
             scene, robot = applied(scene, robot, one, value)
+        if any(one.stage == 1 for one in choice) and self.alone:
+            scene = following(scene, self.first)
         return scene, robot
 
 
