@@ -135,9 +135,10 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     their ellipsoids.
     """
     state, up = landing.state, landing.up
-    shapes = [shape for own in body_outline(landing.robot).shapes for shape in own]
     if not (level := on_ground(landing)):
         return
+    outline = body_outline(landing.robot)
+    shapes = [shape for own in outline.shapes for shape in own]
     names = [landing.blocks[k].frame for k in level]
     points = np.stack([block_point(state, landing.blocks[k]) for k in level], axis=1)
     here = levels(landing, state.rotation, state.position, points)
@@ -160,11 +161,14 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
         text = f'"{last}" is {low:.2g} m above "{first}", so level ground cannot touch both; change the posture, or leave one out'
         yield Diagnostic("height", last, low, text)
     if landing.base != "fixed" and here.below[0]:
-        low, k = float(here.depth[0]), int(np.argmin(np.where(here.others, surface, np.inf)))
-        text = (
-            f'"{first}": {low:.2g} m of the robot is below the contact, so level ground meets "{shapes[k].link}" first; '
-            "change the posture, or name what strikes"
-        )
+        low, others, remedy = float(here.depth[0]), here.others, "change the posture, or name what strikes"
+        struck = {contact.body for contact in landing.contacts}
+        own = others & np.array([body in struck for body, carried in enumerate(outline.shapes) for _ in carried])
+        # The struck body itself is named where it reaches as low as another, on whose posture the warning then does not depend.
+        if surface[own].min(initial=np.inf) <= surface[others].min() + slack:
+            others, remedy = own, "it moves with the contact, so strike it: --contact with its name, --contact-point lowest"
+        k = int(np.argmin(np.where(others, surface, np.inf)))
+        text = f'"{first}": {low:.2g} m of the robot is below the contact, so level ground meets "{shapes[k].link}" first; {remedy}'
         yield Diagnostic("height", first, low, text)
 
 

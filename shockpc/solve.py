@@ -119,11 +119,18 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     if excess[worst] <= 0.0:
         return
     name, axis = _direction(equation, worst)
-    can_be_freed = landing.base != "free" and landing.robot.free_base and landing.robot.bodies[0].mass
+    free = ""
+    if not landing.robot.free_base:
+        free = (
+            "; its file fixes the base: to free it, give its root body a <freejoint/>, and where limbs hang on the world apart "
+            "from one another, put them into one such body first"
+        )
+    elif landing.base != "free" and landing.robot.bodies[0].mass:
+        free = ", or free the base"
     raise SolveError(
         f"no verdict: {name} cannot be stopped in {_posture(landing)}: {abs(left[worst]):.3g} m/s are left along ({axis}), because "
         "the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of the "
-        f"contact or of the strike, take another contact point or posture{', or free the base' if can_be_freed else ''}"
+        f"contact or of the strike, take another contact point or posture{free}"
     )
 
 

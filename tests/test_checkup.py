@@ -178,3 +178,22 @@ def test_known_faults_of_real_robots_are_found():
     assert [finding.where for finding in found["romeo"] if finding.level == "error"] == [
         'bodies "LFinger21Link", "LFinger22Link", "LFinger23Link" and 21 more'
     ]
+
+
+def bars(*, about_origin: bool) -> str:
+    """Bars that hang from their origins, with inertias about these or about their centres."""
+    links, joints = [link("base")], []
+    for k, (mass, length) in enumerate(((1.0, 0.3), (2.0, 0.4), (0.5, 0.2))):
+        across = mass * length**2 / (3.0 if about_origin else 12.0)
+        inertia = f'<inertia ixx="{across}" iyy="{across}" izz="{1e-3 * across}" ixy="0" ixz="0" iyz="0"/>'
+        links.append(link(f"bar{k}", str(mass), f'<origin xyz="0 0 {-length / 2}"/>{inertia}'))
+        joints.append(joint(f"hinge{k}", "base", f"bar{k}"))
+    return urdf(*links, *joints)
+
+
+def test_inertias_about_the_origin_of_a_link_are_found(tmp_path: Path):
+    """One warning for the file, and none where the same bars are given about their centres."""
+    for about_origin in (True, False):
+        found = [one.text for one in check_robot(loaded(tmp_path, bars(about_origin=about_origin))) if one.level == "warning"]
+        assert len(found) == about_origin
+        assert all('"bar0", "bar1", "bar2" look as if they were about the links\' origins' in text for text in found)

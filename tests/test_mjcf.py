@@ -20,6 +20,7 @@ from shockpc import (
     RobotError,
     Scene,
     SceneError,
+    SolveError,
     Strike,
     UnknownName,
     configuration_from_mujoco,
@@ -524,3 +525,11 @@ def test_a_point_weld_is_a_connect(tmp_path: Path):
     for scale, turns in (("0", False), ("2", True)):
         robot = from_text(tmp_path, among(f'<equality><weld torquescale="{scale}" body1="b" body2="c"/></equality>'))
         assert [loop.holds_orientation for loop in robot.loops] == [turns]
+
+
+def test_a_landing_that_a_fixed_base_cannot_do_says_how_to_free_it(tmp_path: Path):
+    """Its legs may hang on the world apart from one another, and are robots of their own then."""
+    leg = body("{0}", joints='<joint name="{0}_j" axis="0 1 0"/>')
+    robot = loaded(tmp_path, mjcf(leg.format("a") + leg.format("b")), "dog.xml")
+    parts = ["its file fixes the base", "<freejoint/>", "put them into one such body"]
+    refused(SolveError, parts, shock_profile, Scene(robot="m", contact="a"), robot)

@@ -138,6 +138,14 @@ def test_heights(dog: Robot, contacts, scene, found):
     assert all(f"{one.value:.2g} m" in one.text for one in seen)
 
 
+def test_a_link_that_moves_with_the_contact_is_named_before_another_foot():
+    """The sole below the frame that is struck is as low as the other feet, which are not the cause."""
+    sole = FOOT.format("{0}", '<body name="{0}_sole" pos="0 0 -.1"><geom type="box" size=".1 .05 .01"/></body>')
+    robot = humanoid(sole)
+    (warning,) = warned(robot, "height", contact=("right_foot",))
+    assert 'meets "right_sole" first; it moves with the contact' in warning.text
+
+
 @pytest.mark.parametrize("name", ["a1", "anymal_b", "b1", "hyq"])
 def test_robots_that_stand_are_not_warned_of(name: str):
     """On one foot and on all."""

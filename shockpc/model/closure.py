@@ -35,7 +35,7 @@ NEARBY = 1e-2
 """How far joints may move to close exactly what is closed to the digits of a file [rad, m]."""
 
 STEPS, NEAR_STEPS, RETRIES, SPREAD = 50, 12, 8, 0.25
-"""Steps of Gauss–Newton, from anywhere and from nearby; other starts, and how much farther away each is than the one before [rad, m]."""
+"""Steps of Gauss–Newton, from anywhere and from nearby; other starts, and how much farther away each is than the last [rad, m]."""
 
 STRIDE, LEAP, SHORTEST = 0.2, 0.5, 1e-3
 """Following loops: first stride of the held joints, how far the others may move in one stride, and shortest stride [rad, m]."""

@@ -98,7 +98,7 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
 
 
 def foot_contact(robot: Robot, name: str) -> Contact:
-    """How a robot lands on one of its feet: at the frame, or at the lowest point of a link whose frame is far above it, at a knee."""
+    """How a robot lands on one of its feet: at the frame, or at the lowest point of a link whose frame is far above."""
     frame, up = robot.frame(name), np.array([0.0, 0.0, 1.0])
     state = dynamics(robot, configuration(robot)[None])
     shapes = [] if is_foot(name) or frame.kind != "link" else _own_shapes(robot, name)

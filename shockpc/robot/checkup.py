@@ -20,6 +20,7 @@ from shockpc.robot.urdf import vector
 __all__ = ["Finding", "check_robot"]
 
 _HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
+_SEVERAL = 3  # links of different masses, of which one or two may look like anything
 _LIGHT = 1e-6  # of the whole robot
 
 
@@ -44,7 +45,14 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
     """Check a robot for what may mislead. Returns what was found: errors first, then warnings, then notes."""
     root = shared_xml(robot.source.xml, robot.source.path.name)
     names_by_text: dict[tuple[Level, str, str], list[str]] = {}
-    implausible = (*_read(robot), *_masses(robot), *_links(robot, root), *_joints(robot, root), *_meshes(robot.source, root))
+    implausible = (
+        *_read(robot),
+        *_masses(robot),
+        *_links(robot, root),
+        *_about_origins(robot),
+        *_joints(robot, root),
+        *_meshes(robot.source, root),
+    )
     for level, kind, name, text in implausible:
         names_by_text.setdefault((level, kind, text), []).append(name)
     findings = []
@@ -92,6 +100,27 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
     for link in root.findall("link"):
         if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None):
             yield "note", "link", link.get("name", ""), "shapes but no <inertial>, which counts as no mass"
+
+
+def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
+    """A warning where the inertias look as if they were given about the links' origins.
+
+    Taken to the centre of mass they stay possible then, for every link whose centre is not near its origin; a bar that hangs from
+    its origin, given about its centre as it should be, would have a negative moment left.
+    """
+    far = []
+    for frame in robot.model.frames:
+        mass, lever, inertia = frame.inertia.mass, frame.inertia.lever, frame.inertia.inertia
+        distance = float(lever @ lever)
+        if mass > 0.0 and distance > np.trace(inertia) / (4.0 * mass):
+            moved = inertia - mass * (distance * np.eye(3) - np.outer(lever, lever))
+            far.append((frame.name, mass, inertia_fault(mass, moved) is None))
+    if len({mass for _, mass, _ in far}) >= _SEVERAL and all(possible for *_, possible in far):
+        text = (
+            f"the inertias of {listed((name for name, *_ in far), 3)} look as if they were about the links' origins, and a file gives "
+            "them about the centres of mass; shock is computed from them all the same"
+        )
+        yield "warning", "", robot.source.path.name, text
 
 
 def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:

@@ -1,5 +1,6 @@
 """A sweep in a few numbers: least, median and greatest values, and how far double precision was off."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -76,7 +77,7 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
     """
     messages: Counter[str] = Counter()
     for part in read("message"):
-        messages.update(text for text in part if text)
+        messages.update(re.sub(r"[\d.e+-]+(?= mm apart)", "some", text) for text in part if text)
     proven = compared = 0
     largest = 0.0
     for flags, errors in zip(read("proven"), read("double_error"), strict=True):
