@@ -117,7 +117,7 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
             far.append((frame.name, mass, inertia_fault(mass, moved) is None))
     if len({mass for _, mass, _ in far}) >= _SEVERAL and all(possible for *_, possible in far):
         text = (
-            f"the inertias of {listed((name for name, *_ in far), 3)} look as if they were about the links' origins, and files give "
+            f"the inertias of {listed((name for name, *_ in far), 3)} look as if they were about the links' origins, files give "
             "them about the centres of mass; shock is computed from them all the same"
         )
         yield "warning", "", robot.source.path.name, text
