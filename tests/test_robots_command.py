@@ -42,7 +42,7 @@ def test_mjcf_with_a_fixed_base(capfd, tmp_path):
         "base         fixed in the file; a <freejoint/> in its root body releases it",
         "feet         wheel",
         "sensors      tip_imu",
-        "postures     up, neutral; neutral by default",
+        "postures     up, neutral; up by default",
     ]
     assert table(out, "bodies, and what is fixed to them") == [
         ("arm", "body", "world", "1.000"),
