@@ -61,7 +61,8 @@ def test_xacro_elements_left_in_a_shape(tmp_path: Path):
     shape = '<visual><geometry><box size="1 1 1"/></geometry><xacro:grey/></visual>'
     source = read(tmp_path, arm(tip=link("tip", more=shape)))
     assert "<xacro:grey> ignored" in source.warnings[0]
-    refused(RobotError, ["xacro:heavy"], read, tmp_path, arm(tip=link("tip", more="<xacro:heavy/>")))
+    heavy = xacro(link("base"), link("tip", more="<xacro:heavy/>"), joint("elbow", "base", "tip"))
+    refused(RobotError, ["xacro:heavy"], read, tmp_path, heavy)
 
 
 def test_includes_yaml_and_packages(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
