@@ -70,7 +70,9 @@ class Strike(Record):
         speed: magnitude of the velocity [m/s].
         strike_angle_deg: angle of the velocity from the vertical in the plane, positive for forward motion [deg].
         velocity: the velocity as a vector, world axes [m/s].
-        drop_height: height of the free fall before the impact [m].
+        drop_height: height of the free fall before the impact, which gives the vertical velocity alone: with a strike angle or a
+            forward speed the robot also moves forward [m].
+        forward_speed: horizontal velocity in the plane after a fall from `drop_height` [m/s].
         angular_velocity: angular velocity of the base, world axes [rad/s].
         joint_velocities: joint velocities by name or glob [rad/s; m/s for a prismatic joint].
     """
@@ -79,6 +81,7 @@ class Strike(Record):
     strike_angle_deg: float | None = None
     velocity: tuple[float, float, float] | None = None
     drop_height: float | None = None
+    forward_speed: float | None = None
     angular_velocity: tuple[float, float, float] | None = None
     joint_velocities: Mapping[str, float] = field(default_factory=dict)
 
@@ -91,9 +94,15 @@ class Strike(Record):
         Raises:
             SceneError: it is given in two ways at once, the speed is out of range, or an angle is given in a horizontal plane.
         """
-        by_speed = self.speed is not None or self.strike_angle_deg is not None
-        if by_speed + (self.velocity is not None) + (self.drop_height is not None) > 1:
-            raise SceneError("the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height")
+        ways = [self.speed is not None, self.velocity is not None, self.drop_height is not None]
+        angles = self.strike_angle_deg is not None, self.forward_speed is not None
+        if sum(ways) > 1 or all(angles) or (self.velocity is not None and any(angles)):
+            raise SceneError(
+                "the strike is given in two ways; keep one of: speed with strike angle, velocity, drop height with strike angle or "
+                "forward speed"
+            )
+        if self.forward_speed is not None and self.drop_height is None:
+            raise SceneError("a forward speed is given without a drop height; give both, or the velocity")
         theta = math.radians(self.strike_angle_deg or 0.0)
         if self.velocity is not None:
             speed = max(map(abs, self.velocity))
@@ -106,6 +115,13 @@ class Strike(Record):
             speed = size if self.drop_height is None else math.sqrt(2.0 * GRAVITY * size)
             if not abs(theta) <= math.pi:
                 raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
+            if self.drop_height is not None:
+                theta = math.atan2(self.forward_speed, speed) if self.forward_speed else theta
+                if not abs(theta) < math.pi / 2.0 * (1.0 - 1e-9):
+                    raise SceneError(
+                        f"after a fall the strike angle has to lie between -90 and 90 deg, and it is {math.degrees(theta):g} deg"
+                    )
+                speed = speed / math.cos(theta)
             if theta and plane.level:
                 raise SceneError(
                     "a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity"

@@ -24,7 +24,7 @@ def assert_shock(
     """Assert that a number of a landing is within limits.
 
     Args:
-        scene: the landing, or the path of its file.
+        scene: the landing, or the path of its file, relative to the current folder, not to that of the test.
         at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to.
         metric: the quantity, as in a file of budgets.
         max: greatest value allowed, in the unit of the metric.

@@ -116,7 +116,7 @@ FOOT:: --srdf no.srdf | --srdf stick.urdf | --srdf '' | --offset 0,0 | --base-rp
 FOOT:: --strike-angle 90 | --strike-angle 120 | --strike-angle=-135 --speed 2 | --speed nan | --speed 0 | --speed=-1
 FOOT:: --speed 1e308 | --speed 1e-300 | --velocity 0,0,0.31 | --velocity 0,0,0 | --velocity 0,-1 | --velocity 0,0,down
 FOOT:: --velocity 0,0,-1e200 | --drop-height 0 | --drop-height 1e308 | --drop-height 1e999 | --joint-velocity knee=1e200
-FOOT:: --velocity 0,0,-1 --speed 2 | --velocity 0,0,-1 --drop-height 1 | --drop-height 1 --strike-angle 10 | --joint-velocity knee
+FOOT:: --velocity 0,0,-1 --speed 2 | --velocity 0,0,-1 --drop-height 1 | --drop-height 1 --speed 10 | --joint-velocity knee
 FOOT:: --angular-velocity 1 | --angular-velocity 1e300,0,0
 FOOT:: --base fixed --angular-velocity 0,2,0 | --base planar --angular-velocity 1,3,0
 FOOT:: --plane zx | --plane zx --slide | --plane 0,1 | --plane 0,0,0 | --plane xy --strike-angle 181

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import shockpc
 from shockpc.robot.geometry import facets, half_spaces, outline
 from shockpc.robot.load import load_robot
+from shockpc.show.reports.place import place_report
 from shockpc.studies.place.cone import Cell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group
@@ -393,3 +394,15 @@ def test_without_clarabel_the_command_says_what_to_install(monkeypatch, capfd):
     found = run(capfd, "place", "anymal_b")
     assert found.code == 2
     assert "pip install clarabel" in found.err
+
+
+def test_more_sensors_than_landings_are_as_many_as_help():
+    """One landing needs one sensor, which is its best place; with more, that of each landing alone, whatever the count."""
+    names = list(landings())
+    one = {names[0]: landings()[names[0]]}
+    alone = shockpc.place(one, alternatives=0)
+    for count in (2, 3):
+        found = shockpc.place(one, count=count)
+        assert (len(found.places), found.count) == (1, count)
+        assert found.combined == pytest.approx(alone.combined, abs=1e-8)
+        assert f"1 sensor of {count}: with more, the shock compared is not less" in place_report(found).text("table")

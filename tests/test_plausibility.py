@@ -14,7 +14,7 @@ from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, read_scene, 
 from shockpc.model.contact import foot_contact
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.studies.sweep.study import sweep_of
+from shockpc.studies.sweep.study import sweep
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">
@@ -237,7 +237,7 @@ def test_the_lowest_point_may_be_struck_where_all_geometry_is_visual():
 def test_depth_is_how_far_another_foot_is_below_the_contact(dog: Robot):
     """A bent knee raises its foot by 0.2 m (1 − cos θ); the straight leg is that far below, in a sweep and in one landing."""
     scene = Scene(robot=dog.label, contact="FL")
-    made = sweep_of(scene, dog, {"FL_knee": [0.0, 30.0, 70.0]}, quantities=["depth"], prove=0)
+    made = sweep(scene, {"FL_knee": [0.0, 30.0, 70.0]}, robot=dog, quantities=["depth"], prove=0)
     expected = 0.2 * (1.0 - np.cos(np.radians([0.0, 30.0, 70.0])))
     np.testing.assert_allclose(made.chunk(0).columns["depth@dog"], expected, atol=1e-12)
     assert [float(shock_profile(*made.case(k)).value("depth", "robot")[0]) for k in range(3)] == pytest.approx(expected, abs=1e-12)

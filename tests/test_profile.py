@@ -166,12 +166,14 @@ def test_the_shock_of_a_point_follows_from_its_body():
         (Strike(strike_angle_deg=-30.0), (-0.5, 0.0, -math.sqrt(3.0) / 2.0)),
         (Strike(velocity=(0.1, 0.2, -0.3)), (0.1, 0.2, -0.3)),
         (Strike(drop_height=0.5), (0.0, 0.0, -math.sqrt(GRAVITY))),
+        (Strike(drop_height=0.5, strike_angle_deg=45.0), (math.sqrt(GRAVITY), 0.0, -math.sqrt(GRAVITY))),
+        (Strike(drop_height=0.5, forward_speed=-2.0), (-2.0, 0.0, -math.sqrt(GRAVITY))),
     ],
 )
 def test_a_strike_is_the_velocity_it_says(strike, vector):
-    """The angle is counted from the vertical, positive moving forward; a fall of h ends at sqrt(2 g h)."""
+    """The angle is counted from the vertical, positive moving forward; a fall of h ends at sqrt(2 g h) downwards."""
     profile = shock_profile(Scene(robot="leg", contact="heel", strike=strike), known_robot("leg"))
-    np.testing.assert_allclose(profile.strike, vector, atol=1e-15)
+    np.testing.assert_allclose(profile.strike, vector, rtol=1e-15, atol=1e-15)
     assert profile.v_in == pytest.approx(np.linalg.norm(vector), rel=1e-15)
 
 

@@ -339,7 +339,11 @@ def test_schema_knows_every_key(capfd, here):
         "Posture": {*table["posture"], "base_quaternion"},
         "Contact": {*table["contact"][0]},
     }
-    used |= {"Strike": {*table["strike"], "velocity", "drop_height"}, "Point": {*table["point"][0]}, "Joints": {*table["joints"]}}
+    used |= {
+        "Strike": {*table["strike"], "velocity", "drop_height", "forward_speed"},
+        "Point": {*table["point"][0]},
+        "Joints": {*table["joints"]},
+    }
     used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "Place": {*closure["a"]}}
     assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}
 

@@ -1,5 +1,6 @@
 """Sweeps: every row is what the single analysis of its landing gives, whoever computes it."""
 
+import dataclasses
 import math
 from concurrent.futures import ThreadPoolExecutor
 
@@ -15,11 +16,13 @@ from shockpc import Contact, Joints, Point, Scene, ShockError, Strike, load_robo
 from shockpc.core.directions import extreme_directions, most_severe_directions
 from shockpc.core.spatial import plane_from
 from shockpc.errors import StudyError, UnknownName
+from shockpc.places import Place
+from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
-from shockpc.studies.columns import proven_columns
+from shockpc.studies.columns import Column, proven_columns
 from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.study import sweep, sweep_of
-from shockpc.studies.sweep.summary import _extent
+from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep.summary import _extent, summarise
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 
@@ -77,7 +80,9 @@ def test_grid_of_everything_equals_the_single_analysis(anymal):
         "offset-z": [0, -0.02], "mass:base": "1x:3e6x:2", "com-x:LF_THIGH": [0.03], "inertia:LF_SHANK": "2x,3x",
         "armature:*": "0,0.05",
     }  # fmt: skip
-    made = sweep_of(ANYMAL, anymal, vary, at=["imu_link", Point(frame="LF_SHANK", offset=(0, 0, 0.1))], bodies=["base", "LF_THIGH"])
+    made = sweep(
+        ANYMAL, robot=anymal, vary=vary, at=["imu_link", Point(frame="LF_SHANK", offset=(0, 0, 0.1))], bodies=["base", "LF_THIGH"]
+    )
     assert made.rows == 2**8
     rows = np.random.default_rng(1).choice(made.rows, 24, replace=False).tolist()
     assert check(made, rows) == len(rows)
@@ -99,10 +104,10 @@ def test_sample_within_the_limits_equals_the_single_analysis(robot, contact, cha
     """Random postures of robots with free, geared and locked joints, several contacts, standing feet and moving joints."""
     scene = Scene(robot=robot, contact=tuple(Contact(frame=name) for name in contact.split("+")), **changes)
     loaded = load_robot(robot)
-    made = sweep_of(
+    made = sweep(
         scene,
-        loaded,
         {"strike-angle": "-30:30"} if scene.strike.velocity is None else {},
+        robot=loaded,
         sample=16,
         seed=3,
         bodies=[loaded.bodies[0].name, loaded.bodies[-1].name],
@@ -128,7 +133,7 @@ def test_sweeps_of_random_landings_equal_the_single_analysis(number):
         else ("offset-x", [0.0, 0.05])
     )
     try:
-        made = sweep_of(scene, robot, vary, bodies=[robot.bodies[-1].name], prove=0)
+        made = sweep(scene, robot=robot, vary=vary, bodies=[robot.bodies[-1].name], prove=0)
     except ShockError:
         return
     check(made)
@@ -136,7 +141,7 @@ def test_sweeps_of_random_landings_equal_the_single_analysis(number):
 
 def test_base_quaternion_from_angles_is_that_of_a_scene(anymal):
     """Roll, pitch and yaw of the base in one array give the posture that a scene gives."""
-    made = sweep_of(ANYMAL, anymal, {"base-roll": "-170:170", "base-pitch": "-89:89", "base-yaw": "-180:180"}, sample=8)
+    made = sweep(ANYMAL, robot=anymal, vary={"base-roll": "-170:170", "base-pitch": "-89:89", "base-yaw": "-180:180"}, sample=8)
     Q = made._postures(resolve(*made.case(0)), made._values(0), np.arange(8))
     for row in range(8):
         q = resolve(*made.case(row)).q
@@ -148,7 +153,7 @@ def test_flagged_rows_are_the_proven_answer():
     robot = load_robot("solo12")
     feet = tuple(Contact(frame=name) for name in ("FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"))
     scene = Scene(robot="solo12", contact=feet, joints=Joints(model="locked"))
-    made = sweep_of(scene, robot, {"speed": [0.5, 2.0], "*_KFE": [60, 80]}, prove=0)
+    made = sweep(scene, robot=robot, vary={"speed": [0.5, 2.0], "*_KFE": [60, 80]}, prove=0)
     columns, _ = table(made)
     assert columns["proven"].all()
     assert np.all(columns["double_error"] < 1e-9)
@@ -159,13 +164,13 @@ def test_loops_are_closed_in_every_row():
     """A row whose loop cannot be closed has a message; the others have their own closed posture."""
     robot, scene = next((r, s) for r, s in map(random_landing, range(0, 400)) if s.closure and len(r.bodies) > 5)
     joint = next(j.name for j in robot.joints if j.axis is not None and j.name in robot.joint_names)
-    made = sweep_of(scene, robot, {f"joint:{joint}": "-20:20:5"}, prove=0)
+    made = sweep(scene, robot=robot, vary={f"joint:{joint}": "-20:20:5"}, prove=0)
     assert made.alone
     check(made)
 
 
 def test_strikes_that_leave_the_ground_are_rows_with_a_message(anymal):
-    made = sweep_of(ANYMAL, anymal, {"strike-angle": [0, 60, 100]})
+    made = sweep(ANYMAL, robot=anymal, vary={"strike-angle": [0, 60, 100]})
     columns, messages = table(made)
     assert list(messages) == [2]
     assert messages[2] == 'contact "LF_FOOT" does not approach the ground, so there is no impact'
@@ -176,7 +181,7 @@ def test_sample_depends_on_the_seed_alone(anymal):
     """The same seed gives the same rows, another one others, whoever computes them."""
     one, same, other = (list(sweep(ANYMAL, robot=anymal, sample=300, seed=seed, prove=3)) for seed in (1, 1, 2))
     with ThreadPoolExecutor(2) as executor:
-        threaded = list(sweep(ANYMAL, robot=anymal, sample=300, seed=1, prove=3, executor=executor))
+        threaded = list(sweep(ANYMAL, robot=anymal, sample=300, seed=1, prove=3).chunks(executor))
     for a, b, c in zip(one, same, threaded, strict=True):
         for name, values in a.columns.items():
             np.testing.assert_array_equal(values, b.columns[name])
@@ -186,7 +191,7 @@ def test_sample_depends_on_the_seed_alone(anymal):
 
 def test_latin_hypercube_has_one_row_in_every_stratum(anymal):
     """Of n rows exactly one lies in each of n equal intervals of each quantity, over all parts together."""
-    made = sweep_of(ANYMAL, anymal, {"*_KFE": "-100:-20", "strike-angle": "0:30"}, sample=200000, lhs=True)
+    made = sweep(ANYMAL, robot=anymal, vary={"*_KFE": "-100:-20", "strike-angle": "0:30"}, sample=200000, lhs=True)
     assert len(made.parts) > 1
     values = [np.concatenate([part[one][:, 0] for part in map(made._values, range(len(made.parts)))]) for one in made.axes]
     for one, x in zip(made.axes, values, strict=True):
@@ -196,7 +201,7 @@ def test_latin_hypercube_has_one_row_in_every_stratum(anymal):
 
 def test_parts_cover_every_row_once(anymal):
     for options in ({"sample": 131071}, {"vary": {"*_KFE": "-100:-20:977", "*_HFE": "-10:10:101", "strike-angle": "0:30:7"}}):
-        made = sweep_of(ANYMAL, anymal, **options)
+        made = sweep(ANYMAL, robot=anymal, **options)
         assert [a for a, _ in made.parts] == [0, *(b for _, b in made.parts[:-1])]
         assert made.parts[-1][1] == made.solves
         assert made.rows == made.solves * made.strikes
@@ -234,24 +239,25 @@ def test_quantities_by_name_are_those_of_the_single_analysis(anymal):
         "depth",
         "body.delta_v@RH_THIGH",
     ]
-    made = sweep_of(ANYMAL, anymal, {"LF_KFE": "-110:-60:3"}, quantities=asked, prove=0)
+    made = sweep(ANYMAL, robot=anymal, vary={"LF_KFE": "-110:-60:3"}, quantities=asked, prove=0)
     names = [column.name for column in made.computed if column.asked]
     assert names == [
-        *(f"joint_impulse@{leg}_KFE" for leg in ("LF", "LH", "RF", "RH")), "delta_v.x@LF_SHANK:0,0,-0.1", "effective_mass@LF_FOOT",
-        "energy_lost@anymal", "depth@anymal", "body.delta_v@RH_THIGH",
+        "depth@anymal", *(f"joint_impulse@{leg}_KFE" for leg in ("LF", "LH", "RF", "RH")),
+        "delta_v.x@LF_SHANK:0,0,-0.1", "effective_mass@LF_FOOT",
+        "energy_lost@anymal", "body.delta_v@RH_THIGH",
     ]  # fmt: skip
     assert check(made) == 3
     columns, _ = table(made)
     for row in range(3):
         profile = shock_profile(*made.case(row))
         knees = {load.joint: np.linalg.norm(load.force) for load in profile.loads}
-        assert [columns[name][row] for name in names[:4]] == pytest.approx([knees[name.partition("@")[2]] for name in names[:4]])
+        assert [columns[name][row] for name in names[1:5]] == pytest.approx([knees[name.partition("@")[2]] for name in names[1:5]])
         assert columns["effective_mass@LF_FOOT"][row] == profile.contacts[0].effective_mass
         assert columns["energy_lost@anymal"][row] == pytest.approx(profile.energy_lost, rel=1e-12)
     with pytest.raises(UnknownName, match='nearest: "joint_impulse"'):
-        sweep_of(ANYMAL, anymal, {"LF_KFE": "-110:-60:3"}, quantities=["joint_impuls"])
+        sweep(ANYMAL, robot=anymal, vary={"LF_KFE": "-110:-60:3"}, quantities=["joint_impuls"])
     with pytest.raises(UnknownName, match='no joint "LF_KNEE"'):
-        sweep_of(ANYMAL, anymal, {"LF_KFE": "-110:-60:3"}, quantities=["joint_impulse@LF_KNEE"])
+        sweep(ANYMAL, robot=anymal, vary={"LF_KFE": "-110:-60:3"}, quantities=["joint_impulse@LF_KNEE"])
 
 
 def test_undetermined_impulses_are_left_out_of_a_sweep(anymal):
@@ -259,7 +265,9 @@ def test_undetermined_impulses_are_left_out_of_a_sweep(anymal):
     scene = Scene(
         robot="anymal_b", contact=tuple(Contact(frame=f) for f in ("LF_FOOT", "RF_FOOT", "LH_FOOT")), joints=Joints(model="locked")
     )
-    columns, _ = table(sweep_of(scene, anymal, {"speed": [1.0]}, quantities=["joint_impulse@LF_HAA", "impulse.z", "energy_lost"]))
+    columns, _ = table(
+        sweep(scene, robot=anymal, vary={"speed": [1.0]}, quantities=["joint_impulse@LF_HAA", "impulse.z", "energy_lost"])
+    )
     assert np.isnan(columns["joint_impulse@LF_HAA"]).all()
     assert np.isnan(columns["impulse.z@LF_FOOT"]).all()
     assert columns["energy_lost@anymal"][0] > 0.0
@@ -268,7 +276,7 @@ def test_undetermined_impulses_are_left_out_of_a_sweep(anymal):
 def test_the_centre_of_mass_is_that_of_the_changed_robot():
     """A centre of mass that is moved takes the point of the body's shock with it."""
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
-    made = sweep_of(scene, load_robot("go2"), {"com-x:base": [0.0, 0.2]}, quantities=("delta_v_com@base", "mass_sticking"))
+    made = sweep(scene, robot=load_robot("go2"), vary={"com-x:base": [0.0, 0.2]}, quantities=("delta_v_com@base", "mass_sticking"))
     columns, _ = table(made)
     for row in range(2):
         profile = shock_profile(*made.case(row))
@@ -281,7 +289,7 @@ def test_the_centre_of_mass_is_that_of_the_changed_robot():
 def test_contacts_may_differ_in_number():
     """A landing on one foot has no second contact; the friction of each is that of the single analysis."""
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
-    made = sweep_of(scene, load_robot("go2"), {"contact": "FL_foot+FR_foot,RL_foot"}, quantities=("impulse",))
+    made = sweep(scene, robot=load_robot("go2"), vary={"contact": "FL_foot+FR_foot,RL_foot"}, quantities=("impulse",))
     columns, _ = table(made)
     for row, n in ((0, 2), (1, 1)):
         contacts = shock_profile(*made.case(row)).contacts
@@ -294,7 +302,7 @@ def test_contacts_may_differ_in_number():
                 assert math.isnan(friction)
                 assert math.isnan(impulse)
     with pytest.raises(StudyError, match="the contact varies"):
-        sweep_of(scene, load_robot("go2"), {"contact": "FL_foot,RL_foot"}, quantities=("impulse@FL_foot",))
+        sweep(scene, robot=load_robot("go2"), vary={"contact": "FL_foot,RL_foot"}, quantities=("impulse@FL_foot",))
 
 
 def test_a_change_of_a_link_changes_that_link_alone():
@@ -345,21 +353,21 @@ def test_a_change_of_a_link_changes_that_link_alone():
 )  # fmt: skip
 def test_sweeps_that_make_no_sense_are_refused(anymal, vary, options, error, words):
     with pytest.raises(error) as refused:
-        sweep_of(ANYMAL, anymal, vary, **options)
+        sweep(ANYMAL, robot=anymal, vary=vary, **options)
     assert words in str(refused.value)
 
 
 def test_prismatic_joints_are_varied_in_metres():
     text = STICK.replace('type="revolute"', 'type="prismatic"')
     robot = robot_from(text, ".urdf")
-    made = sweep_of(Scene(robot="stick", contact=(Contact(frame="foot"),)), robot, {"knee": "-0.1:0.1:3"})
+    made = sweep(Scene(robot="stick", contact=(Contact(frame="foot"),)), robot=robot, vary={"knee": "-0.1:0.1:3"})
     assert made.headings[0] == "knee [m]"
     assert check(made) == 3
 
 
 def test_shock_for_one_posture_is_that_of_the_maps(anymal):
     """The columns are products of `shock_maps` with the strike."""
-    made = sweep_of(ANYMAL, anymal, {"strike-angle": "-40:40:9"}, at=["imu_link"], prove=0)
+    made = sweep(ANYMAL, robot=anymal, vary={"strike-angle": "-40:40:9"}, at=["imu_link"], prove=0)
     columns, _ = table(made)
     landing = resolve(ANYMAL, anymal)
     maps, frame = shock_maps(landing, landing.q[None]), anymal.frame("imu_link")
@@ -371,6 +379,31 @@ def test_shock_for_one_posture_is_that_of_the_maps(anymal):
 @pytest.mark.parametrize("values", [[1.0, 1.0 + 2e-16, 1.0], [0.0, 5e-324], [1.5e300, np.nextafter(1.5e300, 2e300)], [2.0, 2.0]])
 def test_values_that_differ_by_rounding_alone_are_counted(values):
     """80 intervals do not fit between neighbouring doubles; all values are counted about the middle of a wider range."""
-    extent = _extent(None, np.array(values), False)
+    extent = _extent(Column(select("shock"), Place("imu")), np.array(values), False, np.ones(len(values), dtype=bool))
     assert extent.counts[39:41].sum() == extent.counts.sum() == len(values)
     assert extent.span[0] <= min(values) <= max(values) <= extent.span[1]
+
+
+def test_rows_that_level_ground_does_not_allow(anymal):
+    """Those of which the single analysis warns, for the pull of a contact, a link below the ground, or too little friction."""
+    scene = dataclasses.replace(ANYMAL, friction=0.9)
+    vary = {"LF_KFE": "-150:-20:6", "strike-angle": [0.0, 70.0]}
+    made = sweep(scene, vary, robot=anymal, at=["imu_link"], prove=0)
+    words, expected = ("pulled", "needs a friction", "below the contact, so"), []
+    for row in range(made.rows):
+        warnings = " ".join(map(str, shock_profile(*made.case(row)).health.warnings))
+        expected.append([word in warnings for word in words])
+    columns, _ = table(made)
+    allowed = ~np.any(expected, axis=1)
+    np.testing.assert_array_equal(columns["feasible@anymal"], allowed)
+    assert {True, False} == set(allowed.tolist())
+    summary = summarise(made, lambda name: iter([columns.get(name, np.full(made.rows, None))]))
+    pulled, slipping, below = np.array(expected).T
+    assert summary.refused == tuple(map(np.sum, (~allowed, pulled, slipping & ~pulled, below & ~pulled & ~slipping)))
+    (extent,) = summary.extents
+    shock = columns["shock@imu_link"]
+    assert shock[extent.best_row] == shock[allowed].min() > shock.min()
+    kept, _ = table(dataclasses.replace(made, feasible=True))
+    np.testing.assert_array_equal(np.isnan(kept["shock@imu_link"]), ~allowed)
+    np.testing.assert_array_equal(kept["shock@imu_link"][allowed], shock[allowed])
+    np.testing.assert_array_equal(kept["pull@LF_FOOT"], columns["pull@LF_FOOT"])

@@ -29,7 +29,7 @@ from shockpc.model.dynamics import dynamics
 from shockpc.show.parts import Parts
 from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.study import sweep_of
+from shockpc.studies.sweep.study import sweep
 
 __all__ = ["COSTS", "PEERS", "many_system", "postures"]
 
@@ -214,7 +214,7 @@ def _in_processes(made: Sweep, jobs: int) -> float:
 def _sample(name: str, rows: int) -> Sweep:
     """Random postures of a robot, with the shock at the origin of its base."""
     robot, scene = landing(known_robot(name), STRUCK[name])
-    return sweep_of(scene, robot, sample=rows, prove=0, at=[robot.bodies[0].name])
+    return sweep(scene, robot=robot, sample=rows, prove=0, at=[robot.bodies[0].name])
 
 
 def _written(made: Sweep, workers: Executor | None) -> int:

@@ -96,7 +96,12 @@ class SceneOptions(NamedTuple):
     )
     speed: float | None = _in_impact("Speed along the strike angle [m/s]; 1 by default.", "V", finite)
     velocity: Vector | None = _in_impact("Velocity of the robot, world axes [m/s].", "VX,VY,VZ", vector)
-    drop_height: float | None = _in_impact("Height of a free fall that ends in the impact [m].", "H", finite)
+    drop_height: float | None = _in_impact(
+        "Height of a free fall that ends in the impact, with a --strike-angle or a --forward-speed while moving forward [m].",
+        "H",
+        finite,
+    )
+    forward_speed: float | None = _in_impact("Horizontal speed in the plane after the fall from --drop-height [m/s].", "V", finite)
     angular_velocity: Vector | None = _in_impact("Angular velocity of the base, world axes [rad/s].", "WX,WY,WZ", vector)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     joints: Literal["free", "geared", "locked"] | None = _in_joints(

@@ -143,15 +143,18 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
 def _strike(strike: Strike, options: SceneOptions) -> Strike:
     """The strike with the options applied; one way of giving the velocity replaces the scene's way."""
     if options.velocity is not None or options.drop_height is not None:
-        strike = dataclasses.replace(strike, speed=None, strike_angle_deg=None, velocity=None, drop_height=None)
-    elif options.strike_angle is not None or options.speed is not None:
-        strike = dataclasses.replace(strike, velocity=None, drop_height=None)
+        strike = dataclasses.replace(strike, speed=None, strike_angle_deg=None, velocity=None, drop_height=None, forward_speed=None)
+    elif options.speed is not None:
+        strike = dataclasses.replace(strike, velocity=None, drop_height=None, forward_speed=None)
+    elif options.strike_angle is not None or options.forward_speed is not None:
+        strike = dataclasses.replace(strike, velocity=None, strike_angle_deg=None, forward_speed=None)
     return _with(
         strike,
         speed=options.speed,
         strike_angle_deg=options.strike_angle,
         velocity=options.velocity,
         drop_height=options.drop_height,
+        forward_speed=options.forward_speed,
         angular_velocity=options.angular_velocity,
         joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity),
     )

@@ -45,6 +45,10 @@ def sweep(
     ),
     greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
     quantity: tuple[str, ...] = QUANTITY,
+    feasible: bool = _in_computed(
+        "Leave out the numbers of landings that level ground does not allow: it would pull a contact, meets another link first, or "
+        "gives too little friction."
+    ),
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
     out: Path = _in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
     format_: Literal["parquet", "csv"] = _in_run("Format of the rows; parquet by default.", default="parquet"),
@@ -59,7 +63,7 @@ def sweep(
     from shockpc.show.files import write_folder
     from shockpc.show.parts import Parts
     from shockpc.show.reports.sweep import sweep_report
-    from shockpc.studies.sweep.study import sweep_of
+    from shockpc.studies.sweep.study import sweep as study
     from shockpc.studies.sweep.summary import summarise
 
     contacts = [values for name, values in vary if name == "contact" and values is not None]
@@ -70,15 +74,16 @@ def sweep(
     if len(scenes) > 1 and not contacts:
         names = ",".join(contact.frame for scene in scenes for contact in scene.contact)
         raise StudyError(f"a sweep varies one landing, but there are {len(scenes)}; compare contacts with --vary contact={names}")
-    made = sweep_of(
+    made = study(
         scenes[0],
-        loaded,
         vary,
+        robot=loaded,
         vary_each=vary_each,
         at=scenes[0].point,
         bodies=body,
         greatest=greatest,
         quantities=quantity,
+        feasible=feasible,
         sample=sample,
         lhs=lhs,
         seed=seed,

@@ -24,8 +24,7 @@ from shockpc.scene import scene_table
 from shockpc.show.document import json_text, record
 from shockpc.show.files import write_file
 from shockpc.show.tables import Sheet, as_csv
-from shockpc.studies.sweep.rows import Chunk, Sweep
-from shockpc.studies.sweep.study import with_sweep
+from shockpc.studies.sweep.rows import Chunk, Sweep, with_sweep
 
 __all__ = ["Format", "Parts"]
 
@@ -136,6 +135,7 @@ class Parts:
             "scene": scene_table(made.scene),
             "robot": {"name": made.robot.name, "sha256": hashlib.sha256(made.robot.source.xml.encode()).hexdigest()},
             "vary": [record(one, "subject", "values", "span", "factor") for one in made.variations],
+            "feasible rows alone": made.feasible,
             "sample": made.sample,
             "latin hypercube": made.lhs,
             "seed": made.seed,

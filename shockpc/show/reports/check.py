@@ -165,7 +165,7 @@ def _junit(check: Check) -> str:
             named = {"classname": case, "name": name, "time": "0", **_line(check, outcome)}
             test = ET.SubElement(suite, "testcase", {key: printable(value) for key, value in named.items()})
             if outcome.status != "passed":
-                kind = "error" if outcome.status == "not computed" else "failure" if outcome.fails else "system-out"
+                kind = "system-out" if not outcome.fails else "failure" if outcome.status == "exceeded" else "error"
                 stated = {"type": outcome.status, "message": printable(outcome.reason)} if outcome.fails else {}
                 ET.SubElement(test, kind, stated).text = printable(f"{place_text(outcome)}: {outcome.reason}")
     ET.indent(root)
@@ -174,7 +174,7 @@ def _junit(check: Check) -> str:
 
 def _counts(outcomes: Sequence[Outcome]) -> dict[str, str]:
     """The attributes of a suite."""
-    errors = sum(outcome.status == "not computed" for outcome in outcomes)
+    errors = sum(outcome.fails and outcome.status == "not computed" for outcome in outcomes)
     failures = sum(outcome.fails for outcome in outcomes) - errors
     return {"tests": str(len(outcomes)), "failures": str(failures), "errors": str(errors), "skipped": "0", "time": "0"}
 

@@ -350,7 +350,8 @@ def _balance_lines(profile: ShockProfile) -> list[str]:
     share = "" if profile.energy_share is None else f", {100.0 * profile.energy_share:.3g} % of the kinetic energy before impact"
     lines = [f"energy lost: {profile.energy_lost:.4g} J{share}"]
     for contact in profile.contacts:
-        mitigation = NO_MITIGATION if contact.mitigation is None else f"impact mitigation factor {contact.mitigation:.3f}"
+        sticking = "" if contact.effective_mass == contact.mass_sticking else " (if it sticks)"
+        mitigation = NO_MITIGATION if contact.mitigation is None else f"impact mitigation factor{sticking} {contact.mitigation:.3f}"
         masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
         lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
     if found := profile.assembly:

@@ -148,7 +148,8 @@ def _margins(study: PlaceStudy) -> list[Sheet]:
 
 def _gains(study: PlaceStudy) -> list[str]:
     """How much less shock the best place sees than each present sensor."""
-    new = "the pair" if study.count == 2 else f"{study.count} sensors" if study.count > 2 else "the best place"
+    n = len(study.places)
+    new = "the best place" if study.count == 1 else "the sensor" if n == 1 else "the pair" if n == 2 else f"{n} sensors"
     chosen = study.places if study.count > 1 else study.places[:1]
     new += " " + " and ".join("({:g}, {:g}, {:g})".format(*one.position.round(3) + 0.0) for one in chosen)
     lines = [] if study.today else [f"{new} sees {study.combined:.3g}"]
@@ -164,8 +165,11 @@ def _proof(study: PlaceStudy) -> list[str]:
     bound = max(profile.health.error_bound for profile in study.profiles)
     what = "no place" if study.count == 1 else f"no {count(study.count, 'sensor')}"
     verb = "is" if study.count == 1 else "are"
+    enough = count(len(study.places), "sensor")
+    fewer = [f"{enough} of {study.count}: with more, the shock compared is not less"] if len(study.places) < study.count else []
     unfinished = "" if study.complete else "; the search ended at its limit before the optimum was proven"
     return [
+        *fewer,
         f"optimum: {what} {study.region.text} {verb} below {study.bound:.6g} (gap {study.gap:.0e}){unfinished}",
         f"accuracy: the shock at these places is {proof_text(bound)}",
     ]

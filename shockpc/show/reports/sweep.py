@@ -33,6 +33,7 @@ def sweep_report(summary: SweepSummary) -> Report:
             "scene": summary.sweep.scene,
             "rows": summary.sweep.rows,
             **record(summary, "failed", "proven", "compared", "largest_error"),
+            "not_feasible": summary.refused._asdict(),
             "messages": [{"text": text, "rows": count} for text, count in summary.messages],
             "quantities": [_record(summary.sweep, extent) for extent in summary.extents],
         },
@@ -74,6 +75,15 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
             rest = f"   (and {others})" if others else ""
             what = "greatest value" if one.column.selection.quantity.worse == "neither" else "most severe"
             yield f"{what} for {one.column.name}: {options}{rest}"
+        if one.best_row >= 0 and one.column.selection.quantity.worse != "neither":
+            options, others = _options(summary.sweep, one.best_row)
+            yield f"least severe that level ground allows: {options}" + (f"   (and {others})" if others else "")
+    refused, *counts = summary.refused
+    if refused:
+        causes = ("a contact would have to be pulled", "a contact needs more friction", "another link is below the ground")
+        listed = ", ".join(f"{number} because {cause}" for number, cause in zip(counts, causes, strict=True) if number)
+        left = "they are left out" if summary.sweep.feasible else "--feasible leaves them out"
+        yield f"warning: level ground does not allow {refused} of {summary.sweep.rows} landings: {listed}; {left}"
     yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"

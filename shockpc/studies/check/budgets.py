@@ -52,8 +52,8 @@ class Budget:
         metric: a quantity, as `select` takes it.
         max: greatest value allowed, in the unit of the metric.
         min: least value allowed.
-        baseline_tolerance: how much worse than the baseline it may be: a share such as "5%", or a number such as "0.01" in the
-            unit of the metric.
+        baseline_tolerance: how much worse than the baseline it may be: a share such as "5%", or a number with the unit of the
+            metric, such as "0.01 kg"; "-" is the unit of a ratio.
         severity: whether the check fails when the budget is exceeded.
 
     Raises:
@@ -101,14 +101,15 @@ class Budget:
 
     def margin(self, baseline: float) -> float:
         """How far from a baseline the value may be. An infinite radius has no share; no finite one is near it."""
-        number = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(%?)", (self.baseline_tolerance or "").strip())
-        if not number or not math.isfinite(float(number[1])):
+        number = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(\S.*)", (self.baseline_tolerance or "").strip())
+        unit = self.selection.quantity.unit.replace("1", "-")
+        if not number or number[2] not in ("%", unit) or not math.isfinite(float(number[1])):
             raise StudyError(
                 f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; give a share such as "5%", or a '
-                'number such as "0.01"'
+                f'number with the unit of {self.metric}, such as "0.01 {unit}"'
             )
         share = abs(baseline) if math.isfinite(baseline) else 1.0
-        return float(number[1]) / 100.0 * share if number[2] else float(number[1])
+        return float(number[1]) / 100.0 * share if number[2] == "%" else float(number[1])
 
 
 class Budgets(NamedTuple):

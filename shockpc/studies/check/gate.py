@@ -72,7 +72,7 @@ class Outcome:
     @property
     def fails(self) -> bool:
         """Whether the check does not pass because of it."""
-        return self.status == "not computed" or (self.status == "exceeded" and self.budget.severity == "error")
+        return self.status != "passed" and self.budget.severity == "error"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,10 +101,9 @@ class Check:
 
     @property
     def exit_code(self) -> int:
-        """0 passed; 1 a budget of severity error is exceeded; 3 none is, but a number could not be computed."""
-        if any(outcome.fails and outcome.status == "exceeded" for outcome in self.outcomes):
-            return EXCEEDED
-        return NO_VERDICT if self.count("not computed") else 0
+        """0 passed; 1 a budget of severity error is exceeded; 3 none is, but the number of one could not be computed."""
+        failed = {outcome.status for outcome in self.outcomes if outcome.fails}
+        return EXCEEDED if "exceeded" in failed else NO_VERDICT if failed else 0
 
     @property
     def values(self) -> dict[Key, float]:

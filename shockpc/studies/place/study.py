@@ -85,7 +85,8 @@ class PlaceStudy:
         profiles: their results.
         fields: shock over the body, and the number by which places are compared.
         today: the body's sensors, and the points that the scenes name.
-        places: the best place and its alternatives, or the places of several sensors that belong together.
+        places: the best place and its alternatives, or the places of several sensors that belong together; fewer than `count`
+            where these already see as little as so many can.
         count: number of sensors that belong together.
         combined: for several sensors: the number by which they are compared, from the least shock in each landing [1].
         bound: nothing in the region is below this [1].
@@ -191,7 +192,7 @@ def place(
         np.array([profile.v_in for profile in found]),
         None if weights is None else _weights(names, landings, weights),
     )
-    optima, bound = _optima(fields, region, min(count, len(found)), alternatives, apart)
+    optima, bound = _optima(fields, region, count, alternatives, apart)
     titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
     new = tuple(
         Point(frame=robot.bodies[i].name, offset=(float(one.place[0]), float(one.place[1]), float(one.place[2]))) for one in optima
@@ -271,7 +272,7 @@ def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart
     if count == 1:
         best = ranked(fields, 1 + alternatives)
         return best, best[0].bound
-    group = best_group(fields, count, lambda some: ranked(some, 1)[0])
+    group = best_group(fields, min(count, len(fields.c)), lambda some: ranked(some, 1)[0])
     return [Optimum(one, math.nan, group.bound) for one in group.places], group.bound
 
 

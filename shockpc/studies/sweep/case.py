@@ -37,8 +37,10 @@ def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Sce
         angles[list(ATTITUDE).index(one.kind)] = float(value)
         return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
     if one.kind in ("strike-angle", "speed"):
-        if strike.velocity is not None or strike.drop_height is not None:
+        if strike.velocity is not None or (one.kind == "speed" and strike.drop_height is not None):
             raise StudyError(f"{one.kind} is varied, but the velocity is given as a vector or a drop height; leave that out")
+        if strike.forward_speed is not None:
+            raise StudyError(f"{one.kind} is varied, but the scene gives a forward speed; leave that out")
         strike = replace(strike, speed=float(value)) if one.kind == "speed" else replace(strike, strike_angle_deg=float(value))
         return replace(scene, strike=strike), robot
     if one.kind == "contact":

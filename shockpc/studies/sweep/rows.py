@@ -6,7 +6,9 @@ need a landing of their own. Rows that ask for it are proven one by one, and so 
 
 import functools
 import math
-from collections.abc import Iterator, Sequence
+import pickle
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
@@ -15,15 +17,19 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError, refusal
+from shockpc.executor import in_order
 from shockpc.landing import PosedLanding, following, resolve
 from shockpc.profile import shock_profile
 from shockpc.robot.record import Robot
-from shockpc.scene import Scene
+from shockpc.scene import GRAVITY, Scene
 from shockpc.studies.columns import Column, columns, double_difference, proven_columns
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.variation import ATTITUDE, Variation
 
-__all__ = ["Chunk", "Sweep"]
+__all__ = ["GROUND", "Chunk", "Sweep", "with_sweep"]
+
+GROUND = ("friction_needed", "pull", "depth", "feasible")
+"""Quantities of every row that tell whether level ground allows the landing."""
 
 ROWS = 16384
 """Largest number of rows of a part."""
@@ -59,6 +65,7 @@ class Sweep:
         robot: its robot.
         variations: what differs between rows.
         computed: the computed columns.
+        feasible: whether rows that level ground does not allow keep the numbers of `GROUND` alone.
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
@@ -69,6 +76,7 @@ class Sweep:
     robot: Robot = field(repr=False)
     variations: tuple[Variation, ...]
     computed: tuple[Column, ...] = field(repr=False)
+    feasible: bool = False
     sample: int | None = None
     lhs: bool = False
     seed: int = 0
@@ -76,6 +84,13 @@ class Sweep:
 
     def __getstate__(self) -> dict[str, Any]:
         return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    def __iter__(self) -> Iterator[Chunk]:
+        return self.chunks()
+
+    def chunks(self, executor: Executor | None = None) -> Iterator[Chunk]:
+        """All parts in order. Args: executor, computes them, for example a `ProcessPoolExecutor`; this process by default."""
+        return in_order(executor, functools.partial(with_sweep, pickle.dumps(self), Sweep.chunk), range(len(self.parts)), ahead=8)
 
     @functools.cached_property
     def sizes(self) -> tuple[int, ...]:
@@ -126,6 +141,11 @@ class Sweep:
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
         return (*(one.column for one in self.variations), *self._names, "condition", "proven", "double_error")
+
+    @property
+    def feasible_column(self) -> Column:
+        """The column that tells whether level ground allows the landing."""
+        return next(column for column in self.computed if column.selection.name == "feasible")
 
     @functools.cached_property
     def _names(self) -> tuple[str, ...]:
@@ -194,6 +214,11 @@ class Sweep:
         for name in flat:
             if messages and name != "condition":
                 flat[name][list(messages)] = np.nan
+        if self.feasible:
+            refused = flat[self.feasible_column.name] == 0.0
+            for column in self.computed:
+                if column.selection.name not in GROUND:
+                    flat[column.name][refused] = np.nan
         return Chunk(a * S, found | flat | {"proven": proven, "double_error": error}, dict(sorted(messages.items())))
 
     @functools.cached_property
@@ -273,6 +298,8 @@ class Sweep:
         strike = landing.scene.strike
         speed = varied.get("speed", np.array([[1.0 if strike.speed is None else strike.speed]]))
         theta = varied.get("strike-angle", np.array([[strike.strike_angle_deg or 0.0]])) * DEG
+        if strike.drop_height is not None:
+            speed = math.sqrt(2.0 * GRAVITY * strike.drop_height) / np.cos(theta)
         up = np.array([0.0, 0.0, 1.0])
         velocity = speed[..., None] * (np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up)
         return np.broadcast_to(velocity, (len(own), self.strikes, 3))
@@ -285,6 +312,17 @@ class Sweep:
         if any(one.stage == 1 for one in choice) and self.alone:
             scene = following(scene, self.first)
         return scene, robot
+
+
+def with_sweep(pickled: bytes, function: Callable[[Any, int], Any], k: int) -> Any:
+    """Call a function with a sweep and the number of a part, in whatever process this is."""
+    return function(_unpickled(pickled), k)
+
+
+@functools.lru_cache(maxsize=2)
+def _unpickled(pickled: bytes) -> Any:
+    """A sweep; reading it takes longer than a small part."""
+    return pickle.loads(pickled)
 
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:

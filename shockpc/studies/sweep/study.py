@@ -1,15 +1,11 @@
 """A sweep asked for and checked: what varies, over a full grid or in a sample, and its computation in parts."""
 
-import functools
 import math
-import pickle
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from shockpc.errors import StudyError
-from shockpc.executor import in_order
 from shockpc.places import Place, body_places
 from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
@@ -17,50 +13,54 @@ from shockpc.scene import Point, Scene, plane_of, robot_of
 from shockpc.studies.columns import Column, selected
 from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.rows import Chunk, Sweep
+from shockpc.studies.sweep.rows import GROUND, Sweep, with_sweep
 from shockpc.studies.sweep.variation import Variation, each_of, variation
 
-__all__ = ["sweep", "sweep_of", "with_sweep"]
+__all__ = ["sweep", "with_sweep"]
 
 
 MOST_ROWS = 10**8
 """Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
 
 
-def sweep_of(
+def sweep(
     scene: Scene,
-    robot: Robot,
     vary: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
     *,
+    robot: Robot | None = None,
     vary_each: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
     at: Sequence[Point | str] = (),
     bodies: Sequence[str] = (),
     greatest: bool = False,
     quantities: Sequence[str] = (),
+    feasible: bool = False,
     sample: int | None = None,
     lhs: bool = False,
     seed: int = 0,
     prove: int = 100,
 ) -> Sweep:
-    """A sweep, checked.
+    """Many landings that differ from one, checked; they are computed chunk by chunk as the result is iterated over.
 
     Args:
         scene: the landing that is varied.
-        robot: its robot.
-        vary: values by subject, as in `variation`.
+        vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0, 15, 30]}.
+        robot: the scene's robot, if it is loaded already.
         vary_each: the same, with a quantity of its own for each joint that a pattern matches.
         at: points, as `Point` or names of frames.
         bodies: names or globs of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
         quantities: further columns, QUANTITY or QUANTITY@PLACES, as `selected` takes it.
+        feasible: whether rows that level ground does not allow keep no numbers but those that tell why.
         sample: number of random rows instead of the full grid. If no joint is varied, all are, within their limits.
         lhs: whether the sample is a Latin hypercube.
         seed: of the random numbers.
         prove: number of random rows that are compared with a proof, besides those that need one.
 
     Raises:
-        ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved.
+        ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be
+            computed is no error: its message is in the chunk.
     """
+    robot = robot or robot_of(scene)
     # A mapping holds each subject once; pairs may repeat one, which is refused below.
     vary, vary_each = (given.items() if isinstance(given, Mapping) else given for given in (vary, vary_each))
     for name, number in {"seed": seed, "prove": prove}.items():
@@ -84,7 +84,7 @@ def sweep_of(
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     scene = replace(scene, point=points)
-    made = Sweep(scene, robot, tuple(found), (), sample, lhs, seed, prove)
+    made = Sweep(scene, robot, tuple(found), (), feasible, sample, lhs, seed, prove)
     if made.rows > MOST_ROWS:
         raise StudyError(
             f"{made.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
@@ -96,57 +96,10 @@ def sweep_of(
     return replace(made, computed=_columns(made, points, bodies, greatest, quantities))
 
 
-def sweep(
-    scene: Scene,
-    vary: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
-    *,
-    robot: Robot | None = None,
-    executor: Executor | None = None,
-    **options: Any,
-) -> Iterator[Chunk]:
-    """Compute many landings that differ from one; yield them in chunks of some ten thousand rows, in order.
-
-    Args:
-        scene: the landing that is varied.
-        vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0, 15, 30]}.
-        robot: the scene's robot, if it is loaded already.
-        executor: computes chunks, for example a `ProcessPoolExecutor`; this process by default.
-        **options: of `sweep_of`.
-
-    Raises:
-        ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be
-            computed is no error: its message is in the chunk.
-    """
-    robot = robot or robot_of(scene)
-    made = sweep_of(scene, robot, vary, **options)
-    return in_order(
-        executor,
-        functools.partial(with_sweep, pickle.dumps(made), _chunk_of),
-        range(len(made.parts)),
-        ahead=8,
-    )
-
-
-def with_sweep(pickled: bytes, function: Callable[[Sweep, int], Any], k: int) -> Any:
-    """Call a function with a sweep and the number of a part, in whatever process this is."""
-    return function(_unpickled(pickled), k)
-
-
-def _chunk_of(made: Sweep, k: int) -> Chunk:
-    return made.chunk(k)
-
-
-@functools.lru_cache(maxsize=2)
-def _unpickled(pickled: bytes) -> Sweep:
-    """A sweep; reading it takes longer than a small part."""
-    made: Sweep = pickle.loads(pickled)
-    return made
-
-
 def _columns(
     made: Sweep, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
 ) -> tuple[Column, ...]:
-    """The columns of the points and bodies that are named, or of the base, the friction of the contacts, and what is asked for."""
+    """The columns of the points and bodies that are named, or of the base, what the ground allows, and what is asked for."""
     robot, landing = made.robot, made.first
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
     bodies = [i for name in names for i in robot.match_bodies(name)] or ([] if places else [0])
@@ -157,9 +110,9 @@ def _columns(
         place = body_places(robot)[body]
         columns += [Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))]
     varied = [str(value).split("+") for one in made.variations if one.kind == "contact" for value in one.values]
-    for text in ("friction_needed", *quantities):
+    for text in (*GROUND, *quantities):
         selection, chosen = selected(landing, text)
-        if text == "friction_needed":
+        if text in GROUND and selection.quantity.of == "contact":
             chosen = chosen[: len(landing.contacts)]
         if varied and selection.quantity.of == "contact":
             if "@" in text:

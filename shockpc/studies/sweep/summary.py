@@ -1,5 +1,6 @@
 """A sweep in a few numbers: least, median and greatest values, and how far double precision was off."""
 
+import functools
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -11,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.studies.columns import Column
 from shockpc.studies.sweep.rows import Sweep
 
-__all__ = ["Extent", "SweepSummary", "summarise"]
+__all__ = ["Extent", "Refused", "SweepSummary", "summarise"]
 
 BINS = 80
 """Of the distributions."""
@@ -30,6 +31,7 @@ class Extent(NamedTuple):
         greatest: value.
         least_row: row of the least one.
         greatest_row: row of the greatest one; −1 if no row could be computed.
+        best_row: row of the best value among the landings that level ground allows; −1 if there is none.
         span: the least and the greatest finite value; wider where they differ by rounding alone.
         counts: number of rows in each of equal intervals between these.
         values: (rows,) all of them where they are drawn as a curve or a map; None otherwise.
@@ -41,9 +43,26 @@ class Extent(NamedTuple):
     greatest: float
     least_row: int
     greatest_row: int
+    best_row: int
     span: tuple[float, float]
     counts: np.ndarray
     values: Array | None
+
+
+class Refused(NamedTuple):
+    """Numbers of rows that level ground does not allow, each counted for its first cause.
+
+    Attributes:
+        rows: all of them.
+        pulled: a contact would have to be pulled.
+        slipping: a contact needs more friction than the scene gives.
+        below: another link is below the ground.
+    """
+
+    rows: int
+    pulled: int
+    slipping: int
+    below: int
 
 
 class SweepSummary(NamedTuple):
@@ -54,6 +73,7 @@ class SweepSummary(NamedTuple):
         extents: of every shock, and of every quantity that was asked for.
         messages: why rows could not be computed, with the number of such rows, most frequent first.
         failed: number of rows that could not be computed.
+        refused: number of rows that level ground does not allow.
         proven: number of rows that asked for a proof and have one.
         compared: number of other rows that were proven as well.
         largest_error: how far double precision was off there at most, relative to the most severe shock of the same point.
@@ -63,6 +83,7 @@ class SweepSummary(NamedTuple):
     extents: tuple[Extent, ...]
     messages: tuple[tuple[str, int], ...]
     failed: int
+    refused: Refused
     proven: int
     compared: int
     largest_error: float
@@ -84,10 +105,19 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
         proven += int(np.sum(flags))
         others = errors[~flags & ~np.isnan(errors)]
         compared, largest = compared + len(others), max(largest, float(np.max(others, initial=0.0)))
+    feasible = _whole(sweep.rows, read(sweep.feasible_column.name))
+    no, causes = feasible == 0.0, []
+    for key, limit in (("pull", 0.0), ("friction_needed", np.inf if sweep.scene.friction is None else sweep.scene.friction)):
+        own = [column for column in sweep.computed if column.selection.name == key]
+        causes.append(no & functools.reduce(np.logical_or, (_whole(sweep.rows, read(one.name)) > limit for one in own)))
+    pulled, slipping = causes
+    counts = [int(np.sum(rows)) for rows in (no, pulled, slipping & ~pulled, no & ~pulled & ~slipping)]
     drawn = sweep.sample is None and len(sweep.variations) <= 2
     columns = [column for column in sweep.computed if column.shock or column.asked]
-    extents = tuple(_extent(column, _whole(sweep.rows, read(column.name)), drawn) for column in columns)
-    return SweepSummary(sweep, extents, tuple(messages.most_common()), sum(messages.values()), proven, compared, largest)
+    extents = tuple(_extent(column, _whole(sweep.rows, read(column.name)), drawn, feasible == 1.0) for column in columns)
+    return SweepSummary(
+        sweep, extents, tuple(messages.most_common()), sum(messages.values()), Refused(*counts), proven, compared, largest
+    )
 
 
 def _whole(rows: int, parts: Iterator[Array]) -> Array:
@@ -100,11 +130,14 @@ def _whole(rows: int, parts: Iterator[Array]) -> Array:
     return values
 
 
-def _extent(column: Column, values: Array, keep: bool) -> Extent:
+def _extent(column: Column, values: Array, keep: bool, feasible: np.ndarray) -> Extent:
     """The range of a column. Of ten million rows no copy is made: the values are sorted in place unless they are kept."""
     missing, kept = np.isnan(values), values if keep else None
     if missing.all():
-        return Extent(column, np.nan, np.nan, np.nan, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
+        return Extent(column, np.nan, np.nan, np.nan, -1, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
+    allowed = np.flatnonzero(feasible & ~missing)
+    best = np.argmax if column.selection.quantity.worse == "less" else np.argmin
+    best_row = int(allowed[best(values[allowed])]) if allowed.size else -1
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
     least, greatest = float(values[low]), float(values[high])
     known = values[~missing] if keep or missing.any() else values
@@ -115,4 +148,4 @@ def _extent(column: Column, values: Array, keep: bool) -> Extent:
         span = (span[0] - margin, span[1] + margin)
     counts, _ = np.histogram(finite, BINS, span)
     median = float(np.median(known, overwrite_input=True))
-    return Extent(column, least, median, greatest, low, high, span, counts, kept)
+    return Extent(column, least, median, greatest, low, high, best_row, span, counts, kept)
