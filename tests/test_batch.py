@@ -43,6 +43,7 @@ def test_every_row_is_a_single_analysis(dogs):
             "shock_locked": profile.bracket[0].locked,
             "mass_sticking": profile.contacts[0].mass_sticking,
             "friction_needed": profile.contacts[0].friction_needed,
+            "feasible": float(not any(one.kind in ("height", "contact") for one in profile.health.warnings)),
             "error_bound": profile.health.error_bound,
         }
         assert row.sensors == {point.frame: point.shock for point in profile.points}
@@ -79,6 +80,12 @@ def test_what_redundant_contacts_leave_undetermined_is_none():
         Contact(frame="FL_calf", offset=(0.0, 0.0, -z)) for z in (0.1, 0.2)))]), quantities=("joint_impulse",)).rows  # fmt: skip
     assert row.values["joint_impulse"] is row.values["friction_needed"] is None
     assert row.values["shock_com"] > 0.0
+
+
+def test_landings_that_level_ground_does_not_allow_are_named(capfd):
+    """HyQ with one knee bent has the other feet below the contact."""
+    text = good(capfd, "batch", "hyq", "--contact", "l?_foot", "--set", "lf_kfe_joint=-130")
+    assert "level ground does not allow 1 landing, as the warnings say: hyq lf_foot" in text
 
 
 def test_each_robot_lands_on_each_foot_alone_in_its_standing_posture(dogs):

@@ -28,7 +28,8 @@ Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
 """From a robot's name or file to the robot and its landings."""
 
 STANDARD = (
-    "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "robot.error_bound",
+    "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
+    "robot.error_bound",
 )  # fmt: skip
 """Quantities of every row."""
 

@@ -43,7 +43,7 @@ def _sheet(batch: Batch, fold: bool = True) -> Sheet:
     names = list(batch.columns)
     if fold:
         free = all(row.joint_model == "free" for row in batch.rows)
-        names = [name for name in names if name != "error_bound" and not (free and name == "shock_com")]
+        names = [name for name in names if name not in ("error_bound", "feasible") and not (free and name == "shock_com")]
     units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in names)
     header = ["robot", "contact", "trunk", *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))]
     header += ["IMU", "at IMU [-]", *([] if fold else ["posture", "joint model", "sensors and points [-]", "warnings", "failure"])]
@@ -79,6 +79,9 @@ def _notes(batch: Batch) -> Iterable[str]:
     neutral = list(dict.fromkeys(row.robot for row in rows if row.scene.posture.reference == "neutral"))
     if neutral:
         yield f"in the neutral posture, which is taken where no standing one is known: {', '.join(neutral)}"
+    refused = [f"{row.robot} {row.contact}" for row in rows if row.values["feasible"] == 0.0]
+    if refused:
+        yield f"level ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
     warned = [row for row in rows if row.warnings]
     if warned:
         robots = ", ".join(dict.fromkeys(row.robot for row in warned))
