@@ -13,6 +13,7 @@ import numpy as np
 
 from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.spatial import Array, freeze
+from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiffness import Elements, attach_rotors, simulate_landing
 from shockpc.errors import SolveError
 from shockpc.exact.proof import motion as size_of
@@ -21,7 +22,13 @@ from shockpc.impact import DoubleImpact, Impact
 from shockpc.landing import PosedLanding
 from shockpc.places import Place
 
-__all__ = ["CompliantLanding", "compliant_landing"]
+__all__ = ["DAMPING", "SPECTRUM", "CompliantLanding", "compliant_landing"]
+
+SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
+"""Natural frequencies of the shock response spectrum [Hz]."""
+
+DAMPING = (0.0, 0.05)
+"""Damping ratios of the same."""
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
 
@@ -123,6 +130,19 @@ class CompliantLanding:
         moving, forced = self.maps(compute, places)
         found = self.motion.at(times)
         return np.asarray(np.einsum("nki,ti->tnk", moving, found.acceleration) + np.einsum("nkr,tr->tnk", forced, found.force))
+
+    def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
+        """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
+
+        The acceleration of the points is that until all contacts are open.
+        """
+        if not places:
+            return np.zeros((len(SPECTRUM), 0))
+        count = int(np.ceil(self.motion.duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
+        times = np.linspace(0.0, self.motion.duration, count + 1)
+        history = self.history(compute, places, times).reshape(count + 1, -1)
+        response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
+        return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
 
     def _peak(self, moving: Array, forced: Array) -> tuple[Array, Array]:
         """As `Motion.peak`."""

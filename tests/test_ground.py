@@ -10,6 +10,7 @@ from commands import good, run
 from robot_texts import joint, link, urdf
 
 from shockpc import Contact, Joints, Point, Scene, SceneError, SolveError, Strike, shock_profile
+from shockpc.compliance import CompliantLanding
 from shockpc.paper.landings import scene as paper_scene
 from shockpc.quantities.table import quantity
 from shockpc.scene import GRAVITY
@@ -194,6 +195,61 @@ def test_torques_in_a_loop(name):
     rate = quantity("joint", "delta_qd").compute
     expected = np.where(np.arange(len(names)) == 0, 0.01 * profile.stiffness.peaks(rate, profile.places("joint"))[0], 0.0)
     np.testing.assert_allclose(profile.value("peak_torque", "joint"), expected, rtol=1e-8)
+
+
+def with_drives(profile, **drives):
+    """The landing of a profile with springs and rotors in its joints (nv,)."""
+    return CompliantLanding(replace(profile.landing, joint_model=profile.landing.joint_model._replace(**drives)))
+
+
+@pytest.mark.parametrize("spring", [1e-2, 1.0, 1e3, 1e6, 1e12])
+@pytest.mark.parametrize("rotor", [1e-9, 1e-3, 1e3])
+def test_springs_and_rotors_in_the_joints_of_a_robot(spring, rotor):
+    """Energy is kept while the contact is loaded, momentum is what the ground gives, and a spring gives what moves its rotor."""
+    lossless = Contact(frame="LF_FOOT", restitution=1.0, restitution_along="directions")
+    profile = shock_profile(replace(ANYMAL, contact=(lossless,), contact_stiffness=K))
+    moving = np.arange(18) >= 6
+    stiffness, springs = np.where(moving, 50.0, 0.0), np.where(moving, spring, np.inf)
+    found = with_drives(profile, stiffness=stiffness, drive_stiffness=springs, rotor=np.where(moving, rotor, 0.0))
+    motion, H = found.motion, profile.landing.state.H[0]
+    first = min(event.time for event in motion.events)
+    t = np.linspace(0.0, 0.999 * first, 50)
+    history = motion.at(t)
+    before = np.zeros(18)
+    before[:3] = profile.landing.state.rotation[0, 0].T @ profile.landing.before.velocity
+    start = np.append(before, np.zeros(12))
+    M = np.zeros((30, 30))
+    M[:18, :18], M[18:, 18:] = H, rotor * np.eye(12)
+    rates = start + history.jump
+    energy = np.einsum("ti,ij,tj->t", rates, M, rates) / 2.0 + history.force**2 @ (0.5 / motion.elements.stiffness)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+    np.testing.assert_allclose(
+        history.acceleration @ M, history.force @ motion.elements.rows, atol=1e-8 * np.abs(history.force).max()
+    )
+    assert found.springs_count > 0.0
+
+
+def test_a_rotor_behind_a_spring_is_free_or_rigid_at_the_ends():
+    """A soft spring gives the peaks of free joints, a stiff one those of the reflected inertia."""
+    slides = replace(ANYMAL, contact=SLIDING, contact_stiffness=K)
+    free, moving = shock_profile(slides), np.arange(18) >= 6
+    geared = shock_profile(replace(slides, joints=Joints(armature={"*": 0.01})))
+    rotor = np.where(moving, 0.01, 0.0)
+    for spring, same, tolerance in ((1e-9, free, 1e-9), (1e12, geared, 1e-6)):
+        found = with_drives(free, drive_stiffness=np.where(moving, spring, np.inf), rotor=rotor)
+        np.testing.assert_allclose(found.forces[0], same.value("peak_force", "contact"), rtol=tolerance)
+        np.testing.assert_allclose(found.duration, same.value("duration", "contact"), rtol=tolerance)
+
+
+def test_files_over_time(capfd, here):
+    """With a contact stiffness a folder has a figure over time; the spectrum of a point below the pulse's frequency is 2π f Δv."""
+    words = ("anymal_b", "--contact", "LF_FOOT", "--slide", "--restitution", 1, "--contact-stiffness", "4e6:1e6")
+    good(capfd, "analyze", *words, "--spectrum", "--out", "out")
+    assert {"time.svg", "spectrum.svg"} <= {path.name for path in (here / "out").iterdir()}
+    read = json.loads((here / "out/profile.json").read_text())
+    spectra, (point,) = read["stiffness"]["spectra"], read["points"]
+    expected = 2.0 * math.pi * spectra["frequencies"][0] * max(map(abs, point["delta_v"])) / GRAVITY
+    assert spectra["points"][0]["response"][0][0] == pytest.approx(expected, rel=1e-3)
 
 
 # Refusals, and scenes without either

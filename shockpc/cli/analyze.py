@@ -26,6 +26,7 @@ def analyze(
         "Write the scene that this command line describes, a file for each landing.", "FILE", scene_file
     ),
     force: bool = in_output("Let --save-scene replace a file."),
+    spectrum: bool = in_output("With a contact stiffness and --out, draw the shock response spectrum of sensors and points too."),
     explain: bool = EXPLAIN,
 ) -> None:
     from shockpc.cli.progress import ShownTrace
@@ -47,6 +48,6 @@ def analyze(
             write_file(file, scene_text(profile.scene, file.parent), over_input=force)
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        give(landings_report(profiles, file_names(scenes), bodies), output)
+        give(landings_report(profiles, file_names(scenes), bodies, spectrum), output)
     if explain:
         sys.stderr.write(trace.text())

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 import shockpc
+from shockpc.compliance import DAMPING, SPECTRUM, CompliantLanding
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.places import Kind
 from shockpc.quantities.ground import GROUND
-from shockpc.quantities.table import quantities_of
+from shockpc.quantities.table import quantities_of, quantity
 from shockpc.result import ShockProfile
-from shockpc.scene import Scene, scene_table
+from shockpc.scene import GRAVITY, Scene, scene_table
 
 __all__ = ["document", "headed", "json_text", "record"]
 
@@ -84,12 +85,12 @@ def document(profile: ShockProfile) -> dict[str, Any]:
 def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
     """The quantities of every place of a kind; those of the robot without its health, which is a record."""
     rows: list[dict[str, Any]] = [{} for _ in profile.places(kind)]
-    for quantity in quantities_of(kind):
-        if quantity in GROUND or (kind == "robot" and quantity.compute is None):
+    for entry in quantities_of(kind):
+        if entry in GROUND or (kind == "robot" and entry.compute is None):
             continue
-        *groups, key = PATHS.get(quantity.key, quantity.key).split(".")
-        convert = TYPES.get(quantity.key, lambda value: value)
-        for row, value in zip(rows, profile.values(quantity), strict=True):
+        *groups, key = PATHS.get(entry.key, entry.key).split(".")
+        convert = TYPES.get(entry.key, lambda value: value)
+        for row, value in zip(rows, profile.values(entry), strict=True):
             for group in groups:
                 row = row.setdefault(group, {})
             row[key] = convert(value)
@@ -141,7 +142,21 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
         ],
         "compression": found.compressed,
         "springs_count": found.springs_count,
+        "spectra": _spectra(profile, found),
     }  # fmt: skip
+
+
+def _spectra(profile: ShockProfile, found: CompliantLanding) -> dict[str, Any]:
+    """The shock response spectra of the points [g]."""
+    points = [place for place in profile.places("point") if place.body >= 0]
+    compute = quantity("point", "delta_v").compute
+    assert compute is not None
+    spectra = [found.spectrum(compute, points, damping) / GRAVITY for damping in DAMPING]
+    return {
+        "frequencies": list(SPECTRUM),
+        "damping": list(DAMPING),
+        "points": [{"frame": place.name, "response": [one[:, k] for one in spectra]} for k, place in enumerate(points)],
+    }
 
 
 def _columns(profile: ShockProfile, kind: Kind, *keys: str) -> list[dict[str, Any]]:

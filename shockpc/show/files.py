@@ -18,7 +18,7 @@ MANIFEST = ".shockpc-files"
 
 _RESULT = re.compile(
     "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
-    r"profile|quantities|report|robots?|sensitivity|sheet|shock|summary|sweep)\.(csv|html|json|md|png|svg|xml)"
+    r"profile|quantities|report|robots?|sensitivity|sheet|shock|spectrum|summary|sweep|time)\.(csv|html|json|md|png|svg|xml)"
 )
 """Names of results; a file of another name is never removed."""
 

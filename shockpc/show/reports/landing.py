@@ -34,10 +34,11 @@ NO_MITIGATION = (
 )
 
 
-def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -> Report:
+def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
-    The files are profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png.
+    The files are profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png; with a contact stiffness
+    also time.svg, and on request spectrum.svg, the shock response spectrum.
     """
     return Report(
         name="profile",
@@ -47,6 +48,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -
             Lines(header_lines(profile)),
             Picture("shock", f"shock profile of {profile.robot.name}", "landing:draw_landing", (profile,)),
             *_tables(profile, bodies, None if full else 6),
+            *_time_pictures(profile, spectrum),
         ],
         closing=[
             *_balance_lines(profile),
@@ -64,15 +66,18 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None) -
     )
 
 
-def landings_report(profiles: Sequence[ShockProfile], names: Sequence[str], bodies: Sequence[int] | None = None) -> Report:
+def landings_report(
+    profiles: Sequence[ShockProfile], names: Sequence[str], bodies: Sequence[int] | None = None, spectrum: bool = False
+) -> Report:
     """The report of one landing, or of several with their shocks side by side.
 
     Args:
         profiles: the landings.
         names: of their folders.
         bodies: indices of the only bodies that are shown.
+        spectrum: whether to draw the shock response spectrum of the points.
     """
-    parts = {name: landing_report(profile, bodies) for name, profile in zip(names, profiles, strict=True)}
+    parts = {name: landing_report(profile, bodies, spectrum) for name, profile in zip(names, profiles, strict=True)}
     if len(parts) == 1:
         return next(iter(parts.values()))
     sheet = functools.partial(_side_by_side, profiles, bodies)
@@ -307,6 +312,17 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
     carried = [(float(f), float(e), *(100.0 * found.force_shares[:, k])) for k, (f, e) in enumerate(zip(*modes[:2], strict=True))]
     sheets.append(Sheet("modes, and the normal force that they carry", heads, carried[:most]))
     return sheets
+
+
+def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
+    """The landing over time on contacts of finite stiffness, and on request the shock response spectrum of the points."""
+    if profile.stiffness is None:
+        return []
+    name = profile.robot.name
+    pictures = [Picture("time", f"forces, accelerations and torques of {name} over time", "time:draw_time", (profile,))]
+    if spectrum and any(place.body >= 0 for place in profile.places("point")):
+        pictures.append(Picture("spectrum", f"shock response spectrum of points of {name}", "time:draw_spectrum", (profile,)))
+    return pictures
 
 
 def _stiffness(profile: ShockProfile) -> str:
