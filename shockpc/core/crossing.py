@@ -75,15 +75,18 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[floa
         return None
 
     def root(i: int, a: float, b: float, above: float, below: float) -> float:
-        t = a + (b - a) * max(above, 0.0) / (max(above, 0.0) - below)
+        t, last = a + (b - a) * max(above, 0.0) / (max(above, 0.0) - below), np.inf
         for _ in range(100):
             cos, sin = np.cos(sigma * t), np.sin(sigma * t)
             value = constant[i] + linear[i] * t + cosine[i] @ cos + sine[i] @ sin
             a, b = (t, b) if value > 0.0 else (a, t)
             slope = linear[i] + (sine[i] * cos - cosine[i] * sin) @ sigma
             newton = t - value / slope if slope < 0.0 else a
-            if abs(newton - t) <= 1e-15 * t or b - a <= 1e-15 * b:
+            step = abs(newton - t)
+            # Near the root a step that is not much smaller than the last one is rounding.
+            if step <= 1e-15 * t or b - a <= 1e-15 * b or (step > last / 4.0 and last <= 1e-11 * t):
                 break
+            last = step
             t = newton if a < newton < b else (a + b) / 2.0
         return t
 
