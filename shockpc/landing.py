@@ -299,6 +299,10 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     landing = PosedLanding(
         scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings)
     )
+    if scene.contact_stiffness is not None and rates[joints.locked].any():
+        raise SceneError(
+            "a contact stiffness needs joints that are at rest where they are locked; free them, or leave their rates out"
+        )
     _refuse_twice(landing.blocks)
     _refuse_separation(landing)
     return landing

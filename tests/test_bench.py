@@ -14,6 +14,7 @@ from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
+from shockpc.bench.stiff_contacts import STIFFNESSES, stiff_contacts
 from shockpc.errors import SolveError
 from shockpc.model.closure import Closure, Place
 from shockpc.model.contact import Contact
@@ -207,3 +208,12 @@ def test_a_contact_needs_a_robot(capfd):
     done = run(capfd, "bench", "--contact", "foot")
     assert (done.code, done.out) == (2, "")
     assert done.err == "shockpc: the options of a landing need a robot: shockpc bench robot.urdf --contact foot\n"
+
+
+def test_soft_contacts_approach_the_impulse():
+    """The error falls with 1/k: rotors behind springs move with the square of the contact's duration, which is as 1/√k."""
+    sheet = stiff_contacts(0.0)
+    own = [row for row in sheet.rows if str(row[0]).startswith("contact")]
+    assert len(own) == len(STIFFNESSES)
+    assert all(float(row[2]) == pytest.approx(-1.0, abs=0.01) for row in own[-4:])
+    assert float(own[-1][1]) < 1e-8

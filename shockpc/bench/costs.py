@@ -20,6 +20,7 @@ from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import Prepared, System, UnsuitedError, double_jumps, system_of
 from shockpc.bench.mujoco_peer import batch_in_mujoco
+from shockpc.bench.stiff_contacts import stiff_contacts
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
@@ -225,5 +226,5 @@ def _written(made: Sweep, workers: Executor | None) -> int:
         return sum(parts.write(workers))
 
 
-COSTS = {"costs": _package, "many postures": _throughput, "sweeps": _sweeps}
+COSTS = {"costs": _package, "soft contacts": stiff_contacts, "many postures": _throughput, "sweeps": _sweeps}
 """Tables of what the package costs; the argument is the time for each clock [s]."""

@@ -1,0 +1,68 @@
+"""Error of contacts of finite stiffness against the impulse that they approach, and run time, beside MuJoCo's soft contact."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from statistics import median
+
+import numpy as np
+
+from shockpc import ShockProfile, shock_profile
+from shockpc.accuracy import double_error
+from shockpc.bench.cases import known_robot, landing
+from shockpc.bench.measure import timed
+from shockpc.bench.methods import UnsuitedError, system_of
+from shockpc.bench.mujoco_peer import MUJOCO
+from shockpc.compliance import CompliantLanding
+from shockpc.core.spatial import Array
+from shockpc.show.tables import Cell, Sheet
+
+__all__ = ["STIFFNESSES", "stiff_contacts"]
+
+STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
+"""Of the contact [N/m]."""
+
+ROTOR, SPRING = 0.01, 100.0
+"""Reflected inertia of every drive [kg m²], and stiffness of the spring before it [N m/rad]: the impulse does not feel it."""
+
+
+def stiff_contacts(budget: float) -> Sheet:
+    """One foot of ANYmal B with rotors behind springs, on contacts of rising stiffness. Args: budget for each clock [s]."""
+    robot, scene = landing(known_robot("anymal_b"), "LF_FOOT")
+    slides = replace(scene, contact=(replace(scene.contact[0], directions=("z",)),))
+    profile, sticks = shock_profile(slides, robot), shock_profile(scene, robot)
+    rows: list[tuple[Cell, ...]] = []
+
+    def add(own: ShockProfile, what: str, size: float, run: Callable[[], object], jumps: Array, last: tuple[float, float]) -> float:
+        error = double_error(own.landing, own.proof, jumps)
+        slope = math.log(error / last[1]) / math.log(size / last[0]) if error > 0.0 < last[1] else math.nan
+        rows.append((what, error, None if math.isnan(slope) else slope, 1e6 * median(timed(run, budget)[1])))
+        return error
+
+    drives = robot.actuated_dofs
+    model = profile.landing.joint_model._replace(
+        rotor=np.where(drives, ROTOR, 0.0), drive_stiffness=np.where(drives, SPRING, np.inf)
+    )
+    last = (1.0, math.nan)
+    for k in STIFFNESSES:
+        posed = replace(profile.landing, scene=replace(profile.scene, contact_stiffness=k), joint_model=model)
+        found = CompliantLanding(posed)
+        jumps = found.impact_at(found.compressed).jumps[0, ..., 3]
+        last = k, add(profile, f"contact of {k:.0e} N/m", k, partial(CompliantLanding, posed), jumps, last)
+    last = (1.0, math.nan)
+    for name, method in MUJOCO.items():
+        try:
+            prepared = method(system_of(robot, scene))
+        except UnsuitedError as reason:
+            rows.append((f"{name}: {reason}", None, None, None))
+            continue
+        tau = float(name.split(" = ")[1].split()[0])
+        last = 1.0 / tau, add(sticks, name, 1.0 / tau, prepared.run, prepared.read(prepared.run()), last)
+    notes = (
+        f"one foot of ANYmal B, rotors of {ROTOR:g} kg m² behind springs of {SPRING:g} N m/rad, a foot that slides, at the end of "
+        "compression; MuJoCo: no rotors, a foot that sticks; error: largest over the bodies, from the impulse; slope: of log error "
+        "over log stiffness, or over log 1/τ",
+    )
+    header = ("contact", "error [-]", "slope [-]", "run time [µs]")
+    return Sheet("soft contacts against the impulse", header, rows, notes)
