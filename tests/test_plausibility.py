@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import run
-from robot_texts import mjcf, written
+from robot_texts import mjcf, refused, written
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, read_scene, shock_profile
+from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
 from shockpc.model.contact import foot_contact
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
@@ -241,3 +241,12 @@ def test_depth_is_how_far_another_foot_is_below_the_contact(dog: Robot):
     expected = 0.2 * (1.0 - np.cos(np.radians([0.0, 30.0, 70.0])))
     np.testing.assert_allclose(made.chunk(0).columns["depth@dog"], expected, atol=1e-12)
     assert [float(shock_profile(*made.case(k)).value("depth", "robot")[0]) for k in range(3)] == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_link_without_geometry_names_those_of_its_body_that_have_some():
+    """The sole has none of its own, the foot that carries it has."""
+    robot = humanoid(FOOT.format("{0}", '<body name="{0}_sole" pos="0 0 -.1"/>'))
+    landing = Scene(robot="m", contact=(Contact(frame="left_sole", at="lowest"),))
+    refused(
+        SceneError, ['"left_sole" has no collision geometry', 'of its body, "left_foot" has some'], shock_profile, landing, robot
+    )

@@ -204,7 +204,7 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     found, frame = _own_shapes(robot, name), robot.frame(name)
     if not found:
         others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
-        remedy = f"; of its body, {listed(others, 4)} has some" if others else ", nor has another link of its body"
+        remedy = f"; of its body, {listed(others, 4)} has some" if others else ""
         raise SceneError(
             f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point{remedy}; '
             "give the contact point by its offset, or name a link that has collision geometry"
