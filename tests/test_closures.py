@@ -15,7 +15,7 @@ from shockpc.model.dynamics import dynamics
 from shockpc.model.rows import row_jacobian
 from shockpc.paper.landings import land, scene
 from shockpc.scene import robot_of
-from shockpc.studies.sweep.study import sweep_of
+from shockpc.studies.sweep.study import sweep
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
 WIDE = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'
@@ -321,7 +321,7 @@ def test_joints_that_strain_one_another_are_reported():
 def test_a_loop_is_followed_through_a_sweep():
     """Every row of a five-bar leg keeps the side to which its knees are bent, also where a start far away would not."""
     given = scene("five_bar")
-    made = sweep_of(given, robot_of(given), {"front_hip": "-90:30:25"}, prove=0)
+    made = sweep(given, robot=robot_of(given), vary={"front_hip": "-90:30:25"}, prove=0)
     angles = []
     for row in range(made.rows):
         case, robot = made.case(row)
