@@ -15,6 +15,7 @@ from shockpc.model.dynamics import dynamics
 from shockpc.model.rows import row_jacobian
 from shockpc.paper.landings import land, scene
 from shockpc.scene import robot_of
+from shockpc.show.reports.sweep import _options
 from shockpc.studies.sweep.study import sweep
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
@@ -334,6 +335,7 @@ def test_a_loop_is_followed_through_a_sweep():
     assert np.all(np.diff(front) < 0.0)
     assert np.abs(np.diff(front)).max() < 0.1
     assert np.all(front * (np.radians(-60.0) - hips) > -1e-12)
+    assert all(f"--set {side}_knee=" in _options(made, 3)[0] for side in ("front", "rear"))
 
 
 def test_another_start_closes_a_loop_with_a_warning():

@@ -119,7 +119,7 @@ def _options(made: Sweep, row: int) -> tuple[str, str]:
             options.append(("--offset", ",".join(map(repr, scene.contact[0].offset))))
         else:
             others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
-    if scene.assemble != made.scene.assemble:  # where the joints are that close loops, as they were followed
-        options += [("--set", f"{name}={scene.posture.joints_deg[name]!r}") for name in scene.assemble]
-        options += [("--assemble", name) for name in scene.assemble]
+    if made.alone:  # where the joints are that close the loops, as they were followed
+        options += [("--set", f"{name}={x!r}") for name in scene.assemble if (x := scene.posture.joints_deg.get(name)) is not None]
+        options += [("--assemble", name) for name in scene.assemble if name not in made.scene.assemble]
     return shlex.join(itertools.chain.from_iterable(dict.fromkeys(options))), ", ".join(others)
