@@ -71,8 +71,8 @@ def _package(budget: float) -> Sheet:
         add(f"shock_profile, {name}", partial(shock_profile, scene, robot), target)
         _with_everything(scene, robot)  # reads the meshes, once
         add(f"shock_profile with all derived numbers, {name}", partial(_with_everything, scene, robot))
-    found = resolve(anymal[1], anymal[0])
-    add("steps 1-3 in double precision, ANYmal B, one foot", partial(_double_percussion, found), "0.25 ms")
+    resolved = resolve(anymal[1], anymal[0])
+    add("steps 1-3 in double precision, ANYmal B, one foot", partial(_double_percussion, resolved), "0.25 ms")
     times = np.median([[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0)
     for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import"), times, strict=True):
         rows.append((what, f"{1e3 * seconds:.3g}", aim, f"{seconds / times[0]:.2f}"))
@@ -85,10 +85,10 @@ def _with_everything(scene: Scene, robot: Robot) -> list[object]:
     return [getattr(profile, name) for name, value in vars(ShockProfile).items() if isinstance(value, property | cached_property)]
 
 
-def _double_percussion(found: PosedLanding) -> Array:
+def _double_percussion(resolved: PosedLanding) -> Array:
     """Steps 1 to 3 in double precision: radii of percussion (nb,) [m]."""
-    jumps = double_jumps(found)
-    omega, v, normal = jumps[:, :3], jumps[:, 3:], found.plane.normal @ found.state.rotation[0]
+    jumps = double_jumps(resolved)
+    omega, v, normal = jumps[:, :3], jumps[:, 3:], resolved.plane.normal @ resolved.state.rotation[0]
     return np.asarray(percussion(omega, v, normal, 1.0, *translation(omega, v, normal, 1.0, 1.0, 1e-9)).ropc)
 
 
@@ -138,9 +138,9 @@ def _bare_loop(system: System, Q: Array) -> Prepared:
 def _batched(system: System, Q: Array) -> Prepared:
     """The batched path of the package; its maps are in world axes."""
 
-    def read(found: ShockMaps) -> Array:
-        maps = found.maps.reshape(len(Q), -1, 2, 3, 3)
-        return (np.swapaxes(found.rotation, -1, -2)[:, :, None] @ maps).reshape(len(Q), -1, 6, 3)
+    def read(result: ShockMaps) -> Array:
+        maps = result.maps.reshape(len(Q), -1, 2, 3, 3)
+        return (np.swapaxes(result.rotation, -1, -2)[:, :, None] @ maps).reshape(len(Q), -1, 6, 3)
 
     return Prepared(lambda: shock_maps(system.landing, Q), read)
 
@@ -167,9 +167,9 @@ def _throughput(budget: float) -> Sheet:
             except UnsuitedError as reason:
                 rows.append((name, peer, None, None, None, str(reason)))
                 continue
-            found, seconds = prepared.read(prepared.run()), _cost(prepared.run, budget, MANY)
-            same = maps if found.shape[-1] == 3 else (maps @ system.landing.before.velocity)[..., None]
-            off = np.max(np.abs(found - same).max(axis=(1, 2, 3)) / np.abs(same).max(axis=(1, 2, 3)))
+            jumps, seconds = prepared.read(prepared.run()), _cost(prepared.run, budget, MANY)
+            same = maps if jumps.shape[-1] == 3 else (maps @ system.landing.before.velocity)[..., None]
+            off = np.max(np.abs(jumps - same).max(axis=(1, 2, 3)) / np.abs(same).max(axis=(1, 2, 3)))
             first = seconds if prepare is _bare_loop else first
             rows.append((name, peer, f"{1e6 * seconds:.1f}", f"{seconds / first:.2f}", f"{off:.1e}", None))
     header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
@@ -181,21 +181,21 @@ def _sweeps(budget: float) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
     for name in ("hyq", "anymal_b", "talos"):
         made = _sample(name, ROWS)
-        found, Q = resolve(made.scene, made.robot), made.configurations(0)[:4096]
-        block, armature = Q[:256], found.joint_model.armature
-        equation = found.equation(dynamics(made.robot, block, armature), False)
+        resolved, Q = resolve(made.scene, made.robot), made.configurations(0)[:4096]
+        block, armature = Q[:256], resolved.joint_model.armature
+        equation = resolved.equation(dynamics(made.robot, block, armature), False)
         row = _cost(partial(_written, made, None), budget, ROWS)
-        maps = _cost(partial(shock_maps, found, Q), budget, len(Q))
+        maps = _cost(partial(shock_maps, resolved, Q), budget, len(Q))
         calls = _cost(partial(dynamics, made.robot, block, armature), budget, len(block))
         eq_4 = _cost(partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms), budget, len(block))
         shares = (f"{100.0 * part / row:.0f}" for part in (calls, eq_4))
         size = str(len(made.robot.bodies) * made.robot.model.nv)
         rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares))
-    one, two = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
+    alone, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
         "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
         "maps: shock_maps of all bodies in the same postures",
-        f"{16 * ROWS} rows of hyq: {one:.2f} s in one process, {two:.2f} s in two: {one / two:.2f} times as fast",
+        f"{16 * ROWS} rows of hyq: {alone:.2f} s in one process, {together:.2f} s in two: {alone / together:.2f} times as fast",
     )
     header = ("robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps", "row: Pinocchio [%]", "row: Eq. 4 [%]")
     return Sheet("sweeps", header, rows, notes)

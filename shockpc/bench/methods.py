@@ -67,7 +67,7 @@ class System(NamedTuple):
     @property
     def sticking(self) -> bool:
         """Whether all contacts are points that stop in all directions."""
-        return all(np.array_equal(one.forces, np.eye(3)) and not len(one.moments) for one in self.landing.contacts)
+        return all(np.array_equal(contact.forces, np.eye(3)) and not len(contact.moments) for contact in self.landing.contacts)
 
     def contact_points(self) -> list[tuple[int, Array]]:
         """Pinocchio's joint, and point in its frame [m], of every contact."""

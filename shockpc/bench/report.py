@@ -83,7 +83,7 @@ def suite_report(
     run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {time.perf_counter() - start:.0f} s for"
     facts = Lines([*_surroundings(), f"{run} {len({result.case for result in results})} cases", REFERENCE, *NOTES])
     header = ("family", "variant", "value", "method", "outcome", "error", "low_s", "median_s", "high_s", "runs", "message")
-    rows = [(*one.case[:3], *one[1:4], *one.quartiles, float(len(one.seconds)), one.message) for one in results]
+    rows = [(*result.case[:3], *result[1:4], *result.quartiles, float(len(result.seconds)), result.message) for result in results]
     limits = Lines(LIMITS, "limits of the method")
     return Report(
         name="bench",
@@ -103,7 +103,10 @@ def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
         budget: time to spend on each method's clock [s].
     """
     results = measure(Case("landing", robot.name, "", lambda: (robot, scene)), METHODS | {WHOLE: all_quantities}, budget)
-    rows = [(one.method, _largest([one]), *map(_micro, one.quartiles), one.outcome, one.message or None) for one in results]
+    rows = [
+        (result.method, _largest([result]), *map(_micro, result.quartiles), result.outcome, result.message or None)
+        for result in results
+    ]
     header = ("method", "error [-]", "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
     sheet = Sheet("error against run time on this landing", header, rows, (*NOTES, WHOLE_NOTE))
     return Report(
@@ -113,14 +116,16 @@ def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
         sheets={"landing": lambda: sheet},
         document=lambda: {
             "scene": scene,
-            "methods": [{**record(one, "method", "outcome", "error", "message"), "quartiles_s": one.quartiles} for one in results],
+            "methods": [
+                {**record(result, "method", "outcome", "error", "message"), "quartiles_s": result.quartiles} for result in results
+            ],
         },
     )
 
 
 def _surroundings() -> list[str]:
     """Versions of the libraries, and the machine."""
-    installed = {one.name: one.version for one in importlib.metadata.distributions()}
+    installed = {package.name: package.version for package in importlib.metadata.distributions()}
     versions = [f"{name} {installed.get(name, 'not installed')}" for name in LIBRARIES]
     info = Path("/proc/cpuinfo")  # on Linux Python does not know the name of the processor
     names = re.findall(r"^model name\s*: (.*)", info.read_text(encoding="utf-8") if info.exists() else "", re.MULTILINE)
@@ -134,9 +139,9 @@ def _surroundings() -> list[str]:
 def _chart(results: Iterable[Result]) -> Picture:
     """Error against run time of every method on every case."""
     series: dict[str, list[tuple[float, float]]] = {}
-    for one in results:
-        if one.error is not None:
-            series.setdefault(one.method.split(", τ")[0], []).append((median(one.seconds), one.error))
+    for result in results:
+        if result.error is not None:
+            series.setdefault(result.method.split(", τ")[0], []).append((median(result.seconds), result.error))
     title = "Error against run time; for shockpc's printed numbers the proven bound"
     return Picture("error-against-run-time", "error against run time", "error_time:draw_error_time", (title, series, ACCURATE))
 
@@ -144,10 +149,10 @@ def _chart(results: Iterable[Result]) -> Picture:
 def _methods_sheet(results: Sequence[Result]) -> Sheet:
     """How often each method had which outcome, and its run time."""
     rows: list[tuple[Cell, ...]] = []
-    for name in dict.fromkeys(one.method for one in results):
-        own = [one for one in results if one.method == name]
-        counted = Counter(one.outcome for one in own)
-        middle = [median(one.seconds) for one in own if one.seconds]
+    for name in dict.fromkeys(result.method for result in results):
+        own = [result for result in results if result.method == name]
+        counted = Counter(result.outcome for result in own)
+        middle = [median(result.seconds) for result in own if result.seconds]
         rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(middle or [math.nan])), _largest(own)))
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
     return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, (note,))
@@ -156,10 +161,10 @@ def _methods_sheet(results: Sequence[Result]) -> Sheet:
 def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
     """One family: a column for each method, and a row for each case that one of them does not solve."""
     rows: list[tuple[Cell, ...]] = []
-    cases = [list(own) for _, own in groupby(results, lambda one: one.case)]
+    cases = [list(own) for _, own in groupby(results, lambda result: result.case)]
     for case in cases:
-        if any(one.outcome not in ("accurate", "approximate", "unsuited") for one in case):
-            cells = {one.method: _largest([one]) or one.outcome for one in case}
+        if any(result.outcome not in ("accurate", "approximate", "unsuited") for result in case):
+            cells = {result.method: _largest([result]) or result.outcome for result in case}
             rows.append((case[0].case.value, case[0].case.variant, *map(cells.get, DIRECT)))
     note = family.about
     if len(rows) < len(cases):
@@ -174,5 +179,5 @@ def _micro(seconds: float | None) -> str | None:
 
 def _largest(results: Iterable[Result]) -> str | None:
     """The largest error of some results; the reference itself is rounded to doubles."""
-    error = max((one.error for one in results if one.error is not None), default=None)
+    error = max((result.error for result in results if result.error is not None), default=None)
     return None if error is None else f"{error:.1e}" if error >= 1e-16 else "< 1e-16"

@@ -33,7 +33,7 @@ def analyze(
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import file_names, give, scene_files
+        from shockpc.cli.output import emit, file_names, scene_files
         from shockpc.cli.scenes import scenes_from
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
@@ -48,6 +48,6 @@ def analyze(
             write_file(file, scene_text(profile.scene, file.parent), over_input=force)
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        give(landings_report(profiles, file_names(scenes), bodies, spectrum), output)
+        emit(landings_report(profiles, file_names(scenes), bodies, spectrum), output)
     if explain:
         sys.stderr.write(trace.text())

@@ -30,10 +30,14 @@ class GroupedCommand(TyperCommand):
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the arguments, then one section for each group in order."""
         sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
-        for one in self.get_params(ctx):
-            heading = "Arguments" if one.param_type_name == "argument" else getattr(one, "rich_help_panel", None) or "Other options"
-            name, text = one.get_help_record(ctx) or ("", "")
-            sections.setdefault(heading, []).append((name, text + " May be repeated." * getattr(one, "multiple", False)))
+        for parameter in self.get_params(ctx):
+            heading = (
+                "Arguments"
+                if parameter.param_type_name == "argument"
+                else getattr(parameter, "rich_help_panel", None) or "Other options"
+            )
+            name, text = parameter.get_help_record(ctx) or ("", "")
+            sections.setdefault(heading, []).append((name, text + " May be repeated." * getattr(parameter, "multiple", False)))
         for heading, records in sections.items():
             if records:
                 with formatter.section(heading):

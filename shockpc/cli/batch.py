@@ -31,7 +31,7 @@ def batch(
     output: OutputOptions,
     figures: bool = in_output("Also draw all landings on one contact sheet in that folder."),
 ) -> int:
-    from shockpc.cli.output import give
+    from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import scenes_from
     from shockpc.errors import SolveError, StudyError
@@ -40,7 +40,7 @@ def batch(
     from shockpc.show.reports.batch import batch_report
     from shockpc.studies import batch as study
 
-    every = list(dict.fromkeys([*names, *(name for one in robots for name in robots_of_set(one))]))
+    every = list(dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))]))
     if not every:
         raise StudyError("no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds")
     if figures and output.out is None:
@@ -52,6 +52,6 @@ def batch(
         look = view_of
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options, on_each_foot=True)
-        found = study.batch(every, read, pool, look, progress("robots computed", len(every)), quantity)
-    give(batch_report(found), output)
-    return SolveError.exit_code if found.failures else 0
+        result = study.batch(every, read, pool, look, progress("robots computed", len(every)), quantity)
+    emit(batch_report(result), output)
+    return SolveError.exit_code if result.failures else 0

@@ -9,7 +9,7 @@ import typer
 from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import in_output
 from shockpc.cli.parse import out_folder, path, writable
-from shockpc.cli.process import complain
+from shockpc.cli.process import print_error
 
 __all__ = ["EPILOG", "check", "report"]
 
@@ -98,14 +98,14 @@ def check(
         writable(baseline, "--baseline")
     given = read_budgets(budgets or budgets_file(Path.cwd()))
     earlier = None if baseline is None or update_baseline else read_baseline(baseline)
-    found = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
+    checked = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
     targets = [destination(file) for file in (*(file for _, file in asked), baseline if update_baseline else None) if file]
     if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
         raise OutputError(f'"{twice[0]}" would be written twice; name another file')
-    result = check_report(found)
+    result = check_report(checked)
     for name, file in asked:
         if name == "github":
-            append_summary(found)
+            append_summary(checked)
         if file is None:
             sys.stdout.write(result.text(name))
         else:
@@ -113,8 +113,8 @@ def check(
     if out is not None:
         write_folder(out, result.files())
     if baseline is not None and update_baseline:
-        if found.count("not computed"):
-            complain(f'"{baseline}" is left as it was, because a number could not be computed')
+        if checked.count("not computed"):
+            print_error(f'"{baseline}" is left as it was, because a number could not be computed')
         else:
-            write_file(baseline, baseline_text(found.cases, found.values))
-    return found.exit_code
+            write_file(baseline, baseline_text(checked.cases, checked.values))
+    return checked.exit_code

@@ -30,7 +30,7 @@ def compare(
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
-    from shockpc.cli.output import give
+    from shockpc.cli.output import emit
     from shockpc.cli.scenes import one_scene
     from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
@@ -44,8 +44,8 @@ def compare(
     one_each = len(options.contact) == len(designs) > 1 and not options.together
     own = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(designs)
     every = []
-    for name, its in zip(designs, own, strict=True):
-        robot, scene = one_scene(name, its)
+    for name, own_options in zip(designs, own, strict=True):
+        robot, scene = one_scene(name, own_options)
         every.append(Design(name, scene, robot))
-    every += [design_with(every[0], one) for one in changes]
-    give(compare_report(study(every, quantity)), output)
+    every += [design_with(every[0], design_change) for design_change in changes]
+    emit(compare_report(study(every, quantity)), output)

@@ -89,8 +89,8 @@ def command(summary: str, *examples: str, more: str = "", after: str = EXIT_CODE
 def _taking_options(command: Command) -> Command:
     """Replace each parameter of a command whose type is a record of options by the options that the record declares."""
     own = inspect.signature(command).parameters
-    records = {name: one.annotation for name, one in own.items() if hasattr(one.annotation, "_fields")}
-    declared = {name: (one.annotation, one.default) for name, one in own.items() if name not in records}
+    records = {name: parameter.annotation for name, parameter in own.items() if hasattr(parameter.annotation, "_fields")}
+    declared = {name: (parameter.annotation, parameter.default) for name, parameter in own.items() if name not in records}
     for record in records.values():
         fields, kinds = record._field_defaults, record.__annotations__
         declared |= {field: (kinds[field], option) for field, option in fields.items() if f"{field}_" not in own}
@@ -103,7 +103,7 @@ def _taking_options(command: Command) -> Command:
         return command(**typed)
 
     # What Typer reads.
-    vars(run)["__signature__"] = inspect.Signature([_for_typer(name, *of) for name, of in declared.items()])
+    vars(run)["__signature__"] = inspect.Signature([_for_typer(name, *declaration) for name, declaration in declared.items()])
     run.__annotations__ = {}
     return run
 

@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from shockpc.cli.process import complain, deliver, prepare, received
+from shockpc.cli.process import prepare, print_error, received, write_stdout
 from shockpc.errors import ShockError, SolveError
 from shockpc.paths import inputs
 from shockpc.printed import visible
@@ -47,7 +47,7 @@ def main(words: Sequence[str]) -> int:
         with contextlib.redirect_stdout(printed):
             code: int = app_for(words)(list(words) or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
         if code != INTERRUPTED:
-            deliver(printed.getvalue())
+            write_stdout(printed.getvalue())
             return code
     except KeyboardInterrupt:
         pass
@@ -55,9 +55,9 @@ def main(words: Sequence[str]) -> int:
         # An import that is interrupted may raise another error than KeyboardInterrupt.
         if not received:
             message, code = _failure(error, words)
-            complain(message)
+            print_error(message)
             return code
-    complain("interrupted; no incomplete file was left")
+    print_error("interrupted; no incomplete file was left")
     # As shells count: 130 after Ctrl-C and 143 after SIGTERM.
     return 128 + received[0] if received else INTERRUPTED
 

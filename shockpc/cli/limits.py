@@ -33,7 +33,7 @@ def limits(
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
-    from shockpc.cli.output import give
+    from shockpc.cli.output import emit
     from shockpc.cli.scenes import one_scene
     from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
@@ -41,7 +41,7 @@ def limits(
     loaded, scene = one_scene(robot, options)
     joints = [loaded.joint(name) for name in loaded.match_joints(joint)]
     unit = 1.0 if joints[0].kind == "prismatic" else math.radians(1.0)
-    found = study(
+    result = study(
         scene,
         joint,
         target_of(at_, quantity),
@@ -51,4 +51,4 @@ def limits(
         step=None if step is None else unit * step,
         robot=loaded,
     )
-    give(limits_report(found), output)
+    emit(limits_report(result), output)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shockpc.cli.options import OutputOptions
-from shockpc.cli.process import complain
+from shockpc.cli.process import print_error
 from shockpc.cli.progress import ShownTrace
 from shockpc.errors import OutputError
 from shockpc.scene import Scene
@@ -15,7 +15,7 @@ from shockpc.show.files import write_folder
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
 
-__all__ = ["file_names", "give", "scene_files"]
+__all__ = ["emit", "file_names", "scene_files"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
@@ -34,7 +34,7 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     return files
 
 
-def give(report: "Report", output: OutputOptions) -> None:
+def emit(report: "Report", output: OutputOptions) -> None:
     """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error."""
     if output.out is not None:
         with ShownTrace().stage("figures and files"):
@@ -42,7 +42,7 @@ def give(report: "Report", output: OutputOptions) -> None:
     sys.stdout.write(report.text(output.format))
     if output.format == "csv":
         for line in dict.fromkeys(line for part in (*report.parts.values(), report) for line in part.warnings):
-            complain(line)
+            print_error(line)
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

@@ -17,7 +17,7 @@ def paper(
     verbose: bool = in_output("Also show the interpretations that change an outcome, and the bodies of every figure."),
     output: OutputOptions,
 ) -> None:
-    from shockpc.cli.output import give
+    from shockpc.cli.output import emit
     from shockpc.cli.progress import ShownTrace
     from shockpc.paper.figures import paper_figures
     from shockpc.show.reports.paper import paper_report
@@ -27,4 +27,4 @@ def paper(
         for figure in chosen:
             for claim in figure.claims:
                 _ = claim.alternatives  # computed once, and kept
-    give(paper_report(chosen, verbose, output.out), output)
+    emit(paper_report(chosen, verbose, output.out), output)

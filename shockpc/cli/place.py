@@ -57,7 +57,7 @@ def place(
     ),
     output: OutputOptions,
 ) -> int:
-    from shockpc.cli.output import file_names, give
+    from shockpc.cli.output import emit, file_names
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import is_scene_file, scenes_from
     from shockpc.errors import SolveError
@@ -73,7 +73,7 @@ def place(
         prefix = f"{stem if stems.count(stem) == 1 else name} " if is_scene_file(name) and len(names) > 1 else ""
         for scene, contact in zip(robot_scenes, file_names(robot_scenes), strict=True):
             landings |= scene_grid(prefix + contact, scene, robot, vary)
-    found = study(
+    result = study(
         landings,
         body=body,
         within=within,
@@ -85,5 +85,5 @@ def place(
         apart=apart,
         progress=progress("landings computed", len(landings)),
     )
-    give(place_report(found), output)
-    return SolveError.exit_code if found.failures else 0
+    emit(place_report(result), output)
+    return SolveError.exit_code if result.failures else 0

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from shockpc.errors import OutputError
 from shockpc.printed import message, visible
 
-__all__ = ["complain", "deliver", "prepare", "received"]
+__all__ = ["prepare", "print_error", "received", "write_stdout"]
 
 received: list[int] = []
 """The signals that have come."""
@@ -52,12 +52,12 @@ def _stop(number: int, _: Any) -> None:
     raise KeyboardInterrupt
 
 
-def complain(text: str) -> None:
+def print_error(text: str) -> None:
     """One message on standard error, on one line whatever the names in it hold."""
     sys.stderr.write(f"shockpc: {message(text)}\n")
 
 
-def deliver(text: str) -> None:
+def write_stdout(text: str) -> None:
     """Write to standard output, in UTF-8 whatever the terminal's encoding: a JSON document is the same bytes everywhere.
 
     Raises:

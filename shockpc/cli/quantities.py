@@ -20,7 +20,7 @@ def quantities(
     pattern: str | None = argument("Only those of this key or kind, or whose key or kind matches this glob.", "[PATTERN]"),
     output: OutputOptions,
 ) -> None:
-    from shockpc.cli.output import give
+    from shockpc.cli.output import emit
     from shockpc.show.reports.quantities import quantities_report
 
-    give(quantities_report(pattern), output)
+    emit(quantities_report(pattern), output)

@@ -23,7 +23,7 @@ def robots(
     package: tuple[tuple[str, str], ...] = PACKAGE,
     output: OutputOptions,
 ) -> None:
-    from shockpc.cli.output import give
+    from shockpc.cli.output import emit
     from shockpc.robot.load import load_robot
     from shockpc.show.reports.robots import robot_report, robots_report
 
@@ -31,7 +31,7 @@ def robots(
         report = robots_report(_catalogue())
     else:
         report = robot_report(load_robot(robot, xacro=dict(xacro), packages=dict(package)))
-    give(report, output)
+    emit(report, output)
 
 
 def _catalogue() -> "list[KnownRobot]":

@@ -25,7 +25,7 @@ def sensitivity(
     output: OutputOptions,
     explain: bool = EXPLAIN,
 ) -> None:
-    from shockpc.cli.output import give
+    from shockpc.cli.output import emit
     from shockpc.cli.progress import ShownTrace
     from shockpc.cli.scenes import one_scene
     from shockpc.show.reports.sensitivity import sensitivity_report
@@ -35,6 +35,6 @@ def sensitivity(
     loaded, scene = one_scene(robot, options, trace)
     result = study(scene, target_of(at_, quantity), loaded, trace)
     with trace.stage("output"):
-        give(sensitivity_report(result, rows), output)
+        emit(sensitivity_report(result, rows), output)
     if explain:
         sys.stderr.write(trace.text())

@@ -7,7 +7,7 @@ from typing import Literal
 from shockpc.cli.declare import command, group
 from shockpc.cli.options import QUANTITY, ROBOT, SceneOptions
 from shockpc.cli.parse import Variable, out_folder, variable
-from shockpc.cli.process import complain
+from shockpc.cli.process import print_error
 
 __all__ = ["sweep"]
 
@@ -107,5 +107,5 @@ def sweep(
         finished = True
     finally:
         if done and not finished:
-            complain(f"{done} of {made.rows} rows are complete in {out}; the same command with --resume continues")
+            print_error(f"{done} of {made.rows} rows are complete in {out}; the same command with --resume continues")
     return SolveError.exit_code if summary.failed else 0

@@ -29,7 +29,7 @@ def scene(stem: str) -> Scene:
 
 
 def land(
-    found: Scene | str,
+    start: Scene | str,
     joints_deg: Mapping[str, float] = {},
     pitch_deg: float | None = None,
     xacro: Mapping[str, str] = {},
@@ -39,20 +39,20 @@ def land(
     """The shock profile of a scene, or of the scene of that name.
 
     Args:
-        found: the scene.
+        start: the scene.
         joints_deg: other joint angles by name [deg].
         pitch_deg: another pitch of the base [deg].
         xacro: other arguments of the robot's file.
         contact: other fields of every contact.
         **fields: other fields of the scene.
     """
-    found = scene(found) if isinstance(found, str) else found
-    rpy = found.posture.base_rpy_deg if pitch_deg is None else (0.0, pitch_deg, 0.0)
+    start = scene(start) if isinstance(start, str) else start
+    rpy = start.posture.base_rpy_deg if pitch_deg is None else (0.0, pitch_deg, 0.0)
     changed = replace(
-        found,
-        posture=replace(found.posture, joints_deg={**found.posture.joints_deg, **joints_deg}, base_rpy_deg=rpy),
-        xacro={**found.xacro, **xacro},
-        contact=tuple(replace(one, **contact) for one in found.contact),
+        start,
+        posture=replace(start.posture, joints_deg={**start.posture.joints_deg, **joints_deg}, base_rpy_deg=rpy),
+        xacro={**start.xacro, **xacro},
+        contact=tuple(replace(each, **contact) for each in start.contact),
         **fields,
     )
     return shock_profile(changed)

@@ -52,11 +52,11 @@ def cases(
         steep: strike angle of E and F [deg].
         ankle: angle of the foot from the line of the lower leg [deg].
     """
-    found = []
+    profiles = []
     for letter, angle in zip("abcdef", (*strikes, strikes[2], steep, steep), strict=True):
         joints = {"knee": lower_leg - 15.0} | ({"ankle": ankle} if letter == "f" else {})  # the upper leg is at 15 degrees
-        found.append(land(f"fig2_{letter}", joints, strike=Strike(strike_angle_deg=angle)))
-    return tuple(found)
+        profiles.append(land(f"fig2_{letter}", joints, strike=Strike(strike_angle_deg=angle)))
+    return tuple(profiles)
 
 
 def reductions(**how: Any) -> dict[str, float]:
@@ -73,8 +73,8 @@ def _lower_leg_centre(profile: ShockProfile) -> tuple[float, float]:
 
 def _shown(torso: bool = False, figure_5: Sequence[float] = (), **how: Any) -> list[ShockProfile]:
     """Cases A to F, or the quadruped with leg segments at some angles; those with a torso, or all."""
-    found = [quadruped(angle) for angle in figure_5] or cases(**how)
-    return [profile for profile in found if "torso" in profile.bodies or not torso]
+    profiles = [quadruped(angle) for angle in figure_5] or cases(**how)
+    return [profile for profile in profiles if "torso" in profile.bodies or not torso]
 
 
 def _off_eq_1(profile: ShockProfile, body: str, in_plane: bool = False) -> float:

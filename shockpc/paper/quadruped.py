@@ -147,6 +147,6 @@ def _geared(angle: float = 30.0, **joints: Any) -> float:
 )
 def _mirrored(hind: float = 1.0, nose: float = 15.0, front: float = -1.0) -> float:
     # Turned about on its front leg: hind becomes front, nose up nose down.
-    one = [along(quadruped(angle, hind, nose, front), "torso", 21) for angle in ANGLES]
+    original = [along(quadruped(angle, hind, nose, front), "torso", 21) for angle in ANGLES]
     other = [along(quadruped(angle, -front, -nose, -hind, "front_foot"), "torso", 21) for angle in ANGLES]
-    return float(np.abs(np.array(one) - np.array(other)[:, ::-1]).max())
+    return float(np.abs(np.array(original) - np.array(other)[:, ::-1]).max())

@@ -99,14 +99,17 @@ def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
 
 def _friction(profile: ShockProfile) -> dict[str, Any] | None:
     """The impact with friction, in double precision; None without a coefficient."""
-    if (found := profile.friction) is None:
+    if (friction := profile.friction) is None:
         return None
-    each = _columns(profile, "contact", "impulse_friction", "slip")
+    contacts = _columns(profile, "contact", "impulse_friction", "slip")
     return {
         "coefficient": profile.scene.friction,
-        "unchanged": found.impact is None,
-        **record(found, "solutions", "residual", "energy_lost"),
-        "contacts": [{"frame": one.pop("frame"), "state": state, **one} for one, state in zip(each, found.state, strict=True)],
+        "unchanged": friction.impact is None,
+        **record(friction, "solutions", "residual", "energy_lost"),
+        "contacts": [
+            {"frame": contact.pop("frame"), "state": state, **contact}
+            for contact, state in zip(contacts, friction.state, strict=True)
+        ],
         "bodies": _columns(profile, "body", "delta_omega_friction", "delta_v_friction", "shock_com_friction"),
         "points": _columns(profile, "point", "delta_v_friction", "shock_friction"),
         "joints": _columns(profile, "joint", "delta_qd_friction", "along_friction"),
@@ -115,13 +118,13 @@ def _friction(profile: ShockProfile) -> dict[str, Any] | None:
 
 def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
     """The landing on contacts of finite stiffness, in double precision; None without a stiffness."""
-    if (found := profile.stiffness) is None:
+    if (stiffness := profile.stiffness) is None:
         return None
     contacts = profile.places("contact")[: len(profile.landing.contacts)]
     modes, shares = found.motion.modes, found.force_shares
     return {
         "contact_stiffness": profile.scene.contact_stiffness,
-        "difference": found.difference,
+        "difference": stiffness.difference,
         "contacts": _columns(profile, "contact", "duration", "peak_force", "peak_force_time"),
         "points": _columns(
             profile, "point", "peak_acceleration", "peak_acceleration_time", "shock_compressed", "delta_v_compressed",
@@ -163,7 +166,9 @@ def _columns(profile: ShockProfile, kind: Kind, *keys: str) -> list[dict[str, An
     """The values of some quantities at each place of a kind, as records with its name."""
     values = {key.removesuffix("_friction"): profile.value(key, kind) for key in keys}
     name = kind if kind in ("body", "joint") else "frame"
-    return [{name: place.name, **{key: of[k] for key, of in values.items()}} for k, place in enumerate(profile.places(kind))]
+    return [
+        {name: place.name, **{key: column[k] for key, column in values.items()}} for k, place in enumerate(profile.places(kind))
+    ]
 
 
 def json_text(document: Any) -> str:
@@ -172,14 +177,14 @@ def json_text(document: Any) -> str:
     return re.sub("[^ -~\n]", lambda sign: sign[0] if sign[0].isprintable() else json.dumps(sign[0])[1:-1], text) + "\n"
 
 
-def headed(name: str, found: dict[str, Any]) -> dict[str, Any]:
+def headed(name: str, content: dict[str, Any]) -> dict[str, Any]:
     """A document: its schema, what computed it, and what was found, as JSON holds it."""
-    return {"schema": f"shockpc.{name}/1", "shockpc": shockpc.__version__, "pinocchio": PINOCCHIO, **_plain(found)}
+    return {"schema": f"shockpc.{name}/1", "shockpc": shockpc.__version__, "pinocchio": PINOCCHIO, **_plain(content)}
 
 
-def record(one: object, *keys: str) -> dict[str, Any]:
+def record(instance: object, *keys: str) -> dict[str, Any]:
     """Some attributes of a record."""
-    return {key: getattr(one, key) for key in keys}
+    return {key: getattr(instance, key) for key in keys}
 
 
 def _plain(value: Any) -> Any:

@@ -40,7 +40,9 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
     drives = [f"reflected inertia {text}" for text in _settings(robot, scene.joints.armature, ("kg m²", "kg"))]
-    drives += [f"rotor of {name}: {one.inertia:g} kg m², gear ratio {one.gear_ratio:g}" for name, one in scene.joints.rotor.items()]
+    drives += [
+        f"rotor of {name}: {rotor.inertia:g} kg m², gear ratio {rotor.gear_ratio:g}" for name, rotor in scene.joints.rotor.items()
+    ]
     drives += [f"locked: {', '.join(scene.joints.locked)}"] if scene.joints.locked else []
     lines = {
         "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}{xacro})",
@@ -135,23 +137,23 @@ def warning_lines(profile: ShockProfile) -> list[str]:
 
 def _contact_text(profile: ShockProfile, i: int) -> str:
     """Place and kind of a contact."""
-    asked, found = profile.scene.contact[i], profile.contacts[i]
-    where = ", ".join(f"{x:.3f}" for x in found.point + 0.0)
+    asked, contact = profile.scene.contact[i], profile.contacts[i]
+    where = ", ".join(f"{x:.3f}" for x in contact.point + 0.0)
     parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]
     kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]
     parts.append("sticks" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
     parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
-    if np.linalg.norm(found.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
-        parts.append(f"approaches at ({vector_text(found.approach)}) m/s")
+    if np.linalg.norm(contact.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
+        parts.append(f"approaches at ({vector_text(contact.approach)}) m/s")
     return ", ".join(parts)
 
 
 def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str]) -> list[str]:
     """Values by pattern of joints, with the unit of the joints that turn or that slide."""
     kinds = {joint.name: joint.kind == "prismatic" for joint in robot.single_joints}
-    found = []
+    texts = []
     for pattern, value in values.items():
         slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})
-        found.append(f"{printable(pattern)} = {value:g} {' or '.join(units[one] for one in slides)}")
-    return found
+        texts.append(f"{printable(pattern)} = {value:g} {' or '.join(units[kind] for kind in slides)}")
+    return texts

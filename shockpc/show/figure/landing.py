@@ -65,7 +65,7 @@ def draw_panels(
     numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
     views = [view._replace(numbers=own) for view, own in zip(views, numbers, strict=True)]
     windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
-    under = [[*lines, *_outside(*one)] for lines, one in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
+    under = [[*lines, *_outside(*panel)] for lines, panel in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))
     width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
     models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
@@ -166,7 +166,9 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
 
 def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[Rows]:
     """What the letters of sensors mean: one table, or one for each panel if they mean different ones."""
-    tables: list[Rows] = [[(letter(k), printable(point.frame, 40)) for k, point in enumerate(one.points)] for one in profiles]
+    tables: list[Rows] = [
+        [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)] for profile in profiles
+    ]
     if all(rows == tables[0] for rows in tables):
         return [[("", "sensor or point"), *tables[0]]] if tables[0] else []
     return [[("", f"sensor or point of {label}"), *rows] for label, rows in zip(labels, tables, strict=True) if rows]

@@ -80,13 +80,13 @@ def layers(region: Region, field: Field) -> list[tuple[int, Patch]]:
     away = U.T @ (field.c + field.A @ middle) / np.maximum(sigma, smallest)
     centre = middle - turn.T @ np.where(sigma > smallest, away, 0.0)
     least, top = field.at(centre), band(field.at(shapely.get_coordinates(region)).max())
-    found: list[tuple[int, Patch]] = [(top, Rectangle((x0, y0), x1 - x0, y1 - y0, linewidth=0.0))]
+    patches: list[tuple[int, Patch]] = [(top, Rectangle((x0, y0), x1 - x0, y1 - y0, linewidth=0.0))]
     for k in reversed(range(top)):
         if EDGES[k + 1] > least:
             width, height = 2.0 * math.sqrt(EDGES[k + 1] ** 2 - least**2) / np.maximum(sigma, smallest)
             angle = math.degrees(math.atan2(turn[0, 1], turn[0, 0]))
-            found.append((k, Ellipse((centre[0], centre[1]), width, height, angle=angle, linewidth=0.0)))
-    return found
+            patches.append((k, Ellipse((centre[0], centre[1]), width, height, angle=angle, linewidth=0.0)))
+    return patches
 
 
 def outlined(axes: Axes, region: Region, detail: float, **style: Any) -> PathPatch:
@@ -187,15 +187,15 @@ class Labels:
     def place(self, mark: Array, text: str, gap: float) -> None:
         """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""
         size = np.array([0.62 * len(text) + 0.3, 1.25]) * LETTERS / 72.0 * self._inch
-        found = []
+        options = []
         for side in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
             middle = mark + np.array(side) * (gap * self._inch + size / 2.0) * (1.0 if 0 in side else 0.8)
             box = shapely.box(*(middle - size / 2.0), *(middle + size / 2.0))
             # What is covered counts most, then what is outside, then edges of bodies; all as shares of the label.
             cost = 4.0 * box.intersection(self._taken).area + 2.0 * box.difference(self._window).area
             cost += 0.5 * size[1] * box.intersection(self._edges).length
-            found.append((round(float(cost / size.prod()), 9), middle, box))
-        _, middle, box = min(found, key=lambda one: one[0])
+            options.append((round(float(cost / size.prod()), 9), middle, box))
+        _, middle, box = min(options, key=lambda option: option[0])
         self._taken = shapely.union(self._taken, box)
         backing = {"boxstyle": "round,pad=0.06", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8}
         self._axes.text(

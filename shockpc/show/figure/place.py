@@ -46,7 +46,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     """
     shapes, _ = body_shapes(study.robot)[study.body]
     cells = [Shape("", cell.points, cell.rounding) for cell in study.region.cells if study.region.solid]
-    marks = np.array([one.position for one in (*study.today, *study.places)])
+    marks = np.array([place.position for place in (*study.today, *study.places)])
     marks = np.concatenate([marks, surface(cells)]) if cells else marks
     solid = surface(shapes) if shapes else marks
     held = np.concatenate([solid, marks])
@@ -103,8 +103,8 @@ def _mark(axes: Axes, study: PlaceStudy, plane: Plane, labels: Labels, copc: Arr
     for place in to_plane(copc, plane):
         labels.keep_free(place, 0.03)
         axes.plot(*place, **DOT)
-    signs = [(to_plane(one.position, plane), SIGNS["sensor"], letter(k)) for k, one in enumerate(study.today)]
-    signs += [(to_plane(one.position, plane), STAR, str(k)) for k, one in enumerate(study.places, start=1)]
+    signs = [(to_plane(place.position, plane), SIGNS["sensor"], letter(k)) for k, place in enumerate(study.today)]
+    signs += [(to_plane(place.position, plane), STAR, str(k)) for k, place in enumerate(study.places, start=1)]
     for place, look, _ in signs:
         labels.keep_free(place, 0.07)
         axes.plot(*place, **look)
@@ -127,8 +127,8 @@ def _rows(study: PlaceStudy) -> Rows:
     """Sensors and places: position in the body's frame and shock."""
     rows: Rows = [("", "place", "x", "y", "z [m]", "shock [-]")]
     signs = [*map(letter, range(len(study.today))), *map(str, range(1, len(study.places) + 1))]
-    for mark, one in zip(signs, (*study.today, *study.places), strict=True):
-        rows.append((mark, printable(one.name, 14), *(short(x, 3) for x in one.position), f"{one.combined:.3g}"))
+    for mark, place in zip(signs, (*study.today, *study.places), strict=True):
+        rows.append((mark, printable(place.name, 14), *(short(x, 3) for x in place.position), f"{place.combined:.3g}"))
     if study.count > 1:
         rows.append(("", "the better one" if study.count == 2 else "the best one", "", "", "", f"{study.combined:.3g}"))
     return rows

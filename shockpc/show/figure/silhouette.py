@@ -100,5 +100,5 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> 
     (points,), (rings,), (polygons,) = contours.filled(0.5, 2.0)
     if points is None:
         return shapely.MultiPoint(vertices).convex_hull
-    found = shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons))
-    return shapely.union_all(shapely.buffer(found, 0.0))
+    areas = shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings, polygons))
+    return shapely.union_all(shapely.buffer(areas, 0.0))

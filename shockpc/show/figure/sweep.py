@@ -35,15 +35,15 @@ def draw_sweep(summary: SweepSummary) -> Figure:
     """Draw the figure of a sweep."""
     sweep, axes = summary.sweep, summary.sweep.axes
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
-    varied = any(one.kind == "contact" for one in sweep.variations)
+    varied = any(variation.kind == "contact" for variation in sweep.variations)
     title = printable(sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
-    shown = [one for one in summary.extents if one.counts.any()][:MOST]
+    shown = [extent for extent in summary.extents if extent.counts.any()][:MOST]
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
     values = [
-        _Curve(printable(one.column.name, 60), _label(one), np.where(np.isfinite(one.values), one.values, np.nan))
-        for one in shown
-        if one.values is not None
+        _Curve(printable(extent.column.name, 60), _label(extent), np.where(np.isfinite(extent.values), extent.values, np.nan))
+        for extent in shown
+        if extent.values is not None
     ]
     if not values:
         return _distributions(f"{title}: {sweep.rows} landings", shown)
@@ -69,18 +69,18 @@ def _label(extent: Extent) -> str:
     return SHOCK if column.shock else printable(f"{entry.title} [{entry.unit.replace('1', '-')}]", 60)
 
 
-def _curves(title: str, one: Variation, panels: Mapping[str, Sequence[_Curve]], varied: str = "") -> Figure:
+def _curves(title: str, variable: Variation, panels: Mapping[str, Sequence[_Curve]], varied: str = "") -> Figure:
     """Curves over one variable: panels one above the other, each with curves of one label.
 
     Args:
         title: of the figure.
-        one: the variable.
+        variable: over which they are drawn.
         panels: the curves of each; it is named where what varies besides differs between its curves.
         varied: what that is.
     """
     figure = new_chart(6.4, 1.6 + 2.0 * len(panels), title)
-    x = [printable(str(name), 24) if one.kind == "contact" else name for name in one.values]
-    style: dict[str, Any] = {"linestyle": "none"} if one.kind == "contact" else {"linewidth": 1.3}
+    x = [printable(str(name), 24) if variable.kind == "contact" else name for name in variable.values]
+    style: dict[str, Any] = {"linestyle": "none"} if variable.kind == "contact" else {"linewidth": 1.3}
     style |= {"marker": "o", "markersize": 3.0} if len(x) <= 32 else {}
     every = figure.subplots(len(panels), 1, sharex=True, squeeze=False).ravel()
     for axes, (name, curves) in zip(every, panels.items(), strict=True):
@@ -91,7 +91,7 @@ def _curves(title: str, one: Variation, panels: Mapping[str, Sequence[_Curve]], 
             axes.set_ylim(bottom=0.0)
         axes.grid(True)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), title=varied or None)
-    axes.set_xlabel(printable(one.column, 60))
+    axes.set_xlabel(printable(variable.column, 60))
     return figure
 
 

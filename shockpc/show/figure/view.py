@@ -187,8 +187,8 @@ def _silhouettes(
     """
     plane = plane_from(normal)
     places = list(zip(np.frombuffer(rotation).reshape(-1, 3, 3), np.frombuffer(position).reshape(-1, 3), strict=True))
-    found = body_shapes(robot)
-    shapes = [[shape.placed(*place) for shape in own] for (own, _), place in zip(found, places, strict=True)]
+    own_shapes = body_shapes(robot)
+    shapes = [[shape.placed(*place) for shape in own] for (own, _), place in zip(own_shapes, places, strict=True)]
     bodies = zip(shapes, robot.bodies, places, strict=True)
     world = tuple(surface(own) if own else (body.com @ turn.T + origin)[None] for own, body, (turn, origin) in bodies)
     size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
@@ -196,7 +196,7 @@ def _silhouettes(
     fine = 2.0 * RESOLUTION * size
     regions = [silhouette(own, plane, RESOLUTION * size) for own in shapes]
     closed = [region.buffer(fine, join_style="mitre").buffer(-fine, join_style="mitre").simplify(fine / 4.0) for region in regions]
-    return tuple(closed), world, tuple(boxed for _, boxed in found)
+    return tuple(closed), world, tuple(boxed for _, boxed in own_shapes)
 
 
 def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
@@ -204,14 +204,14 @@ def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
     visual, _, unread, _ = drawn_outline(robot)
     collision = outline(robot, "collision").shapes if not all(visual) else visual
     missing = {shape.link for shape in unread}
-    found: list[tuple[tuple[Shape, ...], bool]] = []
+    chosen: list[tuple[tuple[Shape, ...], bool]] = []
     for body, seen, solid in zip(robot.bodies, visual, collision, strict=True):
         shapes, box = seen or solid, inertia_box(body)
         # Where a mesh is missing, what is left may be the least part of a body, such as the marker of a sensor on a trunk.
         lost = not shapes or not missing.isdisjoint(body.links)
         boxed = (*shapes, box) if lost and box is not None and _extent([box]) > _extent(shapes) else ()
-        found.append((boxed or shapes, bool(boxed)))
-    return found
+        chosen.append((boxed or shapes, bool(boxed)))
+    return chosen
 
 
 def _extent(shapes: Sequence[Shape]) -> float:

@@ -23,8 +23,11 @@ def batch_report(batch: Batch) -> Report:
         name="batch",
         title="Landings of robots",
         body=lambda full: [*picture, _sheet(batch), *([Lines(warnings)] if full else [])],
-        closing=[f"not computed: {' '.join(filter(None, (one.robot, one.contact)))}: {one.reason}" for one in batch.failures],
-        sheets={"batch": lambda: _sheet(batch, fold=False)},
+        closing=[
+            f"not computed: {' '.join(filter(None, (failure.robot, failure.contact)))}: {failure.reason}"
+            for failure in batch.failures
+        ],
+        sheets={"batch": lambda: _sheet(batch, for_terminal=False)},
         document=lambda: {
             "rows": [_record(row) for row in batch.rows],
             "failures": list(map(vars, batch.failures)),
@@ -38,28 +41,32 @@ def _record(row: BatchRow) -> dict[str, Any]:
     return {"robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
 
 
-def _sheet(batch: Batch, fold: bool = True) -> Sheet:
-    """One row for each landing. Args: fold, for people: without columns that repeat another, all sensors, and what failed."""
+def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
+    """One row for each landing. Args: for_terminal, without columns that repeat another, all sensors, and what failed."""
     names = list(batch.columns)
-    if fold:
+    if for_terminal:
         free = all(row.joint_model == "free" for row in batch.rows)
         names = [name for name in names if name not in ("error_bound", "feasible") and not (free and name == "shock_com")]
     units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in names)
     header = ["robot", "contact", "trunk", *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))]
-    header += ["IMU", "at IMU [-]", *([] if fold else ["posture", "joint model", "sensors and points [-]", "warnings", "failure"])]
+    header += [
+        "IMU",
+        "at IMU [-]",
+        *([] if for_terminal else ["posture", "joint model", "sensors and points [-]", "warnings", "failure"]),
+    ]
     rows: list[Row] = []
     for row in batch.rows:
         imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
-        imu = max(imus.items(), key=lambda one: one[1], default=(None, None))
+        imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
         cells: Row = (row.robot, row.contact, row.trunk, *(row.values[name] for name in names), *imu)
-        if not fold:
+        if not for_terminal:
             sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
             cells += (row.scene.posture.reference, row.joint_model, sensors, "; ".join(row.warnings), None)
         rows.append(cells)
-    if not fold:
-        rows += [(one.robot, one.contact, *[None] * (len(header) - 3), one.reason) for one in batch.failures]
+    if not for_terminal:
+        rows += [(failure.robot, failure.contact, *[None] * (len(header) - 3), failure.reason) for failure in batch.failures]
     title = f"{count(len(batch.rows), 'landing')}, ranked by the greatest shock over the trunk"
-    return Sheet(title, header, rows, list(_notes(batch)) if fold else ())
+    return Sheet(title, header, rows, list(_notes(batch)) if for_terminal else ())
 
 
 def _notes(batch: Batch) -> Iterable[str]:

@@ -34,8 +34,8 @@ def check_report(check: Check) -> Report:
     return Report(
         name="check",
         title="Budgets",
-        body=lambda full: [check_sheet(check, fold=not full)],
-        sheets={"check": lambda: Sheet("", list(records[0]), [tuple(one.values()) for one in records])},
+        body=lambda full: [check_sheet(check, for_terminal=not full)],
+        sheets={"check": lambda: Sheet("", list(records[0]), [tuple(row.values()) for row in records])},
         document=lambda: {
             "file": check.path,
             "exit_code": check.exit_code,
@@ -49,29 +49,29 @@ def check_report(check: Check) -> Report:
     )
 
 
-def check_sheet(check: Check, fold: bool = True, most: int | None = None) -> Sheet:
+def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None) -> Sheet:
     """One row for each budget at each place of each landing; what fails comes first, then what is exceeded with a warning.
 
     Args:
         check: the outcomes.
-        fold: for a terminal: the reasons why budgets are not met are notes under the table, rather than its last column.
+        for_terminal: the reasons why budgets are not met are notes under the table, rather than its last column.
         most: largest number of rows; a note counts the others.
     """
     shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, outcome.status == "passed"))[:most]
     columns: dict[str, list[Cell]] = {
-        "result": [_status(one) for one in shown],
-        "landing": [_landing_text(one) for one in shown],
-        "at": [one.at for one in shown],
-        "metric": [f"{one.budget.metric} [{_unit(one).replace('1', '-')}]" for one in shown],
-        "value": [one.value for one in shown],
-        "limit": [_limit_text(one.budget) for one in shown],
-        "baseline": [one.baseline for one in shown],
-        "change [%]": [None if one.change is None else 100.0 * one.change for one in shown],
-        "reason": [None if fold else one.reason or None for one in shown],
+        "result": [_status(outcome) for outcome in shown],
+        "landing": [_landing_text(outcome) for outcome in shown],
+        "at": [outcome.at for outcome in shown],
+        "metric": [f"{outcome.budget.metric} [{_unit(outcome).replace('1', '-')}]" for outcome in shown],
+        "value": [outcome.value for outcome in shown],
+        "limit": [_limit_text(outcome.budget) for outcome in shown],
+        "baseline": [outcome.baseline for outcome in shown],
+        "change [%]": [None if outcome.change is None else 100.0 * outcome.change for outcome in shown],
+        "reason": [None if for_terminal else outcome.reason or None for outcome in shown],
     }
     # A column without any entry tells nothing.
     kept = {head: cells for head, cells in columns.items() if head == "value" or any(cell is not None for cell in cells)}
-    notes = [f"{_status(one)}: {place_text(one)}: {one.reason}" for one in shown if one.reason and fold]
+    notes = [f"{_status(outcome)}: {place_text(outcome)}: {outcome.reason}" for outcome in shown if outcome.reason and for_terminal]
     if left := len(check.outcomes) - len(shown):
         notes.append(f"{count(left, 'row')} not shown")
     return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
@@ -148,7 +148,7 @@ def append_summary(check: Check) -> None:
         return
     try:
         with open(name, "a", encoding="utf-8") as summary:
-            summary.write(as_markdown(check_sheet(check, fold=False, most=MOST_ROWS)) + "\n")
+            summary.write(as_markdown(check_sheet(check, for_terminal=False, most=MOST_ROWS)) + "\n")
     except OSError as refusal:
         raise OutputError(f'"{name}", which GITHUB_STEP_SUMMARY names, cannot be written: {refusal.strerror}') from None
 
@@ -198,8 +198,8 @@ def _github_commands(check: Check) -> str:
 def _line(check: Check, outcome: Outcome) -> dict[str, str]:
     """The file and line of a budget, as far as they are known, the file relative to the repository or to the current folder."""
     root = os.path.realpath(os.environ.get("GITHUB_WORKSPACE") or ".")
-    found = {} if check.path is None else {"file": os.path.relpath(os.path.realpath(check.path), root)}
-    return found if outcome.line is None else {**found, "line": str(outcome.line)}
+    place = {} if check.path is None else {"file": os.path.relpath(os.path.realpath(check.path), root)}
+    return place if outcome.line is None else {**place, "line": str(outcome.line)}
 
 
 def _number(value: float | None) -> float | str | None:

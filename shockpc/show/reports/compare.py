@@ -35,7 +35,7 @@ def compare_report(comparison: Comparison) -> Report:
         body=lambda full: [
             Lines(header),
             Picture("compare", "the designs side by side", "landing:draw_panels", drawn),
-            *(_sheet(comparison, one, letters, None if full else 8) for one in comparison.quantities),
+            *(_sheet(comparison, differences, letters, None if full else 8) for differences in comparison.quantities),
         ],
         closing=_unmatched(comparison, letters),
         warnings=_warnings(comparison, letters),
@@ -62,22 +62,26 @@ def _document(comparison: Comparison) -> dict[str, Any]:
         ],
         "quantities": [
             {
-                "quantity": one.selection.name,
-                **record(one.selection.quantity, "title", "unit"),
-                "rows": [{one.selection.quantity.of: row.place, "values": row.values, "changes": row.changes} for row in one.rows],
+                "quantity": entry.selection.name,
+                **record(entry.selection.quantity, "title", "unit"),
+                "rows": [
+                    {entry.selection.quantity.of: row.place, "values": row.values, "changes": row.changes} for row in entry.rows
+                ],
             }
-            for one in comparison.quantities
+            for entry in comparison.quantities
         ],
-        "unmatched": [{**record(one, "kind", "name"), "designs": [labels[k] for k in one.designs]} for one in comparison.unmatched],
+        "unmatched": [
+            {**record(entry, "kind", "name"), "designs": [labels[k] for k in entry.designs]} for entry in comparison.unmatched
+        ],
     }
 
 
 def _all(comparison: Comparison, letters: list[str]) -> Sheet:
     """All quantities as one table, with the key and unit of each in columns of their own."""
     rows: list[Row] = [
-        (one.selection.name, one.selection.quantity.unit, row.place, *row.values, *row.changes)
-        for one in comparison.quantities
-        for row in one.rows
+        (differences.selection.name, differences.selection.quantity.unit, row.place, *row.values, *row.changes)
+        for differences in comparison.quantities
+        for row in differences.rows
     ]
     return Sheet("", ("quantity", "unit", "place", *letters, *(f"{name} - {letters[0]}" for name in letters[1:])), rows)
 
@@ -85,8 +89,8 @@ def _all(comparison: Comparison, letters: list[str]) -> Sheet:
 def _unmatched(comparison: Comparison, letters: list[str]) -> list[str]:
     """What has no partner of its name in every design, by kind and by the designs that have it."""
     groups: dict[tuple[str, tuple[int, ...]], list[str]] = {}
-    for one in comparison.unmatched:
-        groups.setdefault((one.kind, one.designs), []).append(one.name)
+    for place in comparison.unmatched:
+        groups.setdefault((place.kind, place.designs), []).append(place.name)
     return [
         f"only in {' and '.join(letters[k] for k in designs)}: {count(len(names), kind)}: {', '.join(names)}"
         for (kind, designs), names in groups.items()
@@ -95,11 +99,11 @@ def _unmatched(comparison: Comparison, letters: list[str]) -> list[str]:
 
 def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:
     """One line for each warning, with the designs that have it."""
-    found: dict[str, list[str]] = {}
+    letters_of: dict[str, list[str]] = {}
     for letter, profile in zip(letters, comparison.profiles, strict=True):
         for warning in profile.health.warnings:
-            found.setdefault(str(warning), []).append(letter)
-    return [f"warning of {' and '.join(owners)}: {text}" for text, owners in found.items()]
+            letters_of.setdefault(str(warning), []).append(letter)
+    return [f"warning of {' and '.join(owners)}: {text}" for text, owners in letters_of.items()]
 
 
 def _sheet(comparison: Comparison, differences: Differences, names: list[str], most: int | None) -> Sheet:

@@ -184,9 +184,9 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
         most: rows to show, those of the greatest shock; the heaviest body, sensors and points always.
     """
 
-    def row(place: str, found: ExtremeDirections) -> Row:
-        way = "parallel" if abs(found.least_severe @ profile.landing.up) < PARALLEL else "towards"
-        return place, found.most_severe_shock, *found.most_severe, found.least_severe_shock, *found.least_severe, way
+    def row(place: str, extremes: ExtremeDirections) -> Row:
+        way = "parallel" if abs(extremes.least_severe @ profile.landing.up) < PARALLEL else "towards"
+        return place, extremes.most_severe_shock, *extremes.most_severe, extremes.least_severe_shock, *extremes.least_severe, way
 
     bodies = profile.robot.bodies
     moved = [k for k in range(len(bodies)) if profile.moved[k]]
@@ -223,8 +223,10 @@ def _points_sheet(profile: ShockProfile) -> Sheet:
     header = ["point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]"]
     header += [] if pulse is None else ["peak [g]"] if range_g is None else ["peak [g]", f"of {range_g:g} g [%]"]
     rows = [
-        (one.frame, one.body, *one.delta_v, one.shock, one.peak_g, 100.0 * (one.peak_g or 0.0) / (range_g or 1.0))[: len(header)]
-        for one in profile.points
+        (point.frame, point.body, *point.delta_v, point.shock, point.peak_g, 100.0 * (point.peak_g or 0.0) / (range_g or 1.0))[
+            : len(header)
+        ]
+        for point in profile.points
     ]
     title = "sensors and points (Δv in the frame's own axes" + (f"; peak acceleration for a pulse {pulse})" if pulse else ")")
     return Sheet(title, header, rows)
@@ -257,16 +259,16 @@ def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
 
 def _friction_sheets(profile: ShockProfile) -> list[Sheet]:
     """What friction changes: contacts, and shock at the heaviest body and at points; nothing where all contacts stick anyway."""
-    if (found := profile.friction) is None or found.impact is None:
+    if (friction := profile.friction) is None or friction.impact is None:
         return []
     names = [place.name for place in profile.places("contact")]
     impulse = profile.value("impulse_friction", "contact")
-    rows: list[Row] = [(name, *parts) for name, *parts in zip(names, found.state, *impulse.T, *found.velocity.T, strict=True)]
+    rows: list[Row] = [(name, *parts) for name, *parts in zip(names, friction.state, *impulse.T, *friction.velocity.T, strict=True)]
     header = ("contact", "state", *(f"impulse {x} [N s]" for x in "xyz"), *(f"velocity after {x} [m/s]" for x in "xyz"))
     k = int(profile.robot.masses.argmax())
     shocks: list[Row] = [(f"CoM of {profile.bodies[k]}", profile.shock_com[k], profile.value("shock_com_friction", "body")[k])]
     sliding = profile.value("shock_friction", "point")
-    shocks += [(one.frame, one.shock, shock) for one, shock in zip(profile.points, sliding, strict=True)]
+    shocks += [(point.frame, point.shock, shock) for point, shock in zip(profile.points, sliding, strict=True)]
     return [
         Sheet(f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not proven)", header, rows),
         Sheet("effect of friction", ("shock at", "sticking [-]", f"friction {profile.scene.friction:g} [-]"), shocks),
@@ -333,8 +335,8 @@ def _stiffness(profile: ShockProfile) -> str:
 
 def _ground_lines(profile: ShockProfile) -> list[str]:
     """What friction, or a finite stiffness of the contacts, says of the landing; a line each."""
-    if found := profile.stiffness:
-        percent = max(100.0 * found.difference, 0.1)
+    if stiffness := profile.stiffness:
+        percent = max(100.0 * stiffness.difference, 0.1)
         within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
         springs = "" if found.springs_count is None else f"; springs count after {1e3 * found.springs_count:.3g} ms"
         return [f"impulse model: {within}{springs} (jumps of the bodies at the end of contact, {_stiffness(profile)})"]
@@ -356,7 +358,9 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
         for i, body in enumerate(profiles[0].bodies)
         if (bodies is None or i in bodies) and any(profile.moved[i] for profile in profiles)
     ]
-    rows += [(f"at {found[0].frame}", *(one.shock for one in found)) for found in zip(*(p.points for p in profiles), strict=True)]
+    rows += [
+        (f"at {points[0].frame}", *(point.shock for point in points)) for points in zip(*(p.points for p in profiles), strict=True)
+    ]
     header = ("shock at", *map(contact_name, profiles))
     return Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows)
 
@@ -370,8 +374,8 @@ def _balance_lines(profile: ShockProfile) -> list[str]:
         mitigation = NO_MITIGATION if contact.mitigation is None else f"impact mitigation factor{sticking} {contact.mitigation:.3f}"
         masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
         lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
-    if found := profile.assembly:
-        turn = f" and {shown_as(found.turn, 'rad')}" if found.turn > 0.0 else ""
-        how = ", ".join(f"{name} by {shown_as(by, unit)}" for name, by, unit in found.moved) or "no joint had to move"
-        lines.append(f"loops closed from a gap of {shown_as(found.gap, 'm')}{turn}: {how}")
+    if assembly := profile.assembly:
+        turn = f" and {shown_as(assembly.turn, 'rad')}" if assembly.turn > 0.0 else ""
+        how = ", ".join(f"{name} by {shown_as(by, unit)}" for name, by, unit in assembly.moved) or "no joint had to move"
+        lines.append(f"loops closed from a gap of {shown_as(assembly.gap, 'm')}{turn}: {how}")
     return lines

@@ -94,11 +94,11 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     """One row for every body of every panel."""
     rows: list[Row] = []
     for figure in figures:
-        for panel, found in zip(figure.panels, figure.profiles, strict=True):
-            for i, body in enumerate(found.bodies):
-                copc = ("translates", None) if found.translates[i] else (found.copc[i, 0], found.copc[i, 2])
-                shock = (found.shock_com[i], found.shock_min[i], found.shock_max[i])
-                rows.append((f"{figure.number} {panel.label}", body, *copc, found.ropc[i], *shock))
+        for panel, profile in zip(figure.panels, figure.profiles, strict=True):
+            for i, body in enumerate(profile.bodies):
+                copc = ("translates", None) if profile.translates[i] else (profile.copc[i, 0], profile.copc[i, 2])
+                shock = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i])
+                rows.append((f"{figure.number} {panel.label}", body, *copc, profile.ropc[i], *shock))
     header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]")
     notes = ("Figure 3: all masses and most lengths are assumed",) if any(figure.number == 3 for figure in figures) else ()
     return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
@@ -118,5 +118,5 @@ def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
 def _outcomes(claim: Claim) -> list[tuple[str, float, str]]:
     """Interpretation, value and outcome of a claim, then of its alternatives, which have the other outcome."""
     outcome, other = ("holds", "does not hold") if claim.holds else ("does not hold", "holds")
-    found = [(claim.interpretation, claim.value, outcome), *((name, value, other) for name, value in claim.alternatives.items())]
-    return [(name, 0.0 if abs(value) < 1e-15 else value, result) for name, value, result in found]
+    outcomes = [(claim.interpretation, claim.value, outcome), *((name, value, other) for name, value in claim.alternatives.items())]
+    return [(name, 0.0 if abs(value) < 1e-15 else value, result) for name, value, result in outcomes]

@@ -17,9 +17,9 @@ def quantities_report(pattern: str | None = None) -> Report:
     Raises:
         UnknownName: there is none.
     """
-    names = [name for one in QUANTITIES for name in (one.key, one.of)]
+    names = [name for quantity in QUANTITIES for name in (quantity.key, quantity.of)]
     chosen = match("*" if pattern is None else pattern, names, "quantity", "", "shockpc quantities")
-    rows = [record(one, *COLUMNS) for one in QUANTITIES if one.key in chosen or one.of in chosen]
+    rows = [record(quantity, *COLUMNS) for quantity in QUANTITIES if quantity.key in chosen or quantity.of in chosen]
     sheet = Sheet("quantities of a landing", COLUMNS, [tuple(row.values()) for row in rows])
     return Report(
         name="quantities",

@@ -99,7 +99,7 @@ def robot_report(robot: Robot) -> Report:
             "default_posture": reference_name(robot, None),
             "bodies": _records(("name", "kind", "parent", "mass"), bodies),
             "joints": _records(("name", "kind", "lower", "upper", "unit", "armature"), joints),
-            "mimics": [record(one, "joint", "leaders", "offset") for one in robot.mimics],
+            "mimics": [record(mimic, "joint", "leaders", "offset") for mimic in robot.mimics],
             "check_up": findings,
             "second_reader": reading,
         },
