@@ -7,7 +7,7 @@ from shockpc.cli.options import PACKAGE, XACRO, OutputOptions
 from shockpc.cli.parse import robot_name
 
 if TYPE_CHECKING:
-    from shockpc.show.reports.robots import KnownRobot
+    from shockpc.robot.record import Robot
 
 __all__ = ["robots"]
 
@@ -28,27 +28,26 @@ def robots(
     from shockpc.show.reports.robots import robot_report, robots_report
 
     if robot is None:
-        report = robots_report(_catalogue())
+        report = robots_report(*_catalogue())
     else:
         report = robot_report(load_robot(robot, xacro=dict(xacro), packages=dict(package)))
     emit(report, output)
 
 
-def _catalogue() -> "list[KnownRobot]":
-    """Every robot that is known by name."""
+def _catalogue() -> "tuple[dict[str, Robot | None], int]":
+    """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are the project's own."""
     from shockpc.cli.progress import progress
     from shockpc.errors import ShockError
     from shockpc.robot.catalogue import catalogue, own_robots_folder
     from shockpc.robot.load import load_robot
-    from shockpc.show.reports.robots import KnownRobot, known_robot
 
-    robots, entries = [], catalogue()
+    robots: dict[str, Robot | None] = {}
+    entries = catalogue()
     show = progress("robots read", len(entries))
     for entry in entries:
-        own = entry.path.parent == own_robots_folder()
         try:
-            robots.append(known_robot(entry.name, own, load_robot(entry.name)))
+            robots[entry.name] = load_robot(entry.name)
         except ShockError:
-            robots.append(KnownRobot(entry.name, own))
+            robots[entry.name] = None
         show(entry.name)
-    return robots
+    return robots, sum(entry.path.parent == own_robots_folder() for entry in entries)

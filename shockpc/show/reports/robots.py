@@ -1,8 +1,8 @@
 """Robots as tables: the list of those known by name, and the contents of one."""
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from shockpc.errors import RobotError
 from shockpc.model.dynamics import PINOCCHIO
@@ -16,50 +16,28 @@ from shockpc.show.header import base_text, count
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Lines, Row, Sheet
 
-__all__ = ["KnownRobot", "known_robot", "robot_report", "robots_report"]
+__all__ = ["robot_report", "robots_report"]
 
 FEET_WIDTH, POSTURES_WIDTH = 38, 32
 """Characters of these columns, which keep the list within 120 columns of a terminal."""
 
 
-class KnownRobot(NamedTuple):
-    """A robot in the list of all; without numbers if it cannot be loaded.
+def robots_report(robots: Mapping[str, Robot | None], own: int) -> Report:
+    """Every robot that is known by name: a row each.
 
-    Attributes:
-        name: in the catalogue.
-        own: whether it comes with shockpc.
-        loaded: whether it can be loaded; the rest is empty otherwise.
-        bodies: number.
-        mass: [kg]
-        feet: contacts by which it stands.
-        postures: names of reference postures.
+    Args:
+        robots: by name; None for one that cannot be loaded.
+        own: number of those, the first, that come with shockpc.
     """
-
-    name: str
-    own: bool
-    loaded: bool = False
-    bodies: int = 0
-    mass: float = math.nan
-    feet: tuple[str, ...] = ()
-    postures: tuple[str, ...] = ()
-
-
-def known_robot(name: str, own: bool, robot: Robot) -> KnownRobot:
-    """The entry of a robot that is loaded."""
-    return KnownRobot(name, own, True, len(robot.bodies), float(robot.mass), tuple(feet(robot)), tuple(robot.postures))
-
-
-def robots_report(robots: Sequence[KnownRobot]) -> Report:
-    """Every robot that is known by name: a row each, the project's own first."""
     rows: list[Row] = []
-    for robot in robots:
-        if robot.loaded:
-            postures = _that_fit(robot.postures, POSTURES_WIDTH) or "neutral only"
-            rows.append((robot.name, str(robot.bodies), robot.mass, _that_fit(robot.feet, FEET_WIDTH), postures))
+    for name, robot in robots.items():
+        if robot is None:
+            rows.append((name, "–", None, "cannot be loaded", f"why: shockpc robots {name}"))
         else:
-            rows.append((robot.name, "–", None, "cannot be loaded", f"why: shockpc robots {robot.name}"))
+            postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
+            rows.append((name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures))
     notes = (
-        f"the first {sum(robot.own for robot in robots)} come with shockpc, the others with example-robot-data",
+        f"the first {own} come with shockpc, the others with example-robot-data",
         "analyze one: shockpc analyze NAME --contact FOOT",
         "show one with all its links, joints and postures: shockpc robots NAME",
     )
@@ -69,8 +47,16 @@ def robots_report(robots: Sequence[KnownRobot]) -> Report:
         title="Robots",
         body=lambda _: [sheet],
         sheets={"robots": lambda: sheet},
-        document=lambda: {"robots": robots},
+        document=lambda: {"robots": [_known(name, robot) for name, robot in robots.items()]},
     )
+
+
+def _known(name: str, robot: Robot | None) -> dict[str, Any]:
+    """A robot of the list as JSON holds it."""
+    if robot is None:
+        return {"name": name, "loaded": False}
+    measures = {"bodies": len(robot.bodies), "mass": robot.mass, "feet": feet(robot), "postures": tuple(robot.postures)}
+    return {"name": name, "loaded": True, **measures}
 
 
 def robot_report(robot: Robot) -> Report:
