@@ -121,7 +121,7 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
     if (stiffness := profile.stiffness) is None:
         return None
     contacts = profile.places("contact")[: len(profile.landing.contacts)]
-    modes, shares = found.motion.modes, found.force_shares
+    modes, shares = stiffness.motion.modes, stiffness.force_shares
     return {
         "contact_stiffness": profile.scene.contact_stiffness,
         "difference": stiffness.difference,
@@ -139,12 +139,12 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
                 "frequency": modes.frequency[k],
                 "energy": modes.energy[k],
                 "force_share": {place.name: shares[c, k] for c, place in enumerate(contacts)},
-                "contacts_share": modes.participation[found.number >= 0, k].sum(),
+                "contacts_share": modes.participation[stiffness.number >= 0, k].sum(),
             }
             for k in range(len(modes.frequency))
         ],
-        "compression": found.compressed,
-        "springs_count": found.springs_count,
+        "compression": stiffness.compressed,
+        "springs_count": stiffness.springs_count,
         "spectra": _spectra(profile, found),
     }  # fmt: skip
 
@@ -154,7 +154,7 @@ def _spectra(profile: ShockProfile, found: CompliantLanding) -> dict[str, Any]:
     points = [place for place in profile.places("point") if place.body >= 0]
     compute = quantity("point", "delta_v").compute
     assert compute is not None
-    spectra = [found.spectrum(compute, points, damping) / GRAVITY for damping in DAMPING]
+    spectra = [stiffness.spectrum(compute, points, damping) / GRAVITY for damping in DAMPING]
     return {
         "frequencies": list(SPECTRUM),
         "damping": list(DAMPING),

@@ -338,7 +338,7 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
     if stiffness := profile.stiffness:
         percent = max(100.0 * stiffness.difference, 0.1)
         within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
-        springs = "" if found.springs_count is None else f"; springs count after {1e3 * found.springs_count:.3g} ms"
+        springs = "" if stiffness.springs_count is None else f"; springs count after {1e3 * stiffness.springs_count:.3g} ms"
         return [f"impulse model: {within}{springs} (jumps of the bodies at the end of contact, {_stiffness(profile)})"]
     if (sliding := profile.friction) is None:
         return []
