@@ -145,11 +145,11 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
         ],
         "compression": stiffness.compressed,
         "springs_count": stiffness.springs_count,
-        "spectra": _spectra(profile, found),
+        "spectra": _spectra(profile, stiffness),
     }  # fmt: skip
 
 
-def _spectra(profile: ShockProfile, found: CompliantLanding) -> dict[str, Any]:
+def _spectra(profile: ShockProfile, stiffness: CompliantLanding) -> dict[str, Any]:
     """The shock response spectra of the points [g]."""
     points = [place for place in profile.places("point") if place.body >= 0]
     compute = quantity("point", "delta_v").compute
