@@ -72,6 +72,11 @@ def test_a_sticking_contact_rebounds_along_its_normal_alone(normal):
             assert profile.contacts[0].pull == pytest.approx(-along, rel=1e-12)
 
 
+def test_a_normal_needs_a_length():
+    with pytest.raises(SceneError, match='the normal of contact "LF_FOOT" has no length'):
+        anymal((Contact(frame="LF_FOOT", normal=(0.0, 0.0, 0.0)),))
+
+
 def test_a_sole_rebounds_at_each_of_its_points():
     """Its tilt is reversed with the velocity along the normal, its twist is stopped."""
     profile = box(dataclasses.replace(SOLE, restitution=0.5))

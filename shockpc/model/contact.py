@@ -129,6 +129,8 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
     if contact.restitution < 0.0 or contact.restitution > 1.0:
         raise SceneError(f"{name} has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)")
     if contact.normal is not None:
+        if not any(contact.normal):
+            raise SceneError(f"the normal of {name} has no length; give the direction away from the ground, such as 0,0,1")
         up = unit_directions(f"the normal of {name}", (contact.normal,))[0]
     vectors = unit_directions(name, contact.directions)
     if not np.any(np.abs(vectors @ up) > 1e-9):
