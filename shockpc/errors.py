@@ -20,9 +20,24 @@ __all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError"
 
 
 class ShockError(Exception):
-    """Root of the tree. The text says what was found, what it means and what to change."""
+    """Root of the tree. The text says what was found, what it means and what to change.
+
+    Args:
+        text: the message.
+        blocks: names of the contacts, standing feet and loops concerned.
+        bodies: names of the bodies concerned.
+        joints: names of the joints concerned.
+
+    Attributes: as the arguments; the tuples are empty where nothing of their kind is the cause.
+    """
 
     exit_code = 2
+
+    def __init__(
+        self, text: str = "", *, blocks: Iterable[str] = (), bodies: Iterable[str] = (), joints: Iterable[str] = ()
+    ) -> None:
+        self.blocks, self.bodies, self.joints = tuple(blocks), tuple(bodies), tuple(joints)
+        super().__init__(text)
 
 
 class UnknownName(ShockError):

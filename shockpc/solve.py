@@ -45,7 +45,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
             "precision; give them in kg and m"
         )
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
-        raise SolveError(_without_inertia(landing, equation))
+        raise _without_inertia(landing, equation)
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
     for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
         choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), solution.scale[0], equation.tolerance)
@@ -53,7 +53,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
             proof = Proof(landing, choice)
         except SingularError as singular:
             if singular.of_inertia:
-                raise SolveError(_without_inertia(landing, equation)) from None
+                raise _without_inertia(landing, equation) from None
             continue
         _refuse_contradiction(landing, equation, proof)
         _refuse_singular(landing, equation, proof)
@@ -63,7 +63,8 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
         f"no verdict: in {_posture(landing)} the rows of {', '.join(block.name for block in landing.blocks)} depend on one another "
         "so nearly that rounding can change how many of them are independent. Leave one out (a contact, a direction, the rotation "
         "of a flat one), put points that nearly meet exactly together or a billionth of the robot apart, or set another posture "
-        "with --set"
+        "with --set",
+        blocks=[block.frame for block in landing.blocks],
     )
 
 
@@ -84,8 +85,8 @@ def _posture(landing: PosedLanding) -> str:
     return f'posture "{landing.scene.posture.reference}"'
 
 
-def _without_inertia(landing: PosedLanding, equation: Equation) -> str:
-    """The message for an inertia that cannot be inverted: the bodies whose joints carry none."""
+def _without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
+    """The error for an inertia that cannot be inverted: the bodies whose joints carry none."""
     robot = landing.robot
     columns = weakest_columns(equation.H[0])
     velocities = columns if equation.G is None else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
@@ -96,10 +97,11 @@ def _without_inertia(landing: PosedLanding, equation: Equation) -> str:
     ]
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
     bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
-    return (
+    return SolveError(
         f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
         f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the file (mass on a joint's axis "
-        "does not resist turning about it), or lock the joints with --lock"
+        "does not resist turning about it), or lock the joints with --lock",
+        bodies=names,
     )
 
 
@@ -118,7 +120,7 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     worst = int(np.argmax(excess))
     if excess[worst] <= 0.0:
         return
-    name, axis = _direction(equation, worst)
+    block, axis = _direction(equation, worst)
     free = ""
     if not landing.robot.free_base:
         free = (
@@ -128,17 +130,18 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     elif landing.base != "free" and landing.robot.bodies[0].mass:
         free = ", or free the base"
     raise SolveError(
-        f"no verdict: {name} cannot be stopped in {_posture(landing)}: {abs(left[worst]):.3g} m/s are left along ({axis}), because "
-        "the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of the "
-        f"contact or of the strike, take another contact point or posture{free}"
+        f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left[worst]):.3g} m/s are left along ({axis}), "
+        "because the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of "
+        f"the contact or of the strike, take another contact point or posture{free}",
+        blocks=[block.frame],
     )
 
 
-def _direction(equation: Equation, row: int) -> tuple[str, str]:
+def _direction(equation: Equation, row: int) -> tuple[Block, str]:
     """What a row belongs to, and its direction."""
     held = zip(equation.blocks, slices_of(equation.blocks), strict=True)
     block, own = next((block, own) for block, own in held if row < own.stop)
-    return block.name, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
+    return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
 
 
 def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
@@ -176,11 +179,14 @@ def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof) ->
     ]
     values = [(joint, joint.value(landing.q)) for joint in fast]
     at = [f'"{joint.name}" at ' + (f"{x:.3g} m" if joint.unit == "m" else f"{math.degrees(x):.3g} deg") for joint, x in values]
-    name, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
+    block, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
     raise SolveError(
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
-        f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({name} has almost no motion along "
-        f"({axis}) there), or almost no inertia resists that motion. Set another posture, such as with --set "
+        f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({block.name} has almost no motion "
+        f"along ({axis}) there), or almost no inertia resists that motion. Set another posture, such as with --set "
         f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
-        "without inertia with --lock"
+        "without inertia with --lock",
+        blocks=[block.frame],
+        bodies=[robot.bodies[body].name],
+        joints=[joint.name for joint in fast],
     )

@@ -68,8 +68,9 @@ def test_a_contact_that_nothing_lets_move_is_refused(angle, kind):
     place = f'<origin xyz="0 0 0" rpy="{-math.radians(angle)} 0 0"/>' + LIMIT
     robot = robot_from(urdf(link("a"), link("b"), joint("j", "a", "b", kind, "0 1 0", place)))
     point = Contact(frame="b", offset=(0.0, 0.3, 0.0), directions=("z",))
-    with pytest.raises(SolveError, match=r'"b" cannot be stopped .* 1 m/s .* \(0 0 1\)'):
+    with pytest.raises(SolveError, match=r'"b" cannot be stopped .* 1 m/s .* \(0 0 1\)') as refusal:
         shock_profile(Scene(robot="r", base="fixed", contact=(point,), posture=Posture(base_rpy_deg=(angle, 0.0, 0.0))), robot)
+    assert (refusal.value.blocks, refusal.value.bodies) == (("b",), ())
 
 
 def test_a_robot_fixed_by_its_file_stays_where_it_is():

@@ -29,7 +29,7 @@ def test_tree_in_the_docstring_is_the_tree():
         ShockError("root"),
         RobotError("dog.urdf: no mass"),
         SceneError("no contact"),
-        SolveError("no mass"),
+        SolveError("no mass", bodies=["shank"], blocks=["foot"], joints=["knee"]),
         StudyError("no landing"),
         OutputError("disk full"),
         UnknownName("frame", "lf_fot", ("lf_foot", "rf_foot"), 'robot "hyq"', "shockpc robots hyq"),

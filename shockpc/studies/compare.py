@@ -150,7 +150,8 @@ def _profile(design: Design) -> ShockProfile:
     try:
         return shock_profile(design.scene, design.robot)
     except (SceneError, SolveError) as refusal:
-        raise type(refusal)(f"{design.label}: {refusal}") from None
+        data = {"blocks": refusal.blocks, "bodies": refusal.bodies, "joints": refusal.joints}
+        raise type(refusal)(f"{design.label}: {refusal}", **data) from None
 
 
 def _differences(profiles: Sequence[ShockProfile], text: str) -> Differences:
