@@ -352,16 +352,11 @@ def _rotation(scene: Scene, plane: Plane) -> Array:
 
 
 def _rates(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.ndarray]:
-    """Joint velocities (nv,) before the impact, followers with their leaders; and which of them (nv,) are given or held."""
+    """Joint velocities (nv,) before the impact, followers with their leaders; and which of them (nv,) are given or locked."""
     rates, given = np.zeros(robot.model.nv), joints.locked.copy()
     given[:6] |= robot.free_base
     for pattern, rate in scene.strike.joint_velocities.items():
         for joint in settable_joints(robot, pattern):
-            if joints.locked[joint.v].any() and rate != 0.0:
-                raise SceneError(
-                    f'joint "{joint.name}" is locked, so it cannot move at {rate:g} {joint.unit}/s before the impact; '
-                    "free it or leave it out"
-                )
             rates[joint.v], given[joint.v] = rate, True
     for mimic in robot.mimics:
         # A follower never moves by itself, so its rate is as good as given.

@@ -1,5 +1,6 @@
 """What an analysis gives back: a landing and its proof; every other number is a quantity, computed when it is read."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -481,6 +482,15 @@ class ShockProfile:
         places = [heaviest, *(place for place in self.landing.points if place.body >= 0)]
         free, here, locked = (self.values(quantity("point", key), places) for key in ("shock_free", "shock", "shock_locked"))
         return tuple(Bracket(place.name, _number(free[k]), float(here[k]), _number(locked[k])) for k, place in enumerate(places))
+
+    @cached_property
+    def spring_time(self) -> float:
+        """Time after the impact from which on the first spring counts, as `spring_times` [s]; infinite without springs."""
+        if not self.landing.joint_model.springs.any():
+            return math.inf
+        from shockpc.springs import spring_times
+
+        return float(spring_times(self.landing).min())
 
     @property
     def friction(self) -> "FrictionResult | None":

@@ -243,7 +243,12 @@ class Scene(Record):
         contact: Any = self.contact
         contacts = contact if isinstance(contact, tuple | list) else (contact,)
         object.__setattr__(self, "contact", tuple(Contact(frame=one) if isinstance(one, str) else one for one in contacts))
-        for path in (self.robot, self.srdf, *(self.packages.values() if isinstance(self.packages, Mapping) else ())):
+        for path in (
+            self.robot,
+            self.srdf,
+            getattr(self.joints, "drives", None),
+            *(self.packages.values() if isinstance(self.packages, Mapping) else ()),
+        ):
             if isinstance(path, str) and "\0" in path:
                 raise SceneError(f"{inline(path)} cannot be the path of a file: it holds a NUL character")
 
@@ -368,7 +373,7 @@ def scene_table(record: Any) -> dict[str, Any]:
 
 def with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
     """The scene with every path in it changed; a robot's name is not a path."""
-    robot = scene.robot
+    robot, joints = scene.robot, scene.joints
     if os.sep in robot or Path(robot).suffix:
         robot = change(robot)
     return dataclasses.replace(
@@ -376,4 +381,5 @@ def with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
         robot=robot,
         srdf=None if scene.srdf is None else change(scene.srdf),
         packages={name: change(folder) for name, folder in scene.packages.items()},
+        joints=dataclasses.replace(joints, drives=change(joints.drives)) if joints.drives not in (None, "none") else joints,
     )

@@ -123,7 +123,8 @@ FOOT:: --plane zx | --plane zx --slide | --plane 0,1 | --plane 0,0,0 | --plane x
 FOOT:: --plane xy --strike-angle 10 | --plane 0,0,-2 --strike-angle=-0.5 | --restitution 1.5 | --restitution=-0.1
 FOOT:: --armature knee | --armature knee=-1 | --armature root_joint=1 | --joints locked --armature knee=0.1
 FOOT:: --pulse square:5ms | --pulse half-sine:0ms | --pulse half-sine | --range-g 16 | --range-g=-1
-FOOT:: --pulse half-sine:5ms --range-g 0 | --offset 0.1,0,0 --joint-velocity knee=-99 | --lock knee --joint-velocity knee=-4
+FOOT:: --pulse half-sine:5ms --range-g 0 | --offset 0.1,0,0 --joint-velocity knee=-99 | --drives nosuch.toml
+FOOT:: --rotor knee=1e-4 | --rotor knee=1:2:3:4 | --rotor knee=1e-4:9:0 | --joint-stiffness knee=0 | --rotor knee=light
 FOOT:: --stance foot | --lock root_joint | --lock knee --base fixed
 analyze leg:: --contct heel | --contact | heel
 analyze leg --contact heel:: --format yaml | --base loose | --contact-point deepest

@@ -62,7 +62,8 @@ FOOT = (
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
     "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
-    "assembly:assembly? loads_unique:bool depth:float? feasible:float friction:sliding? stiffness:springs?",
+    "assembly:assembly? loads_unique:bool depth:float? feasible:float friction:sliding? stiffness:springs? drives:drives",
+    "drives": "source:str? unknown:str* springs:str* spring_time:float?",
     "robot": "name:str file:str mass:float n_bodies:int nv:int",
     "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
     f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES} peak_g:float? "
@@ -77,7 +78,7 @@ RECORDS = {
     "warning": "kind:str subject:str value:float? text:str",
     "foot": FOOT,
     "total": "impulse:vector moment:vector",
-    "energy": "lost:float share:float?",
+    "energy": "lost:float? share:float?",
     "joint": "joint:str force:vector moment:vector along:float? delta_qd:float? joint_impulse:float joint_moment:float",
     "row": "place:str free:float? as_modelled:float locked:float?",
     "assembly": "gap:float turn:float left:float retried:bool moved:step*",

@@ -57,7 +57,7 @@ def test_geared_goes_from_free_to_locked_over_12_decades(name, contact):
 @pytest.mark.parametrize(
     ("joints", "name", "jump", "ropc"),
     [
-        (Joints(), "free", 0.003, 37.5),
+        (Joints(drives="none"), "free", 0.003, 37.5),
         (geared(0.01), "geared", 0.07, 3.2),
         (geared(0.05), "geared", 0.25, 1.01),
         (geared(0.2), "geared", 0.48, 0.66),
@@ -87,7 +87,7 @@ def test_the_bracket_is_what_the_other_scenes_give():
 def test_a_pattern_means_the_joints_that_match_it():
     """Later patterns replace earlier ones; the base has no armature."""
     robot = known_robot("go2")
-    found = joint_model(robot, Joints(armature={"*_calf_joint": 0.05, "FL_*": 0.02}))
+    found = joint_model(robot, Joints(drives="none", armature={"*_calf_joint": 0.05, "FL_*": 0.02}))
     assert {joint.name: inertia for joint in robot.joints[1:] if (inertia := found.armature[joint.v].item())} == {
         **{f"{leg}_calf_joint": 0.05 for leg in ("FR", "RL", "RR")},
         **{f"FL_{part}_joint": 0.02 for part in ("hip", "thigh", "calf")},

@@ -1,5 +1,6 @@
 """The README: its commands, Python and scenes run, and the output that it shows is the output."""
 
+import json
 import re
 import shlex
 import shutil
@@ -95,6 +96,17 @@ def test_commands_run(capfd, here):
         out = plain(good(capfd, *words_of(typed.line)))
         for part in re.split(r"^ *(?:…|\.\.\.) *$", plain(typed.shown), flags=re.MULTILINE):
             assert part.strip("\n") in out, typed.line
+
+
+def test_shock_by_drives(capfd, here):
+    """The table of drives: each row's options give its number at the trunk."""
+    command = re.search(r"shockpc (analyze go2 --contact \S+?)`\)", TEXT)
+    rows = re.findall(r"^\| [^|]+ \| (?:`(.+)`)? ?\| (0\.\d{4}) \|$", TEXT, re.MULTILINE)
+    assert command is not None
+    assert len(rows) == 4
+    for options, shock in rows:
+        out = good(capfd, *shlex.split(f"{command[1]} {options}"), "--format", "json")
+        assert f"{json.loads(out)['bracket'][0]['as_modelled']:.4f}" == shock, options
 
 
 def test_python_runs(capfd, here):

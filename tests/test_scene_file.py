@@ -49,7 +49,9 @@ joint_velocities = { "?f_hip" = 0.2 }
 [joints]
 model = "geared"
 armature = { "*" = 0.01 }
-rotor = { lf_hip = { inertia = 1e-4, gear_ratio = 9 } }
+drives = "none"
+rotor = { lf_hip = { inertia = 1e-4, gear_ratio = 9, stiffness = 500 } }
+stiffness = { rf_hip = 300 }
 locked = ["lh_hip"]
 [[closure]]
 a = { frame = "lf_leg", offset = [0, 0, -0.1] }
@@ -161,7 +163,7 @@ foot = 1 | base = "loose" | plane = [0, 1] | plane = [0, 1, "z"] | packages = "d
 [posture]; joints = {{ knee = 1e999 }} | [strike]; velocity = [0, 0, -inf] | contact = "foot" | contact = "{"foot" * 30}"
 [[contact]]; frame = 'foot'; [[contact]] | [[contact]]; frame = 'f'; directions = 'z' | [joints]; rotor = 1 | <robot/>
 [[contact]]; frame = 'f'; directions = ['x', 'w'] | [[closure]]; a = {{ frame = 'f' }}; b = {{ link = 'g' }} | srdf = "leg
-[joints]; rotor = {{ hip = {{ inertia = 1 }} }} | x = 1; [strike]; speed = 'fast'; sped = 1 | packages = {{ leg = "a\\u0000" }}
+[joints]; rotor = {{ hip = {{ gear_ratio = 1 }} }} | x = 1; [strike]; speed = 'fast'; sped = 1 | packages = {{ leg = "a\\u0000" }}
 robot = 'leg' | srdf = "\udcff"
 """
 WITHOUT_ROBOT = ["", "robot = 3", "robots = 'leg'", 'robot = "a\\u0000.urdf"']
@@ -280,7 +282,9 @@ def records(kind, **given):
 
 
 NO_PATH = NAMES.filter(lambda name: "/" not in name and "\0" not in name and not Path(name).suffix)
-SCENES = records(Scene, robot=NO_PATH, srdf=st.none(), packages=st.just({}))
+SCENES = records(
+    Scene, robot=NO_PATH, srdf=st.none(), packages=st.just({}), joints=records(Joints, drives=st.sampled_from([None, "none"]))
+)
 
 
 @given(SCENES)

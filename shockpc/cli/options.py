@@ -5,15 +5,18 @@ from typing import Literal, NamedTuple
 
 from shockpc.cli.declare import argument, group
 from shockpc.cli.parse import (
+    Motor,
     Setting,
     Vector,
     definition,
+    drives,
     finite,
     folder,
     out_folder,
     path,
     plane,
     robot_name,
+    rotor,
     setting,
     stiffness,
     vector,
@@ -107,8 +110,23 @@ class SceneOptions(NamedTuple):
     joints: Literal["free", "geared", "locked"] | None = _in_joints(
         "All joints turn freely, resist by their reflected inertia, or are locked."
     )
+    drives: str | None = _in_joints(
+        "Drives in the form of robots/drives.toml, or none; by default those known of a robot of the catalogue.",
+        "FILE|none",
+        drives,
+    )
+    rotor: tuple[Motor, ...] = _in_joints(
+        "Inertia of a rotor [kg m²], gear ratio (by default the file's), stiffness of a spring between gear and joint [N m/rad].",
+        "JOINT=INERTIA[:RATIO[:STIFFNESS]]",
+        rotor,
+    )
+    joint_stiffness: tuple[Setting, ...] = _in_joints(
+        "Stiffness of a spring of the joint itself, such as in a compliant leg [N m/rad; N/m if prismatic].",
+        "JOINT=STIFFNESS",
+        setting,
+    )
     armature: tuple[Setting, ...] = _in_joints("Reflected inertia of joints [kg m²; kg if prismatic].", "JOINT=INERTIA", setting)
-    lock: tuple[str, ...] = _in_joints("Locked joints.", "JOINT")
+    lock: tuple[str, ...] = _in_joints("Joints that are locked, or held at their --joint-velocity.", "JOINT")
     plane: str | Vector | None = _in_results(
         "Plane of CoPc and RoPc: xz (sagittal, default), yz, xy, or a normal NX,NY,NZ.", "PLANE", plane
     )

@@ -10,18 +10,21 @@ from shockpc.errors import OutputError
 from shockpc.paths import usable_path
 
 __all__ = [
+    "Motor",
     "Setting",
     "Span",
     "Variable",
     "Vector",
     "box",
     "definition",
+    "drives",
     "finite",
     "folder",
     "out_folder",
     "path",
     "plane",
     "robot_name",
+    "rotor",
     "scene_file",
     "setting",
     "span",
@@ -35,6 +38,8 @@ Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
 Setting: TypeAlias = tuple[str, float]
 Variable: TypeAlias = tuple[str, str | None]
+Motor: TypeAlias = tuple[str, tuple[float, float | None, float | None]]
+"""Joint; inertia, gear ratio and stiffness of a rotor."""
 
 
 def finite(text: str) -> float:
@@ -88,6 +93,22 @@ def setting(text: str) -> Setting:
     """NAME=NUMBER."""
     name, value = definition(text)
     return name, finite(value)
+
+
+def rotor(text: str) -> Motor:
+    """JOINT=INERTIA[:RATIO[:STIFFNESS]]."""
+    name, values = definition(text)
+    numbers = values.split(":")
+    if len(numbers) > 3:
+        raise typer.BadParameter(f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]], such as "*_knee=1.1e-4:9"')
+    inertia, *others = map(finite, numbers)
+    ratio, stiffness = (*others, None, None)[:2]
+    return name, (inertia, ratio, stiffness)
+
+
+def drives(text: str) -> str:
+    """The path of a file of drives, or none."""
+    return text if text == "none" else str(path(text))
 
 
 def definition(text: str) -> tuple[str, str]:

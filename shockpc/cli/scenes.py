@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
-from shockpc.cli.parse import Setting
 from shockpc.errors import SceneError
 from shockpc.model.contact import Contact, foot_contact, landing_frames, match_contacts
-from shockpc.model.joint_model import Joints
+from shockpc.model.joint_model import Joints, Rotor
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.record import Robot
@@ -18,6 +17,7 @@ from shockpc.trace import Trace
 
 __all__ = ["is_scene_file", "one_scene", "scenes_from"]
 
+T = TypeVar("T")
 Record = TypeVar("Record", Contact, Posture, Joints, Scene, Strike)
 
 
@@ -137,7 +137,19 @@ def _posture(posture: Posture, options: SceneOptions) -> Posture:
 def _joints(joints: Joints, options: SceneOptions) -> Joints:
     """The joint model with the options applied."""
     locked = tuple(dict.fromkeys([*joints.locked, *options.lock]))
-    return _with(joints, model=options.joints, armature=_replaced(joints.armature, options.armature), locked=locked)
+    motors = [(name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k)) for name, (inertia, n, k) in options.rotor]
+    # One way of giving a joint's drive replaces the scene's way.
+    rotor = {name: one for name, one in joints.rotor.items() if name not in dict(options.armature)}
+    armature = {name: one for name, one in joints.armature.items() if name not in dict(options.rotor)}
+    return _with(
+        joints,
+        model=options.joints,
+        drives=options.drives,
+        armature=_replaced(armature, options.armature),
+        rotor=_replaced(rotor, motors),
+        stiffness=_replaced(joints.stiffness, options.joint_stiffness),
+        locked=locked,
+    )
 
 
 def _strike(strike: Strike, options: SceneOptions) -> Strike:
@@ -160,7 +172,7 @@ def _strike(strike: Strike, options: SceneOptions) -> Strike:
     )
 
 
-def _replaced(values: Mapping[str, float], settings: Iterable[Setting]) -> dict[str, float]:
+def _replaced(values: Mapping[str, T], settings: Iterable[tuple[str, T]]) -> dict[str, T]:
     """Values by name or glob with settings applied. Later entries take precedence, so a name that is set again moves to the end."""
     given = dict(settings)
     return {name: value for name, value in values.items() if name not in given} | given

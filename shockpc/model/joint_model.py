@@ -1,11 +1,15 @@
 """What the joints do in an impact: move freely, resist by a reflected inertia, or hold (shock paper, Section 3.1.2).
 
-free: series elasticity keeps the rotor out. geared: the reflected inertia n² I_rotor adds to H's diagonal. locked: the gearbox's
-friction holds, two bodies are one, and the joint's column is left out. No choice moves the answer more than this one.
+free: no rotor, or one behind a spring (series elasticity), which yields. geared: the reflected inertia n² I_rotor adds to H's
+diagonal. locked: the gearbox's friction or the motor holds the joint at the rate that it has, two bodies are one, and the joint's
+column is left out. A spring, of the joint itself or behind the rotor, gives no impulse in an instant. No choice moves the answer
+more than this one.
 """
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -14,7 +18,8 @@ from shockpc.core.spatial import Array
 from shockpc.errors import SceneError
 from shockpc.model import Record
 from shockpc.printed import listed
-from shockpc.robot.record import Robot
+from shockpc.robot.drives import Drive, drives_of, read_drives
+from shockpc.robot.record import Drives, Robot
 from shockpc.toml import LARGEST
 
 __all__ = ["JointModel", "Joints", "Rotor", "joint_model", "without_springs"]
@@ -26,11 +31,13 @@ class Rotor(Record):
 
     Attributes:
         inertia: of the rotor about its own axis [kg m²].
-        gear_ratio: turns of the rotor for one of the joint [1].
+        gear_ratio: turns of the rotor for one of the joint [1]; by default that of the robot's file.
+        stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
     """
 
     inertia: float
-    gear_ratio: float
+    gear_ratio: float | None = None
+    stiffness: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -38,15 +45,21 @@ class Joints(Record):
     """The drives as a scene states them; patterns are joint names or globs, later ones go over earlier ones, rotors over armature.
 
     Attributes:
-        model: all joints free (whatever the file says), geared, or locked; by default as the file says.
+        model: all joints free (whatever the file says), geared, or locked; by default as the file and the drives say.
+        drives: a file of drives in the form of robots/drives.toml, which replace those of the robot's file; or "none". By default
+            the published and derived drives of a robot of the catalogue whose file gives no reflected inertia.
         armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
-        locked: patterns of joints that hold.
+        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
+        locked: patterns of joints that hold the rate that they have before the impact: none, or that of the strike's joint
+            velocities.
     """
 
     model: Literal["free", "geared", "locked"] | None = None
+    drives: str | None = None
     armature: Mapping[str, float] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)
+    stiffness: Mapping[str, float] = field(default_factory=dict)
     locked: tuple[str, ...] = ()
 
 
@@ -55,12 +68,14 @@ class JointModel(NamedTuple):
 
     Attributes:
         armature: (nv,) reflected inertia that counts in the impulse [kg m², kg]; zero on the base and behind springs.
-        locked: (nv,) which joint velocities are held at zero.
+        locked: (nv,) which joint velocities stay as they are.
         name: "free", "geared", "locked", or "mixed".
         stiffness: (nv,) of the spring of the joint itself, which is without force where the joint is at touchdown [N m/rad, N/m];
             zero without a spring.
         drive_stiffness: (nv,) of the spring between the joint and its rotor [N m/rad, N/m]; infinite where they are rigidly joined.
-        rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero without one.
+        rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero where there is none or it is not known.
+        drives: where the drives are from, such as "drives of go2, derived"; empty if they are the scene's or the file's.
+        unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a drive, a spring or a lock.
     """
 
     armature: Array
@@ -69,6 +84,13 @@ class JointModel(NamedTuple):
     stiffness: Array
     drive_stiffness: Array
     rotor: Array
+    drives: str
+    unknown: np.ndarray
+
+    @property
+    def springs(self) -> np.ndarray:
+        """Which joint velocities (nv,) have a spring, of their own or before their rotor."""
+        return np.asarray((self.stiffness > 0.0) | np.isfinite(self.drive_stiffness))
 
 
 def joint_model(robot: Robot, joints: Joints) -> JointModel:
@@ -76,46 +98,104 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
 
     Raises:
         UnknownName: a pattern fits no joint.
-        SceneError: an inertia that is not above zero, a drive on a floating joint, "geared" without any reflected inertia, or a
-            joint locked apart from the one that it follows.
+        SceneError: an inertia or a stiffness that is not above zero, a rotor without a gear ratio, a drive on a floating joint,
+            "geared" without any reflected inertia, or a joint locked apart from the one that it follows.
     """
-    armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(robot.model.nv)
+    nv = robot.model.nv
+    drives = _drives(robot, joints)
+    armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(nv)
+    armature = np.where(drives.known, drives.armature, armature)
     armature[~robot.actuated_dofs] = 0.0
-    locked = np.zeros(robot.model.nv, dtype=bool)
-    given = dict(joints.armature)
-    for pattern, rotor in joints.rotor.items():
+    rotor, drive_stiffness, stiffness = drives.rotor.copy(), drives.drive_stiffness.copy(), drives.stiffness.copy()
+    for name, k in robot.springs.items():
+        stiffness[robot.joint(name).v] = k
+    known = drives.known | (armature > 0.0) | (stiffness > 0.0)
+    if joints.model == "free" or joints.drives == "none" or robot.model.armature.any():
+        known[:] = True
+    locked = np.zeros(nv, dtype=bool)
+    given = {pattern: (inertia, np.inf) for pattern, inertia in joints.armature.items()}
+    for pattern, motor in joints.rotor.items():
         if pattern in given:
             raise SceneError(f'"{pattern}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
-        given[pattern] = rotor.gear_ratio**2 * rotor.inertia
-    for pattern, inertia in given.items():
+        k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
+        given |= {name: (_ratio(robot, name, motor) ** 2 * motor.inertia, k) for name in _names(robot, pattern, motor)}
+    for pattern, (inertia, k) in given.items():
         if not 0.0 < inertia <= LARGEST:
             raise SceneError(
                 f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST:g}; '
                 'for none use model = "free" (--joints free), and for a joint that holds model = "locked"'
             )
-        armature[_velocities(robot, pattern)] = inertia
+        own = _velocities(robot, pattern)
+        armature[own], rotor[own] = (inertia, 0.0) if np.isinf(k) else (0.0, inertia)
+        drive_stiffness[own], known[own] = k, True
+    for pattern, k in joints.stiffness.items():
+        own = _velocities(robot, pattern)
+        stiffness[own], known[own] = _positive("the stiffness of joint", pattern, k), True
     for pattern in joints.locked:
         locked[_velocities(robot, pattern)] = True
     if joints.model == "locked":
         locked |= robot.actuated_dofs
-    for pattern in given:
+    for pattern in (*given, *joints.stiffness):
         if locked[_velocities(robot, pattern)].all():
             raise SceneError(
-                f'"{pattern}" is locked, so a reflected inertia changes nothing there; leave out the lock, or the armature or rotor'
+                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
+                "armature, rotor or stiffness"
             )
     _refuse_split_followers(robot, locked)
-    if joints.model == "geared" and not armature[robot.actuated_dofs & ~locked].any():
+    if joints.model == "geared" and not (armature + rotor)[robot.actuated_dofs & ~locked].any():
         raise SceneError(
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
+    rotor[locked], drive_stiffness[locked], stiffness[locked] = 0.0, np.inf, 0.0
+    unknown = robot.actuated_dofs & ~known & ~locked
+    for mimic in robot.mimics:
+        unknown[robot.joint(mimic.joint).v] = False
     name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
-    return without_springs(armature, locked, name)
+    return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, drives.label, unknown)
 
 
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:
     """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
-    return JointModel(armature, locked, name, np.zeros(len(armature)), np.full(len(armature), np.inf), np.zeros(len(armature)))
+    zero = np.zeros(len(armature))
+    return JointModel(armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0)
+
+
+def _drives(robot: Robot, joints: Joints) -> Drives:
+    """The drives that count for the scene beside those of the robot's file."""
+    if joints.drives is not None and joints.drives != "none":
+        path = Path(joints.drives).expanduser()
+        stamp = path.stat().st_mtime_ns if path.is_file() else 0
+        return drives_of(robot, _drives_file(path, stamp), f"drives of {path.name}")
+    default = robot.default_drives
+    return Drives.none(robot.model.nv) if default is None or joints.drives == "none" or joints.model == "free" else default
+
+
+@functools.lru_cache(maxsize=4)
+def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
+    """The drives of a file, read again when it changes. Args: path of the file; stamp: when it was last changed."""
+    del stamp
+    return read_drives(path)
+
+
+def _names(robot: Robot, pattern: str, motor: Rotor) -> tuple[str, ...]:
+    """The pattern itself; or, where the gear ratio is the file's, the joints that it means."""
+    return (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern)
+
+
+def _ratio(robot: Robot, name: str, motor: Rotor) -> float:
+    """The gear ratio of a rotor, by default that of the robot's file."""
+    ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
+    if ratio is None:
+        raise SceneError(f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it')
+    return ratio
+
+
+def _positive(what: str, pattern: str, value: float) -> float:
+    """A number above zero."""
+    if not 0.0 < value <= LARGEST:
+        raise SceneError(f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST:g}')
+    return value
 
 
 def _velocities(robot: Robot, pattern: str) -> list[int]:

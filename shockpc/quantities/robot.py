@@ -15,6 +15,8 @@ from shockpc.quantities.quantity import Places, Quantity
 
 __all__ = ["ROBOT"]
 
+DRIVEN = "a motor holds the rate of a joint and does work"
+
 UNKNOWN = "the base is fixed, a foot stands or a contact has its own velocity, so the energy before the impact is not determined"
 
 
@@ -32,12 +34,19 @@ def _works(impact: Impact) -> Any:
 
 def _energy_lost(impact: Impact, places: Places) -> Any:
     del places
-    return _one(-np.sum(_works(impact), axis=-1) / 2)
+    lost = _one(-np.sum(_works(impact), axis=-1) / 2)
+    return np.where(_motors_work(impact), np.nan, lost)
+
+
+def _motors_work(impact: Impact) -> bool:
+    """Whether a motor holds the rate of a joint that moves, and so does work during the impact."""
+    landing = impact.landing
+    return bool(np.any(landing.joint_model.locked & (np.asarray(landing.before.joint_rates, dtype=float) != 0.0)))
 
 
 def _energy_share(impact: Impact, places: Places) -> Any:
     lost, before = _energy_lost(impact, places), _one(impact.kinetic_energy_before)
-    own = any(contact.velocity is not None for contact in impact.landing.contacts)
+    own = any(contact.velocity is not None for contact in impact.landing.contacts) or _motors_work(impact)
     known = np.full(before.shape, impact.landing.floating and not own) & (before.astype(float) > 0.0)
     return np.where(known, lost / np.where(known, before, 1), np.nan)
 
@@ -94,7 +103,7 @@ ROBOT = (
         p: _one(i.ground_impulse[0]), _force_size, vector=True),
     Quantity("total_moment", "robot", "its moment about the centre of mass, world axes", "N m s", "greater", lambda i,
         p: _one(i.ground_impulse[1]), _moment_size, vector=True),
-    Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size),
+    Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN),
     Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
         UNKNOWN),
     Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,

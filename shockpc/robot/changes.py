@@ -8,11 +8,12 @@ from typing import Literal, get_args
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.spatial import freeze
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import StudyError
 from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number
-from shockpc.robot.record import Robot
+from shockpc.robot.record import Drives, Robot
 
 __all__ = ["Change", "Property", "changed", "links_with_mass", "read_changes"]
 
@@ -104,28 +105,40 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         RobotError: a body becomes too heavy or too light to compute with.
     """
     for change in changes:
-        model, warnings = pin.Model(robot.model), robot.change_warnings
+        model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
         if change.what == "armature":
-            _change_armature(robot, model, change)
+            drives = _change_armature(robot, model, change)
         else:
             links = links_with_mass(robot, change.pattern)
             warnings += tuple(_small_parts(robot, change, links))
             for link in links:
                 _change_link(model, link, change)
-        robot = replace(robot, model=model, change_warnings=warnings)
+        robot = replace(robot, model=model, change_warnings=warnings, default_drives=drives)
     for body in robot.bodies:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
     return robot
 
 
-def _change_armature(robot: Robot, model: pin.Model, change: Change) -> None:
-    """Change the reflected inertia of some joints."""
+def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives | None:
+    """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
     chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
-    if change.factor and not model.armature[chosen].any():
+    drives = robot.default_drives
+    if drives is not None:
+        factor, own = (change.value if change.factor else 0.0), np.isin(np.arange(model.nv), chosen)
+        drives = drives._replace(
+            known=drives.known & (change.factor | ~own),
+            armature=np.where(own, factor * drives.armature, drives.armature),
+            rotor=np.where(own, factor * drives.rotor, drives.rotor),
+            drive_stiffness=np.where(own & (not change.factor), np.inf, drives.drive_stiffness),
+        )
+        freeze(drives)
+    given = model.armature[chosen].any() or (drives is not None and (drives.armature + drives.rotor)[chosen].any())
+    if change.factor and not given:
         reason = f'the file of robot "{robot.name}" gives these joints no reflected inertia'
         raise StudyError(f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01")
     model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
+    return drives
 
 
 def _change_link(model: pin.Model, link: str, change: Change) -> None:

@@ -125,10 +125,21 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
 
 def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Missing armature, followers, limits, and axes that are no unit vectors."""
-    if not robot.model.armature.any():
-        reason = "URDF has no place for it" if robot.source.kind == "urdf" else "no joint gives one"
+    if robot.default_drives is not None:
+        text = f"no reflected inertia in the file: {robot.default_drives.label} are used by default; --drives none leaves them out"
+        yield "note", "", "every joint", text
+    elif not robot.model.armature.any():
+        reason = "the URDF gives none" if robot.source.kind == "urdf" else "no joint gives one"
         text = f"zero armature ({reason}): joints are computed without the inertia of their motors"
         yield "note", "", "every joint", f"{text}; with geared or locked joints the shock is different"
+    for joint in robot.single_joints:
+        if joint.name in robot.gear_ratios:
+            ratio = f"gear ratio {robot.gear_ratios[joint.name]:g} without the inertia of a rotor"
+            yield "note", "joint", joint.name, f"{ratio}, so it adds no reflected inertia; --rotor gives the inertia"
+        rotor = next((link for link in robot.links if link == f"{joint.name.removesuffix('_joint')}_rotor"), None)
+        if rotor is not None and rotor not in {body.name for body in robot.bodies}:
+            text = "fixed to the stator, so counted as mass that does not spin with the motor; the reflected inertia is not in it"
+            yield "note", "link", rotor, text
     for mimic in robot.mimics:
         yield "note", "joint", mimic.joint, "following others (mimic), without a freedom of its own"
     for joint in robot.single_joints:

@@ -14,6 +14,7 @@ import pinocchio as pin
 from shockpc.core.spatial import freeze
 from shockpc.errors import RobotError
 from shockpc.printed import listed
+from shockpc.robot.drives import default_drives
 from shockpc.robot.limits import LIMIT_SLACK, refuse_number
 from shockpc.robot.mjcf import RobotBodies, build_mjcf, robot_bodies
 from shockpc.robot.pinocchio_model import build_pinocchio
@@ -139,6 +140,8 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
                 joint.set(value, robot.start)
     robot.set_followers(robot.start)
     freeze(robot.start)
+    # Of its own joints, which a second copy would have to find again.
+    vars(robot)["default_drives"] = default_drives(robot)
     return robot
 
 

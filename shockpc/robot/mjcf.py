@@ -92,7 +92,9 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     loops = tuple(_loops(m, robot, equalities))
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
-    return replace(robot, start=read_only(start), loops=loops, mimics=_mimics(m, equalities))
+    springs, gear_ratios = _springs_and_ratios(m, joints)
+    start = read_only(start)
+    return replace(robot, start=start, loops=loops, mimics=_mimics(m, equalities), springs=springs, gear_ratios=gear_ratios)
 
 
 def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
@@ -190,6 +192,18 @@ def _armature(m: Any) -> Array:
         remedy = "give one not below zero to the hinge or slide joints, that of an actuator times gear², or set it to 0"
         raise RobotError(f'{kind} "{name}" has an armature that is not computed; {remedy}')
     return armature
+
+
+def _springs_and_ratios(m: Any, joints: Sequence[int]) -> tuple[dict[str, float], dict[str, float]]:
+    """Stiffness of the joints with a spring, and gear of the actuators of joints without reflected inertia, by joint."""
+    stiffness = np.reshape(m.jnt_stiffness, (m.njnt, -1))[:, 0]
+    springs = {m.joint(joint).name: float(stiffness[joint]) for joint in joints if stiffness[joint] > 0 and m.jnt_type[joint]}
+    armature, ratios = _armature(m), {}
+    for number in np.flatnonzero(m.actuator_trntype <= 1):  # acts on a joint
+        joint, gear = int(m.actuator_trnid[number, 0]), float(m.actuator_gear[number, 0])
+        if joint in joints and m.jnt_type[joint] >= _SLIDE and gear != 1.0 and not armature[m.jnt_dofadr[joint]]:
+            ratios[m.joint(joint).name] = gear
+    return springs, ratios
 
 
 def _equalities(m: Any) -> Iterator[Equality]:

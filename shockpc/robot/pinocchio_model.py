@@ -61,7 +61,13 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
             postures[entry.key()] = read_only(q)
         else:
             notes += (f'reference configuration "{entry.key()}" does not hold {model.nq} finite numbers; it is left out',)
-    return Robot(_source(given, label, geometry), model, read_only(pin.neutral(model)), postures, (), (), notes)
+    ratios = {
+        model.names[k]: float(model.rotorGearRatio[model.idx_vs[k]])
+        for k in range(1, model.njoints)
+        if model.nvs[k] == 1 and model.rotorGearRatio[model.idx_vs[k]] and not model.armature[model.idx_vs[k]]
+    }
+    start = read_only(pin.neutral(model))
+    return Robot(_source(given, label, geometry), model, start, postures, (), (), notes, gear_ratios=ratios)
 
 
 def _check_joints(model: pin.Model) -> None:

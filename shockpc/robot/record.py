@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -18,7 +18,7 @@ from shockpc.robot.files import OpenFolders
 from shockpc.robot.limits import POINT, inertia_fault
 from shockpc.robot.names import match
 
-__all__ = ["WORLD", "Body", "Frame", "Joint", "Loop", "Mimic", "Robot", "RobotSource"]
+__all__ = ["WORLD", "Body", "Drives", "Frame", "Joint", "Loop", "Mimic", "Robot", "RobotSource"]
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
@@ -184,6 +184,31 @@ class Loop(NamedTuple):
     holds_orientation: bool
 
 
+class Drives(NamedTuple):
+    """What is known of the drives of a robot's joints beside the model.
+
+    Attributes:
+        label: where it is from; empty if nothing is known.
+        known: (nv,) of which joints the drive is known.
+        armature: (nv,) reflected inertia that is rigidly joined to the joint [kg m², kg].
+        rotor: (nv,) reflected inertia behind a spring [kg m², kg]; zero where there is none or it is not known.
+        drive_stiffness: (nv,) of that spring [N m/rad, N/m]; infinite without one.
+        stiffness: (nv,) of a spring of the joint itself [N m/rad, N/m]; zero without one.
+    """
+
+    label: str
+    known: np.ndarray
+    armature: Array
+    rotor: Array
+    drive_stiffness: Array
+    stiffness: Array
+
+    @classmethod
+    def none(cls, nv: int) -> "Drives":
+        """Drives of which nothing is known. Args: nv: number of joint velocities."""
+        return cls("", np.zeros(nv, dtype=bool), np.zeros(nv), np.zeros(nv), np.full(nv, np.inf), np.zeros(nv))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot as loaded.
@@ -198,6 +223,9 @@ class Robot:
         loops: what the file holds together beside the tree (MJCF connect and weld).
         notes: warnings of the file's reader, without the file's name.
         change_warnings: of what was changed after it was loaded.
+        springs: stiffness of the joints that the file gives a spring of their own [N m/rad, N/m].
+        gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
+        default_drives: of a robot of the catalogue whose file gives no reflected inertia; None where none are known.
     """
 
     source: RobotSource
@@ -208,6 +236,9 @@ class Robot:
     loops: tuple[Loop, ...]
     notes: tuple[str, ...]
     change_warnings: tuple[Diagnostic, ...] = ()
+    springs: Mapping[str, float] = field(default_factory=dict)
+    gear_ratios: Mapping[str, float] = field(default_factory=dict)
+    default_drives: Drives | None = None
 
     def __repr__(self) -> str:
         return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"

@@ -65,10 +65,11 @@ def build_urdf(source: RobotSource) -> Robot:
                 f'joint "{base}" is planar and carries the whole robot, so it is computed as a floating base; '
                 "--base planar keeps it in the plane of the study"
             )
+    springs, gear_ratios = _drives(root, joints, model)
     model.name, start = source.robot_name, pin.neutral(model)
     start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
     model.jointPlacements[1] = pin.SE3.Identity()
-    return Robot(source, model, read_only(start), {}, mimics, (), tuple(notes))
+    return Robot(source, model, read_only(start), {}, mimics, (), tuple(notes), springs=springs, gear_ratios=gear_ratios)
 
 
 def _named(elements: list[Element], kind: str) -> dict[str, Element]:
@@ -237,3 +238,49 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
                 (offset,) = _numbers(subject, joint, "mimic", "offset", "0", "rad")
                 mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
     return tuple(mimics), warnings
+
+
+def _drives(root: Element, joints: dict[str, Element], model: pin.Model) -> tuple[dict[str, float], dict[str, float]]:
+    """Add the reflected inertia of drives to the model. Returns: stiffness of springs, and gear ratios without inertia, by joint.
+
+    Read are RaiSim's <dynamics rotor_inertia="" stiffness=""/> of a joint, whose inertia is that at the joint, and transmissions of
+    one joint by one actuator: Drake's <drake:rotor_inertia value=""/> and <drake:gear_ratio value=""/>, or <motorInertia> and
+    <mechanicalReduction> with their numbers as text.
+    """
+    springs: dict[str, float] = {}
+    ratios: dict[str, float] = {}
+    inertias: dict[str, float] = {}
+    for name, joint in joints.items():
+        if (dynamics := joint.find("dynamics")) is not None:
+            inertias[name] = _at_least_zero(name, "rotor_inertia", dynamics.get("rotor_inertia"))
+            springs[name] = _at_least_zero(name, "stiffness", dynamics.get("stiffness"))
+    for transmission in root.findall("transmission"):
+        names, actuators = [joint.get("name", "") for joint in transmission.findall("joint")], transmission.findall("actuator")
+        if len(names) != 1 or names[0] not in joints or len(actuators) > 1:
+            continue
+        parts = [*transmission, *(part for actuator in actuators for part in actuator)]
+        values = {part.tag.removeprefix("drake:"): part.get("value", part.text) for part in parts}
+        inertia = _at_least_zero(names[0], "rotor inertia", values.get("rotor_inertia", values.get("motorInertia")))
+        written = values.get("gear_ratio", values.get("mechanicalReduction"))
+        ratio = vector(written, 1)
+        if inertia and written is not None and ratio is None:
+            raise RobotError(f'joint "{names[0]}": the ratio of its transmission is "{written}"; it has to be a finite number')
+        if inertia:
+            inertias[names[0]] = inertia * (1.0 if ratio is None else float(ratio[0]) ** 2)
+        elif ratio is not None:
+            ratios[names[0]] = float(ratio[0])
+    for name, inertia in inertias.items():
+        if inertia and model.existJointName(name):
+            index = model.getJointId(name)
+            model.armature[model.idx_vs[index] : model.idx_vs[index] + model.nvs[index]] = inertia
+    moving = {name for name in joints if model.existJointName(name) and model.nvs[model.getJointId(name)] == 1}
+    ratios = {name: ratio for name, ratio in ratios.items() if name in moving and not inertias.get(name)}
+    return {name: k for name, k in springs.items() if k and name in moving}, ratios
+
+
+def _at_least_zero(joint: str, what: str, text: str | None) -> float:
+    """A number of a drive, zero where none is written; refused if it is negative or not finite."""
+    value = vector(text or "0", 1)
+    if value is None or value[0] < 0.0:
+        raise RobotError(f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below zero')
+    return float(value[0])

@@ -78,6 +78,7 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         **whole,
         "friction": _friction(profile),
         "stiffness": _stiffness(profile),
+        "drives": _drives(profile),
     }
     return headed("profile", content)
 
@@ -95,6 +96,18 @@ def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
                 row = row.setdefault(group, {})
             row[key] = convert(value)
     return rows
+
+
+def _drives(profile: ShockProfile) -> dict[str, Any]:
+    """Where the drives are from, of which joints they are unknown, which have springs, and when these count [s]."""
+    model, time = profile.landing.joint_model, profile.spring_time
+    joints = [joint for joint in profile.robot.single_joints if joint.kind != "free"]
+    return {
+        "source": model.drives or None,
+        "unknown": [joint.name for joint in joints if model.unknown[joint.v].any()],
+        "springs": [joint.name for joint in joints if model.springs[joint.v].any()],
+        "spring_time": time if math.isfinite(time) else None,
+    }
 
 
 def _friction(profile: ShockProfile) -> dict[str, Any] | None:

@@ -39,18 +39,13 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
-    drives = [f"reflected inertia {text}" for text in _settings(robot, scene.joints.armature, ("kg m²", "kg"))]
-    drives += [
-        f"rotor of {name}: {rotor.inertia:g} kg m², gear ratio {rotor.gear_ratio:g}" for name, rotor in scene.joints.rotor.items()
-    ]
-    drives += [f"locked: {', '.join(scene.joints.locked)}"] if scene.joints.locked else []
     lines = {
         "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}{xacro})",
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
         "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
-        "joint model": "; ".join([joint_model_text(profile), *drives]),
+        "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile)]),
         "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({vector_text(profile.plane.normal)})",
     }
     return [(name, printable(text)) for name, text in lines.items()]
@@ -64,8 +59,43 @@ def base_text(robot: Robot, base: Base) -> str:
 
 
 def joint_model_text(profile: ShockProfile) -> str:
-    """The model of the joints, and what it means."""
-    return JOINT_MODELS[profile.joint_model] if profile.robot.joint_names else "none (the robot has no joints)"
+    """The model of the joints, and what it means or where the drives are from."""
+    if not profile.robot.joint_names:
+        return "none (the robot has no joints)"
+    drives = profile.landing.joint_model.drives
+    return f"{profile.joint_model}: {drives}" if drives else JOINT_MODELS[profile.joint_model]
+
+
+def _drive_texts(profile: ShockProfile) -> list[str]:
+    """What the scene and the file say of the drives, which are unknown and what that may change, and the springs."""
+    robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
+    texts = [f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))]
+    for name, motor in joints.rotor.items():
+        ratio = "the file's gear ratio" if motor.gear_ratio is None else f"gear ratio {motor.gear_ratio:g}"
+        behind = "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
+        texts.append(f"rotor of {printable(name)}: {motor.inertia:g} kg m², {ratio}{behind}")
+    texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
+    if model.drives and joints.drives is None:
+        texts.append("--drives none for free joints")
+    single = [joint for joint in robot.single_joints if joint.kind != "free"]
+    ratios = {robot.gear_ratios[joint.name]: joint.name for joint in single if abs(robot.gear_ratios.get(joint.name, 1.0)) != 1.0}
+    if ratios and model.unknown.any():
+        listed_ratios = few([f"{name} {ratio:g}" for ratio, name in ratios.items()], 2)
+        texts.append(f"the file gives gear ratios without the inertia of a rotor ({listed_ratios}), which --rotor takes")
+    if unknown := [joint.name for joint in single if model.unknown[joint.v].any()]:
+        whose = "drives unknown" if len(unknown) == len(single) else f"drives of {few(unknown, 2, what=' joints')} unknown"
+        trunk = profile.bracket[0]
+        times = (trunk.locked or 0.0) / trunk.as_modelled if trunk.as_modelled else math.inf
+        more = (
+            f": the shock of the trunk may be up to {times:{'.0f' if times >= 10.0 else '.2g'}} times larger (locked)"
+            if math.isfinite(times) and times > 1
+            else ""
+        )
+        texts.append(f"{whose}{more}")
+    if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
+        when = f"; they count after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
+        texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")
+    return texts
 
 
 def posture_text(profile: ShockProfile) -> str:

@@ -43,6 +43,7 @@ class BatchRow:
         contact: what strikes; frames with + between them.
         trunk: name of the trunk.
         joint_model: free, geared, locked or mixed.
+        drives: where the drives are from, such as "drives of go2, derived"; empty if they are the file's or the scene's.
         values: the quantities by name, those of bodies and points at the trunk (its centre of mass) unless places are named, of
             several places the worst; None where there is none.
         sensors: shock at each of the robot's sensors, and at each point of the scene [1].
@@ -55,6 +56,7 @@ class BatchRow:
     contact: str
     trunk: str
     joint_model: str
+    drives: str
     values: Mapping[str, float | None]
     sensors: Mapping[str, float]
     warnings: tuple[str, ...]
@@ -162,6 +164,7 @@ def _row(profile: ShockProfile, look: Callable[[ShockProfile], Any] | None, text
         contact=_contact(profile.scene),
         trunk=trunk.name,
         joint_model=profile.joint_model,
+        drives=profile.landing.joint_model.drives,
         values={name: _worst(profile, trunk, text) for name, text in texts.items()},
         sensors={point.frame: point.shock for point in profile.points},
         warnings=tuple(str(warning) for warning in profile.health.warnings),

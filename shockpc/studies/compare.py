@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -120,11 +120,19 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
             continue
         given = [name for pattern in (*joints.armature, *joints.rotor) for name in design.robot.match_joints(pattern)]
         covered = [name for name in design.robot.match_joints(change.pattern) if name in given]
-        if covered or joints.model == "free":
-            why = f'sets that of joint "{covered[0]}"' if covered else "makes all joints free"
+        file = joints.drives if joints.drives != "none" else None
+        if covered or joints.model == "free" or file:
+            why = (
+                f'sets that of joint "{covered[0]}"'
+                if covered
+                else f"takes the drives from {file}"
+                if file
+                else "makes all joints free"
+            )
             raise StudyError(f"change {change} has no effect, because the scene {why}; leave one of the two out")
+    robot = replace(design.robot, default_drives=None) if joints.drives == "none" else design.robot
     label = "; ".join([design.label, *map(str, changes)])
-    return Design(label, design.scene, changed(design.robot, changes), (*design.changes, *changes))
+    return Design(label, design.scene, changed(robot, changes), (*design.changes, *changes))
 
 
 def compare(designs: Iterable[Design], quantities: Sequence[str] = ()) -> Comparison:

@@ -76,9 +76,13 @@ def _notes(batch: Batch) -> Iterable[str]:
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
         yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean"
-    models = sorted({row.joint_model for row in rows})
-    if models == ["free"]:
-        yield "joints are free, since nothing gives a reflected inertia; stiff gearboxes change the results considerably"
+    if drives := [row.drives for row in rows if row.drives]:
+        yield "; ".join(
+            [*dict.fromkeys(drives), *(["--drives none for free joints"] if rows[0].scene.joints.drives is None else [])]
+        )
+    if free := list(dict.fromkeys(row.robot for row in rows if row.joint_model == "free" and not row.drives)):
+        what = "joints are free, since nothing gives a reflected inertia; stiff gearboxes change the results considerably"
+        yield what if len(free) == len({row.robot for row in rows}) else f"{', '.join(free)}: {what}"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
         yield "of several IMUs the one with the greatest shock; CSV and JSON hold all"
     if any(row.values["shock_max"] is None for row in rows):

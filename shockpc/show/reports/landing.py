@@ -235,7 +235,10 @@ def _points_sheet(profile: ShockProfile) -> Sheet:
 def _bracket_sheet(profile: ShockProfile) -> Sheet:
     """The same landing with free joints, with the joints as modelled, and with locked joints."""
     header = ("shock at", "joints free [-]", "as modelled [-]", "joints locked [-]")
-    notes = ("–: not solvable with that joint model",) if any(None in row for row in profile.bracket) else ()
+    notes = ["–: not solvable with that joint model"] * any(None in row for row in profile.bracket)
+    notes += ["free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield during the impact"]
+    if profile.landing.joint_model.springs.any():
+        notes += ["locked is no bound here, because springs yield"]
     return Sheet("effect of the joint model", header, profile.bracket, notes)
 
 
@@ -368,7 +371,8 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
 def _balance_lines(profile: ShockProfile) -> list[str]:
     """Energy, effective masses, impact mitigation and the closing of loops; one line each."""
     share = "" if profile.energy_share is None else f", {100.0 * profile.energy_share:.3g} % of the kinetic energy before impact"
-    lines = [f"energy lost: {profile.energy_lost:.4g} J{share}"]
+    lost = f"{profile.energy_lost:.4g} J{share}" if math.isfinite(profile.energy_lost) else "not determined: a motor does work"
+    lines = [f"energy lost: {lost}"]
     for contact in profile.contacts:
         sticking = "" if contact.effective_mass == contact.mass_sticking else " (if it sticks)"
         mitigation = NO_MITIGATION if contact.mitigation is None else f"impact mitigation factor{sticking} {contact.mitigation:.3f}"

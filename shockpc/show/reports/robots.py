@@ -9,6 +9,7 @@ from shockpc.model.dynamics import PINOCCHIO
 from shockpc.model.posture import reference_name
 from shockpc.printed import few, printable
 from shockpc.robot.checkup import check_robot
+from shockpc.robot.drives import Drive, catalogue_drives
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.record import Robot
 from shockpc.show.document import record
@@ -61,6 +62,7 @@ def _known(name: str, robot: Robot | None) -> dict[str, Any]:
 
 def robot_report(robot: Robot) -> Report:
     """The contents of a robot, and the check-up of its file."""
+    drives = catalogue_drives(robot.source.name)
     bodies, joints, findings = _bodies(robot), _joints(robot), check_robot(robot)
     reading = _second_reading(robot) if robot.source.kind == "urdf" else None
     checkup = [f"{finding.level}: {finding.where}: {finding.text}" for finding in findings] or ["nothing found"]
@@ -71,6 +73,7 @@ def robot_report(robot: Robot) -> Report:
             Lines(_lines(robot)),
             bodies,
             joints,
+            *([Lines(list(map(_drive_text, drives)), "drives known", whole=True)] if drives else []),
             Lines(checkup, "check-up", whole=True),
             *([] if reading is None else [Lines(reading, "second reader", whole=True)]),
         ],
@@ -86,6 +89,7 @@ def robot_report(robot: Robot) -> Report:
             "bodies": _records(("name", "kind", "parent", "mass"), bodies),
             "joints": _records(("name", "kind", "lower", "upper", "unit", "armature"), joints),
             "mimics": [record(mimic, "joint", "leaders", "offset") for mimic in robot.mimics],
+            "drives": [{**vars(drive), "armature": drive.reflected} for drive in drives],
             "check_up": findings,
             "second_reader": reading,
         },
@@ -108,6 +112,21 @@ def _second_reading(robot: Robot) -> list[str]:
     what = f"{reading.links} links, {reading.joints} joints, limits, mimics, inertias and placements at random configurations"
     lines = [f"warning: yourdfpy: {difference}" for difference in reading.differences] or [f"yourdfpy reads the same {what}"]
     return [*lines, *(f"note: yourdfpy's check: {fault}" for fault in reading.faults)]
+
+
+def _drive_text(drive: Drive) -> str:
+    """A drive with its status and source; one of a simulation model does not count by default."""
+    values = {
+        "rotor {:.3g} kg m²": drive.rotor_inertia,
+        "gear ratio {:g}": drive.gear_ratio,
+        "{:.3g} kg m² at the joint": drive.reflected,
+        "behind a spring of {:g} N m/rad": drive.drive_stiffness,
+        "spring of the joint {:g} N m/rad": drive.stiffness,
+    }
+    status = f"{drive.status}, not used by default" if drive.status == "simulation model" else drive.status
+    return (
+        f"{', '.join(drive.joint)}: {', '.join(t.format(x) for t, x in values.items() if x is not None)} ({status}; {drive.source})"
+    )
 
 
 def _lines(robot: Robot) -> list[tuple[str, str]]:

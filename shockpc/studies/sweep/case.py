@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 from shockpc.errors import StudyError
 from shockpc.model.contact import Contact
@@ -94,4 +94,5 @@ def _with_armature(scene: Scene, robot: Robot, pattern: str, value: float) -> Jo
     freed, found = robot.match_joints(pattern), joint_model(robot, scene.joints)
     kept = {name: float(found.armature[robot.joint(name).v.start]) for name in robot.joint_names if name not in freed}
     kept = {name: x for name, x in kept.items() if x > 0.0 and not found.locked[robot.joint(name).v].any()}
-    return replace(scene.joints, model="locked" if scene.joints.model == "locked" else "free", armature=kept, rotor={})
+    model: Literal["free", "locked"] = "locked" if scene.joints.model == "locked" else "free"
+    return replace(scene.joints, model=model, drives="none", armature=kept, rotor={})

@@ -1,0 +1,137 @@
+"""Drives of robots, read from TOML: rotors behind gearboxes, and springs.
+
+The drives of the robots that are known by name stand in robots/drives.toml, with their sources; a file of a user has the same form.
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from shockpc.core.spatial import freeze
+from shockpc.errors import SceneError
+from shockpc.robot.catalogue import own_robots_folder
+from shockpc.robot.record import Drives, Robot
+from shockpc.toml import LARGEST, checked, reading
+
+__all__ = ["Drive", "catalogue_drives", "default_drives", "drives_of", "read_drives"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """The drive of some joints.
+
+    Attributes:
+        joint: names or globs of joints.
+        robot: names of robots; all if none is given.
+        armature: reflected inertia [kg m²; kg for a prismatic joint].
+        rotor_inertia: of the rotor about its own axis [kg m²].
+        gear_ratio: turns of the rotor for one of the joint [1].
+        drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
+        stiffness: of a spring of the joint itself [N m/rad, N/m].
+        status: published; derived from parts that are published; or of a simulation model.
+        source: where it is from.
+    """
+
+    joint: tuple[str, ...]
+    robot: tuple[str, ...] = ()
+    armature: float | None = None
+    rotor_inertia: float | None = None
+    gear_ratio: float | None = None
+    drive_stiffness: float | None = None
+    stiffness: float | None = None
+    status: Literal["published", "derived", "simulation model"] | None = None
+    source: str = ""
+
+    @property
+    def reflected(self) -> float | None:
+        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None where it is not known."""
+        if self.rotor_inertia is None or self.gear_ratio is None:
+            return self.armature
+        return self.rotor_inertia * self.gear_ratio**2
+
+
+@dataclass(frozen=True, kw_only=True)
+class _File:
+    """A file of drives."""
+
+    drive: tuple[Drive, ...]
+
+
+def read_drives(path: Path) -> tuple[Drive, ...]:
+    """The drives of a file.
+
+    Raises:
+        SceneError: it cannot be read, or a drive has a value that no drive has.
+    """
+    faults: list[str] = []
+    with reading(path, "drives", SceneError) as table:
+        file: _File | None = checked(table, _File, "", faults)
+        for number, drive in enumerate(file.drive if file else (), start=1):
+            where = f"drive {number} ({', '.join(drive.joint)})"
+            for key in ("armature", "rotor_inertia", "drive_stiffness", "stiffness"):
+                value = getattr(drive, key)
+                least = "above zero" if key.endswith("stiffness") else "zero or above"
+                if value is not None and not (0.0 < value <= LARGEST or (value == 0.0 and not key.endswith("stiffness"))):
+                    faults.append(f"{where}: {key} is {value:g}; it has to be {least}, and at most {LARGEST:g}")
+            if drive.rotor_inertia is not None and (drive.gear_ratio is None or drive.armature is not None):
+                faults.append(f"{where} needs rotor_inertia and gear_ratio, or armature alone")
+            elif (reflected := drive.reflected) is not None and not reflected <= LARGEST:
+                faults.append(f"{where} has a reflected inertia of {reflected:g}; at most {LARGEST:g} is computed")
+            elif reflected is drive.drive_stiffness is drive.stiffness is None:
+                faults.append(f"{where} gives neither an inertia nor a stiffness")
+        if file is None or faults:
+            raise SceneError("; ".join(faults))
+    return file.drive
+
+
+@functools.cache
+def _all_drives() -> tuple[Drive, ...]:
+    """The drives of robots/drives.toml."""
+    return read_drives(own_robots_folder() / "drives.toml")
+
+
+def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
+    """The drives that are known of a robot of the catalogue, with those of simulation models."""
+    return () if name is None else tuple(drive for drive in _all_drives() if name in drive.robot)
+
+
+def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
+    """The drives of a robot's joints as arrays; later ones replace earlier ones of the same joint.
+
+    Args:
+        robot: the robot.
+        drives: those that are of this robot, or of all, count.
+        label: what the drives are called.
+
+    Raises:
+        UnknownName: a pattern fits no joint of the robot.
+        SceneError: none of the drives is of this robot.
+    """
+    chosen = [drive for drive in drives if not drive.robot or {robot.source.name, robot.name} & set(drive.robot)]
+    if not chosen:
+        raise SceneError(f'{label} has no drive of robot "{robot.name}"; name it under robot, or leave that key out')
+    found = Drives.none(robot.model.nv)._replace(label=label)
+    for drive in chosen:
+        inertia = drive.reflected or 0.0
+        for name in (name for pattern in drive.joint for name in robot.match_joints(pattern)):
+            v = robot.joint(name).v
+            found.known[v] = True
+            found.armature[v] = inertia if drive.drive_stiffness is None else 0.0
+            found.rotor[v] = 0.0 if drive.drive_stiffness is None else inertia
+            found.drive_stiffness[v] = np.inf if drive.drive_stiffness is None else drive.drive_stiffness
+            found.stiffness[v] = drive.stiffness or 0.0
+    freeze(found)
+    return found
+
+
+def default_drives(robot: Robot) -> Drives | None:
+    """The published and derived drives of a robot of the catalogue; None where its own file gives reflected inertia."""
+    known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in ("published", "derived")]
+    if not known or robot.model.armature.any():
+        return None
+    status = " and ".join(dict.fromkeys(str(drive.status) for drive in known))
+    return drives_of(robot, known, f"drives of {robot.source.name}, {status}")

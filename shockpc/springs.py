@@ -1,0 +1,50 @@
+"""From which time after the impact springs count: those of joints, and those between joints and their rotors.
+
+In the instant of an impact a spring gives no impulse, because it has not moved. Afterwards the robot, with its contacts held,
+swings on its springs; the motion is that of the generalised eigenproblem K φ = ω² M φ in the geometry at the impact.
+"""
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.landing import PosedLanding
+
+__all__ = ["spring_times"]
+
+TAKES_PART = 0.1
+"""Share of the elastic energy of a mode in a spring from which on the spring takes part in it."""
+
+
+def spring_times(landing: PosedLanding) -> Array:
+    """The time (nv,) from which on the spring of each joint counts [s].
+
+    It is a quarter of the period of the slowest mode that the spring takes part in. A rotor of unknown inertia behind a spring
+    counts as held, which gives an earlier time. Infinite for joints without a spring, and where it cannot be deflected while the
+    contacts are held.
+    """
+    model, equation = landing.joint_model, landing.equation(landing.state)
+    times = np.full(len(model.armature), np.inf)
+    H, G = equation.H[0], np.eye(len(times)) if equation.G is None else equation.G[0]
+    scale = 1.0 / np.sqrt(np.diagonal(H))
+    # Scaled to a unit diagonal, rows of forces and of moments compare.
+    _, sizes, rows = np.linalg.svd(equation.J_c[0] * scale)
+    rank = int(np.count_nonzero(sizes > 1e-9 * sizes.max(initial=0.0)))
+    basis = scale[:, None] * rows[rank:].T
+    M, velocities = basis.T @ H @ basis, G @ basis
+    joints = np.flatnonzero(model.springs)
+    behind = np.array([v for v in joints if model.rotor[v] > 0.0], dtype=int)
+    held = np.array([v for v in joints if model.stiffness[v] > 0.0], dtype=int)
+    held_rotor = np.array([v for v in joints if np.isfinite(model.drive_stiffness[v]) and not model.rotor[v]], dtype=int)
+    own = np.concatenate([held, held_rotor])
+    n, s = len(M), len(behind)
+    full = np.zeros((n + s, n + s))
+    full[:n, :n], full[n:, n:] = M, np.diag(model.rotor[behind])
+    B = np.zeros((len(own) + s, n + s))
+    B[: len(own), :n], B[len(own) :, :n], B[len(own) :, n:] = velocities[own], velocities[behind], -np.eye(s)
+    k = np.concatenate([model.stiffness[held], model.drive_stiffness[held_rotor], model.drive_stiffness[behind]])
+    U, sigma, _ = np.linalg.svd(np.sqrt(k)[:, None] * np.linalg.solve(np.linalg.cholesky(full), B.T).T, full_matrices=False)
+    moving = sigma > 1e-9 * sigma.max(initial=0.0)
+    for row, v in enumerate([*own, *behind]):
+        slowest = sigma[moving & (U[row] ** 2 >= TAKES_PART)].min(initial=np.inf)
+        times[v] = min(times[v], np.pi / (2.0 * slowest) if np.isfinite(slowest) else np.inf)
+    return times
