@@ -112,6 +112,8 @@ CHANGES = {
     'dog_description = "dog"': 'dog_description = "cat"',
     'reference = "standing"': 'reference = "crouched"',
     'model = "geared"': 'model = "locked"',
+    'drives = "none"': 'drives = "nosuch.toml"',
+    "stiffness = { rf_hip = 300 }": "",
     'locked = ["lh_hip"]': "",
     'kind = "point"\ndirections': 'kind = "frame"\ndirections',
     'kind = "point"\nrestitution': 'kind = "flat"\nrestitution',
