@@ -127,14 +127,19 @@ class Impact:
                 velocities[:, :, k] = self.exact(block.velocity)
         return velocities
 
+    @property
+    def reference_velocities(self) -> Any:
+        """Velocities (N, S, k, 3) before the impact of which the fastest normalises shock: contacts, or centre of mass [m/s]."""
+        if self.landing.scene.v_in != "com":
+            return self.approach
+        bodies = range(len(self.landing.robot.bodies))
+        velocity = self.velocities_before(bodies, self.points(bodies, self.coms))
+        return (np.sum(velocity * self.masses[:, None], axis=-2) / np.sum(self.masses))[..., None, :]
+
     @functools.cached_property
     def v_in(self) -> Any:
         """Speed (N, S) by which shock is normalised, of the fastest contact or of the centre of mass [m/s]."""
-        if self.landing.scene.v_in == "com":
-            bodies = range(len(self.landing.robot.bodies))
-            velocity = self.velocities_before(bodies, self.points(bodies, self.coms))
-            return norm(np.sum(velocity * self.masses[:, None], axis=-2) / np.sum(self.masses))
-        speeds = norm(self.approach)
+        speeds = norm(self.reference_velocities)
         return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
 
     @property

@@ -244,7 +244,7 @@ class ShockProfile:
             return out
         where = [places[k] for k in moving]
         if wanted.key in ("shock_free", "shock_locked"):
-            other = self._with_joints(wanted.key.removeprefix("shock_"))
+            other = self.proof_with(wanted.key.removeprefix("shock_"))
             shock = quantity("point", "shock")
             out[moving] = np.nan if other is None else other.read(lambda impact: evaluate(shock, impact, where))[0, 0]
         elif wanted.compute is None:
@@ -254,8 +254,8 @@ class ShockProfile:
             out[moving] = self.proof.read(lambda impact: evaluate(wanted, impact, where))[0, 0]
         return out
 
-    def _with_joints(self, name: str) -> Proof | None:
-        """The proof of the same landing with free or locked joints; None where that has no verdict."""
+    def proof_with(self, name: str) -> Proof | None:
+        """The proof of the same landing with "free" or "locked" joints; None where that has no verdict."""
         return self._other_joints[name]
 
     @cached_property
@@ -320,6 +320,15 @@ class ShockProfile:
     def v_in(self) -> float:
         """Speed by which shock is normalised, of the fastest contact or of the centre of mass [m/s]."""
         return float(self.value("v_in", "robot")[0])
+
+    @property
+    def reference_velocities(self) -> Array:
+        """(k, 3) velocities before the impact of which the fastest has the speed `v_in`: contacts or centre of mass [m/s]."""
+        return read_only(
+            self.proof.read(
+                lambda impact: impact.rounded(impact.reference_velocities[0, 0], lambda _: self.landing.fastest_approach)
+            )
+        )
 
     @property
     def approach(self) -> Array:

@@ -14,7 +14,7 @@ from shockpc.model.rows import Block, Equation, block_axes, row_jacobian, row_te
 from shockpc.printed import few, listed
 from shockpc.robot.record import Robot
 
-__all__ = ["UNPHYSICAL", "body_speeds", "greatest_motion", "independent_rows", "solve_exactly"]
+__all__ = ["UNPHYSICAL", "body_speeds", "greatest_motion", "independent_rows", "solve_exactly", "speeds_left"]
 
 UNPHYSICAL = 1e6
 """Motion relative to the strike beyond which it is that of a singular posture, and not physically plausible [1]."""
@@ -103,6 +103,17 @@ def _without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
         "does not resist turning about it), or lock the joints with --lock",
         bodies=names,
     )
+
+
+def speeds_left(proof: Proof) -> Array:
+    """What is left along the dependent rows (n, 4) of the speeds that an impact undoes [m/s, rad/s]; columns as of `Proof.jumps`.
+
+    A strike for which something is left contradicts the rows, and has no solution.
+    """
+    landing = proof.landing
+    b = landing.equation(landing.state).b[0]
+    left = row_jacobian(landing.state, landing.blocks)[0] @ proof.delta_qd + b
+    return np.asarray(np.delete(left, proof.choice.rows, axis=0))
 
 
 def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:

@@ -514,10 +514,11 @@ def test_outputs_replace_neither_inputs_nor_one_another(capfd, here, words, text
 
 
 def test_folder_of_results(capfd, here):
-    """JSON, CSV, JUnit and Markdown of one check; the CSV has a number in each column of numbers."""
+    """JSON, CSV, JUnit, Markdown and HTML of one check; the CSV has a number in each column of numbers."""
     write(here, ANGLES.replace("[0,", "[-10, 0,"), PASSES, FAILS)
     run(capfd, "check", "--out", "out")
-    assert {path.name for path in (here / "out").iterdir()} == {"check.json", "check.csv", "report.md", "junit.xml", MANIFEST}
+    files = {"check.json", "check.csv", "report.html", "report.md", "junit.xml", MANIFEST}
+    assert {path.name for path in (here / "out").iterdir()} == files
     with (here / "out" / "check.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     found = json.loads((here / "out" / "check.json").read_text())["outcomes"]

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import pytest
@@ -10,6 +11,7 @@ from commands import run
 from robot_texts import joint, link, urdf
 
 from shockpc.show.files import MANIFEST
+from shockpc.show.html import plotly
 
 NAMES = (
     "::error::x", "  ::add-mask::x", "##[error]x", "##vso[task.complete]x", "\x85::error::x", "\x9b31mred", "\u202eright", "\u200b",
@@ -99,6 +101,18 @@ def check_markdown(text):
         assert not re.search(r"(?<!\\)" + markup, "".join(line for line in own.splitlines(True) if not line.startswith("    ")))
 
 
+def check_html(text):
+    """No element comes from a name: those of the page are as many as its script and tables need."""
+    page = HTMLParser()
+    tags, attributes = [], []
+    page.handle_starttag = lambda tag, attrs: (tags.append(tag), attributes.extend(attrs))
+    page.feed(text)
+    assert tags.count("script") == 3
+    assert not {"a", "iframe", "link", "object", "form", "base"} & set(tags)
+    assert all(value.startswith("data:image/svg+xml;base64,") for name, value in attributes if name in ("src", "href"))
+    assert [name for name, _ in attributes if name.startswith("on")] == []
+
+
 CHECKS = {"markdown": check_markdown, "csv": check_csv, "json": json.loads, "junit": ElementTree.fromstring}
 SUFFIXES = {
     ".md": check_markdown,
@@ -106,7 +120,13 @@ SUFFIXES = {
     ".json": json.loads,
     ".svg": ElementTree.fromstring,
     ".xml": ElementTree.fromstring,
+    ".html": check_html,
 }
+
+
+def read(path):
+    """The text of a file, without Plotly's own script."""
+    return path.read_text(encoding="utf-8").replace(plotly().read_text(encoding="utf-8"), "")
 
 
 @pytest.mark.parametrize(
@@ -124,7 +144,7 @@ def test_names_of_a_robot(capfd, here, command, format_):
     CHECKS.get(format_, str)(outcome.out)
     for path in (here / "out").rglob("*"):
         if path.suffix in SUFFIXES and path.name != MANIFEST:
-            text = path.read_text(encoding="utf-8")
+            text = read(path)
             check_text(text)
             SUFFIXES[path.suffix](text)
 
@@ -143,5 +163,5 @@ def test_names_of_budgets(capfd, here, format_):
     check_text(outcome.err)
     CHECKS.get(format_, str)(outcome.out)
     for path in (here / "out").iterdir():
-        check_text(path.read_text(encoding="utf-8"))
-        SUFFIXES.get(path.suffix, str)(path.read_text(encoding="utf-8"))
+        check_text(read(path))
+        SUFFIXES.get(path.suffix, str)(read(path))

@@ -179,7 +179,7 @@ def rows(path: Path) -> list[list[str]]:
     return list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
 
 
-FILES = {"profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.md", "shock.svg", "shock.png"}
+FILES = {"profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.html", "report.md", "shock.svg", "shock.png"}
 
 
 def test_folder_of_a_landing(tmp_path, profile):
@@ -204,6 +204,7 @@ def test_folder_of_a_landing(tmp_path, profile):
 def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, only its own files."""
     write_folder(tmp_path, landings_report([profile, profile], ["a", "b"]).files())
-    assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in FILES} | {"summary.csv", "summary.md"}
+    own, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "summary.md"}
+    assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in own} | shared
     write_folder(tmp_path, landings_report([profile], ["a"]).files())
     assert listing(tmp_path) == FILES

@@ -77,11 +77,12 @@ def check(
         "FORMAT[=FILE]",
         report,
     ),
-    out: Path | None = in_output("Write JSON, CSV, JUnit and Markdown into this folder.", "DIR", out_folder),
+    out: Path | None = in_output("Write JSON, CSV, JUnit, Markdown and report.html into this folder.", "DIR", out_folder),
 ) -> int:
+    from shockpc.cli.output import write_report
     from shockpc.cli.progress import progress
     from shockpc.errors import OutputError, StudyError
-    from shockpc.show.files import destination, write_file, write_folder
+    from shockpc.show.files import destination, write_file
     from shockpc.show.reports.check import append_summary, check_report
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
@@ -111,7 +112,7 @@ def check(
         else:
             write_file(file, result.text(name))
     if out is not None:
-        write_folder(out, result.files())
+        write_report(result, out)
     if baseline is not None and update_baseline:
         if checked.count("not computed"):
             print_error(f'"{baseline}" is left as it was, because a number could not be computed')

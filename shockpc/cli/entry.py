@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from shockpc.cli.process import prepare, print_error, received, write_stdout
+from shockpc.cli.process import command, prepare, print_error, received, write_stdout
 from shockpc.errors import ShockError, SolveError
 from shockpc.paths import inputs
 from shockpc.printed import visible
@@ -41,6 +41,7 @@ def main(words: Sequence[str]) -> int:
     """
     printed = io.StringIO()
     inputs.clear()
+    command[:] = ["shockpc", *words]
     try:
         from shockpc.cli.app import app_for
 

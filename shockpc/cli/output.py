@@ -1,21 +1,23 @@
 """What a command produces: standard output, files, scenes."""
 
 import os
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from shockpc.cli.options import OutputOptions
-from shockpc.cli.process import print_error
+from shockpc.cli.process import command, print_error
 from shockpc.cli.progress import ShownTrace
 from shockpc.errors import OutputError
 from shockpc.scene import Scene
 from shockpc.show.files import write_folder
+from shockpc.show.html import INSTALL, plotly
 
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
 
-__all__ = ["emit", "file_names", "scene_files"]
+__all__ = ["emit", "file_names", "scene_files", "write_report"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
@@ -37,12 +39,19 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
 def emit(report: "Report", output: OutputOptions) -> None:
     """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error."""
     if output.out is not None:
-        with ShownTrace().stage("figures and files"):
-            write_folder(output.out, report.files())
+        write_report(report, output.out)
     sys.stdout.write(report.text(output.format))
     if output.format == "csv":
         for line in dict.fromkeys(line for part in (*report.parts.values(), report) for line in part.warnings):
             print_error(line)
+
+
+def write_report(report: "Report", folder: Path) -> None:
+    """Write the files of a report; a line on standard error says what report.html would need."""
+    with ShownTrace().stage("figures and files"):
+        write_folder(folder, report.files(shlex.join(command)))
+    if report.landings and plotly() is None:
+        print_error(INSTALL)
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

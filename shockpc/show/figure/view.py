@@ -15,7 +15,7 @@ from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
 from shockpc.robot.record import Robot
 from shockpc.show.figure.silhouette import Region, silhouette, surface, to_plane
 
-__all__ = ["Drawn", "Field", "View", "Window", "body_shapes", "field_of", "view_of", "windows_of"]
+__all__ = ["Drawn", "Field", "View", "Window", "body_shapes", "field_of", "numbered", "view_of", "windows_of"]
 
 FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
@@ -103,18 +103,11 @@ def view_of(profile: ShockProfile) -> View:
     corners = to_plane(np.concatenate(world), plane)
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = float((high - low).max())
-    struck = {0}
-    for contact in profile.scene.contact:
-        i = robot.frame(contact.frame).body
-        while i > 0:
-            struck.add(i)
-            i = robot.parents[i]
+    struck = _struck(profile)
     limb = struck - {0}
     for i, parent in enumerate(robot.parents):
         if parent in limb:  # parents come first
             limb.add(i)
-    masses = [body.mass for body in robot.bodies]
-    chosen = range(len(masses)) if len(masses) <= FEW else sorted({*struck, int(np.argmax(masses))})
     directions = [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in (plane.e1, plane.e2)]
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
     shaped = [region for region, box in zip(regions, boxed, strict=True) if not box and not region.is_empty]
@@ -133,7 +126,7 @@ def view_of(profile: ShockProfile) -> View:
     centres = to_plane(profile.copc_world, plane)
     return View(
         drawn=tuple(drawn),
-        numbers={i: n for n, i in enumerate(chosen, start=1)},
+        numbers={i: n for n, i in enumerate(numbered(profile), start=1)},
         names=profile.scene.plane if isinstance(profile.scene.plane, str) else directions,
         low=low,
         high=high,
@@ -150,6 +143,23 @@ def _extent_of(region: Region) -> float:
     """The longer side of a region [m]; zero if it is empty."""
     low_u, low_w, high_u, high_w = region.bounds
     return 0.0 if region.is_empty else max(high_u - low_u, high_w - low_w)
+
+
+def numbered(profile: ShockProfile) -> Sequence[int]:
+    """The bodies that have numbers: all of a small robot; else those between contacts and base, and the heaviest."""
+    masses = profile.robot.masses
+    return range(len(masses)) if len(masses) <= FEW else sorted({*_struck(profile), int(np.argmax(masses))})
+
+
+def _struck(profile: ShockProfile) -> set[int]:
+    """The bodies between contacts and base."""
+    robot, struck = profile.robot, {0}
+    for contact in profile.scene.contact:
+        i = robot.frame(contact.frame).body
+        while i > 0:
+            struck.add(i)
+            i = robot.parents[i]
+    return struck
 
 
 def field_of(profile: ShockProfile, body: int, points: Array) -> Field:

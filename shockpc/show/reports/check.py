@@ -46,6 +46,7 @@ def check_report(check: Check) -> Report:
         },
         formats={"junit": lambda: _junit(check), "github": lambda: _github_commands(check)},
         more=lambda: {"junit.xml": _junit(check)},
+        landings=check.profiles,
     )
 
 

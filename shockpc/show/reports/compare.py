@@ -41,6 +41,7 @@ def compare_report(comparison: Comparison) -> Report:
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: _all(comparison, letters)},
         document=lambda: _document(comparison),
+        landings={f"{k}: {design.label}": profile for k, design, profile in zip(letters, designs, profiles, strict=True)},
     )
 
 

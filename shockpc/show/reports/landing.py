@@ -63,6 +63,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
             "contacts": lambda: contacts_sheet(profile),
         },
         document=lambda: document(profile),
+        landings={contact_name(profile): profile},
     )
 
 
@@ -81,7 +82,15 @@ def landings_report(
     if len(parts) == 1:
         return next(iter(parts.values()))
     sheet = functools.partial(_side_by_side, profiles, bodies)
-    return Report(name="summary", page="summary", body=lambda _: [sheet()], sheets={"summary": sheet}, document=dict, parts=parts)
+    return Report(
+        name="summary",
+        page="summary",
+        body=lambda _: [sheet()],
+        sheets={"summary": sheet},
+        document=dict,
+        landings=dict(zip(names, profiles, strict=True)),
+        parts=parts,
+    )
 
 
 def _summary(profile: ShockProfile) -> list[tuple[str, str]]:

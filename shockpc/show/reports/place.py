@@ -33,6 +33,7 @@ def place_report(study: PlaceStudy) -> Report:
         warnings=[*failed, *(f"warning: {text}" for text in (*study.region.warnings, *_warnings(study)))],
         sheets={"places": lambda: _places(study), "landings": lambda: _landings(study)},
         document=lambda: _document(study),
+        landings=dict(zip(study.landings, study.profiles, strict=True)),
     )
 
 

@@ -5,7 +5,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from shockpc.result import ShockProfile
 from shockpc.show.document import headed, json_text
+from shockpc.show.html import plotly
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped
 
 __all__ = ["Block", "Picture", "Report"]
@@ -56,6 +58,7 @@ class Report:
         document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
         formats: texts in formats of other programs, by the name of the format.
         more: contents of further files by name.
+        landings: those that report.html shows in three dimensions, by name; without any there is no such file.
         parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
             body of this report, which then has no document of its own, follows.
     """
@@ -70,6 +73,7 @@ class Report:
     document: Callable[[], Any]
     formats: Mapping[str, Callable[[], str]] = field(default_factory=dict)
     more: Callable[[], Mapping[str, str]] = dict
+    landings: Mapping[str, ShockProfile] = field(default_factory=dict)
     parts: Mapping[str, "Report"] = field(default_factory=dict)
 
     def text(self, format_: str) -> str:
@@ -87,13 +91,25 @@ class Report:
         """The document with its head, or a list of those of several results."""
         return [part.json() for part in self.parts.values()] if self.parts else headed(self.name, self.document())
 
-    def files(self) -> dict[str, str | bytes]:
-        """The files of a folder by name: figures, CSV, Markdown and JSON; several results have a folder each."""
+    def files(self, command: str = "") -> dict[str, str | bytes]:
+        """The files of a folder by name: figures, CSV, Markdown and JSON; several results have a folder each.
+
+        Landings are shown in report.html too, if Plotly is installed. Args: command, that made the report.
+        """
+        files, library = self._files(), plotly()
+        if not self.landings or library is None:
+            return files
+        from shockpc.show.html.page import page
+
+        return {**files, "report.html": page(self, files, library, command)}
+
+    def _files(self) -> dict[str, str | bytes]:
+        """The files without report.html."""
         body = list(self.body(True))
         pictures = [block for block in body if isinstance(block, Picture)]
         document = {} if self.parts else {f"{self.name}.json": self.text("json")}
         return {
-            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part.files().items()},
+            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part._files().items()},
             **{file: content for picture in pictures for file, content in picture.files().items()},
             **{f"{name}.csv": as_csv(sheet()) for name, sheet in self.sheets.items()},
             f"{self.page}.md": self._markdown(body, figures=True),

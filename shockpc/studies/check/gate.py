@@ -7,7 +7,7 @@ computed by `shock_profile`, so that each compared number is the midpoint of a p
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -17,6 +17,7 @@ from shockpc.places import Place
 from shockpc.printed import printable
 from shockpc.profile import shock_profile
 from shockpc.quantities.quantity import Quantity
+from shockpc.result import ShockProfile
 from shockpc.robot.names import match
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
@@ -86,6 +87,7 @@ class Check:
         landings: number of landings computed.
         error_bound: proven error of the jumps of velocity, relative to each body's motion, the largest of all [1].
         notes: warnings of the landings, and what was not compared.
+        profiles: the first landing of each case that was computed; its other strike angles are products with its maps.
     """
 
     path: Path | None
@@ -94,6 +96,7 @@ class Check:
     landings: int
     error_bound: float
     notes: tuple[str, ...]
+    profiles: dict[str, ShockProfile] = field(default_factory=dict, repr=False)
 
     def count(self, status: str) -> int:
         """Number of outcomes of a status."""
@@ -146,11 +149,14 @@ def check_budgets(
         notes.append("without a baseline no baseline_tolerance was checked")
     done: Callable[[str], object] = progress(len(planned)) if progress is not None else str
     outcomes: list[Outcome] = []
+    profiles: dict[str, ShockProfile] = {}
     bound = 0.0
     for one in planned:
-        computed, own_bound, warnings = _computed(given, baseline, one)
+        computed, profile, warnings = _computed(given, baseline, one)
         outcomes += computed
-        bound = max(bound, own_bound)
+        if profile is not None:
+            bound = max(bound, float(profile.proof.bounds.max()))
+            profiles.setdefault(one.case.name, profile)
         notes += [f"warning of {printable(one.case.name)}: {warning}" for warning in warnings]
         done(one.case.name)
     return Check(
@@ -160,6 +166,7 @@ def check_budgets(
         landings=len(planned),
         error_bound=bound,
         notes=tuple(dict.fromkeys(notes)),
+        profiles=profiles,
     )
 
 
@@ -204,16 +211,16 @@ def _places(landing: PosedLanding, quantity: Quantity, at: str) -> tuple[Place, 
     return places_at(landing, quantity, at)
 
 
-def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> tuple[list[Outcome], float, list[str]]:
-    """The outcomes of one landing, the proven error of its jumps, and its warnings."""
+def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> tuple[list[Outcome], ShockProfile | None, list[str]]:
+    """The outcomes of one landing, its profile if it was computed, and its warnings."""
     numbers: dict[int, Any] = {k: [math.nan] * len(places) for k, places in planned.asked.items()}
-    bound, warnings, refused = 0.0, list[str](), ""
+    profile, warnings, refused = None, list[str](), ""
     try:
         profile = shock_profile(planned.scene, planned.robot)
         numbers = {k: profile.numbers(given.budgets[k].selection, places) for k, places in planned.asked.items()}
-        bound, warnings = float(profile.proof.bounds.max()), [str(warning) for warning in profile.health.warnings]
+        warnings = [str(warning) for warning in profile.health.warnings]
     except Exception as error:
-        refused = str(refusal(error))
+        profile, refused = None, str(refusal(error))
     outcomes = []
     asked = [(k, place) for k, places in planned.asked.items() for place in places]
     for (k, place), number in zip(asked, itertools.chain(*numbers.values()), strict=True):
@@ -235,7 +242,7 @@ def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> t
                 reason="; ".join(reasons),
             )
         )
-    return outcomes, bound, warnings
+    return outcomes, profile, warnings
 
 
 def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]:

@@ -1,0 +1,15 @@
+"""The interactive report: one HTML file with landings in three dimensions, which needs no network and no server."""
+
+import importlib.util
+from pathlib import Path
+
+__all__ = ["INSTALL", "plotly"]
+
+INSTALL = 'report.html is not written, because it needs Plotly; install it with: pip install "shockpc[html]"'
+
+
+def plotly() -> Path | None:
+    """The file of Plotly's script, which is not imported; None if it is not installed."""
+    found = importlib.util.find_spec("plotly")
+    script = None if found is None or found.origin is None else Path(found.origin).parent / "package_data" / "plotly.min.js"
+    return script if script is not None and script.is_file() else None

@@ -1,0 +1,151 @@
+"""Surfaces of a robot's bodies with as many triangles as a screen shows.
+
+Vertices are merged in the cells of a grid, which keeps closed surfaces closed, at the point nearest to the planes of their
+triangles (Lindstrom 2000, "Out-of-core simplification of large polygonal models"). Long edges are divided, because shock is not
+linear between the corners of a large triangle.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.robot.geometry import Shape, facets
+
+__all__ = ["Surface", "surfaces"]
+
+FINEST, LONGEST = 1 / 2000, 1 / 30
+"""Smallest cell of the grid, and longest edge of a triangle, as shares of the robot's size."""
+
+FLAT = 1e-2
+"""Share of the largest curvature of a sum of squares below which a direction counts as flat; there a vertex stays at the mean."""
+
+
+class Surface(NamedTuple):
+    """Triangles.
+
+    Attributes:
+        vertices: (n, 3) [m].
+        triangles: (m, 3) indices into the vertices.
+    """
+
+    vertices: Array
+    triangles: np.ndarray
+
+
+def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
+    """The surface of each body, in its frame.
+
+    Args:
+        bodies: the shapes of each body.
+        most: number of triangles of all bodies together, about.
+    """
+    found = [_joined(_triangles(shape) for shape in own) for own in bodies]
+    size = max((float(np.ptp(one.vertices, axis=0).max()) for one in found if len(one.vertices)), default=1.0) or 1.0
+    cell = FINEST * size
+    for divide in (False, True):
+        found = [_divided(one, LONGEST * size) if divide else one for one in found]
+        while (count := sum(_count(one, cell) for one in found)) > most:
+            cell *= max(1.05, (count / most) ** 0.5)
+        found = [_clustered(one, cell) for one in found]
+    return found
+
+
+def _triangles(shape: Shape) -> Surface:
+    """The surface of one shape."""
+    if shape.mesh is not None:
+        return Surface(shape.mesh.vertices, shape.mesh.triangles)
+    corners: list[Array] = []
+    for facet in facets(shape):
+        if len(facet) > 3:  # a flat shape, whose corners are in no order
+            _, _, axes = np.linalg.svd(facet - facet.mean(axis=0))
+            x, y = axes[:2] @ (facet - facet.mean(axis=0)).T
+            facet = facet[np.argsort(np.arctan2(y, x))]
+        corners += [facet[[0, k, k + 1]] for k in range(1, len(facet) - 1)]
+    points = np.concatenate(corners) if corners else np.zeros((0, 3))
+    vertices, index = np.unique(points, axis=0, return_inverse=True)
+    return Surface(vertices, index.reshape(-1, 3))
+
+
+def _joined(parts: Iterable[Surface]) -> Surface:
+    """Several surfaces as one."""
+    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
+    for part in parts:
+        vertices.append(part.vertices)
+        triangles.append(part.triangles + count)
+        count += len(part.vertices)
+    return Surface(np.concatenate(vertices), np.concatenate(triangles))
+
+
+def _cells(surface: Surface, cell: float) -> np.ndarray:
+    """The number (n,) of the cell of each vertex."""
+    place = np.floor((surface.vertices - surface.vertices.min(axis=0, initial=0.0)) / cell).astype(np.int64)
+    width = place.max(axis=0, initial=0) + 1
+    return np.asarray((place[:, 0] * width[1] + place[:, 1]) * width[2] + place[:, 2])
+
+
+def _count(surface: Surface, cell: float) -> int:
+    """Number of triangles whose corners are in three different cells."""
+    a, b, c = _cells(surface, cell)[surface.triangles].T
+    return int(np.count_nonzero((a != b) & (b != c) & (c != a)))
+
+
+def _clustered(surface: Surface, cell: float) -> Surface:
+    """The surface with the vertices of each cell merged, without the triangles that vanish.
+
+    The merged vertex is the point nearest to the planes of all triangles at the cell, which keeps flat faces and their edges.
+    """
+    _, index = np.unique(_cells(surface, cell), return_inverse=True)
+    corners, triangles = surface.vertices[surface.triangles], index[surface.triangles]
+    count = int(index.max(initial=-1)) + 1
+    means = np.stack([np.bincount(index, x, count) for x in surface.vertices.T], axis=1) / np.bincount(index)[:, None]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    A, b = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    for k in range(3):
+        height = np.sum(normals * (corners[:, k] - means[triangles[:, k]]), axis=1)
+        for i in range(3):
+            b[:, i] += np.bincount(triangles[:, k], normals[:, i] * height, count)
+            for j in range(i + 1):
+                A[:, i, j] += np.bincount(triangles[:, k], normals[:, i] * normals[:, j], count)
+    A += np.tril(A, -1).swapaxes(1, 2)
+    trace = np.trace(A, axis1=1, axis2=2)[:, None, None]
+    A += np.where(trace > 0.0, FLAT * trace, 1.0) * np.eye(3)
+    merged = means + np.clip(np.linalg.solve(A, b[..., None])[..., 0], -cell, cell)
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    low, middle, high = np.sort(triangles, axis=1).T
+    _, first = np.unique((low * count + middle) * count + high, return_index=True)
+    used, index = np.unique(triangles[first], return_inverse=True)
+    return Surface(merged[used], index.reshape(-1, 3))
+
+
+def _divided(surface: Surface, longest: float) -> Surface:
+    """The surface with edges halved until none is longer than a limit [m]; both triangles at an edge are divided there."""
+    vertices, triangles = surface
+    while len(triangles):
+        ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1), axis=-1)
+        edges, index = np.unique(ends @ [len(vertices), 1], return_inverse=True)
+        low, high = np.divmod(edges, len(vertices))
+        long = np.linalg.norm(vertices[low] - vertices[high], axis=1) > longest
+        if not long.any():
+            break
+        middle = (len(vertices) + np.cumsum(long) - 1)[index].reshape(-1, 3)
+        vertices = np.concatenate([vertices, (vertices[low[long]] + vertices[high[long]]) / 2.0])
+        divide = long[index].reshape(-1, 3)
+        number = divide.sum(axis=1)
+        # Corners in an order in which the edges to divide come first.
+        first = np.where(number == 1, divide.argmax(axis=1), (divide.argmin(axis=1) + 1) % 3)
+        order = (first[:, None] + np.arange(3)) % 3
+        corners = np.concatenate([np.take_along_axis(part, order, axis=1) for part in (triangles, middle)], axis=1)
+        triangles = np.concatenate([corners[number == n][:, parts].reshape(-1, 3) for n, parts in enumerate(_PARTS)])
+    return Surface(vertices, triangles)
+
+
+_PARTS = (
+    [[0, 1, 2]],
+    [[0, 3, 2], [3, 1, 2]],
+    [[3, 1, 4], [0, 3, 4], [0, 4, 2]],
+    [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+)
+"""The parts of a triangle with corners 0, 1, 2 of which none, one, two or three edges are divided at 3 (of 0 and 1), 4 and 5."""

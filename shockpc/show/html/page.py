@@ -1,0 +1,326 @@
+"""The page: results of landings as data for `report.js`, which computes every other strike, and the tables of their report.
+
+All text is escaped here or set as `textContent` by the script; none reaches the drawing library as markup.
+"""
+
+import base64
+import html
+import itertools
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.pulse import peak_acceleration
+from shockpc.core.spatial import Array
+from shockpc.printed import printable
+from shockpc.quantities.bodies import ROUNDED
+from shockpc.quantities.points import point_velocity
+from shockpc.result import ShockProfile
+from shockpc.robot.record import Robot
+from shockpc.scene import GRAVITY, scene_text
+from shockpc.show.figure.picture import GOLD, letter
+from shockpc.show.figure.style import BANDS, CURVES, EDGES, INK, SHOCK
+from shockpc.show.figure.view import body_shapes, numbered
+from shockpc.show.html.meshes import surfaces
+from shockpc.show.reports.report import Block, Picture, Report
+from shockpc.show.tables import Cell, Lines, Sheet, rounded
+from shockpc.solve import speeds_left
+
+__all__ = ["page"]
+
+MOST_TRIANGLES, MOST_LANDINGS, SAMPLES = 90_000, 40, 400
+"""Limits of a page, which keep it below 8 MB; times at which a history is drawn."""
+
+LIMIT = 2.5
+"""Shock at the end of the scale of colours; the last band is open."""
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
+"""What a page may load: nothing."""
+
+CONTROLS = (
+    ("angle", "strike angle [deg]", "from the vertical, positive forward", -89, 89),
+    ("heading", "heading [deg]", "of the horizontal part, from forward to the left", -180, 180),
+    ("speed", "speed [m/s]", "of the base", 0.05, 10),
+)
+
+
+def page(report: Report, files: Mapping[str, str | bytes], library: Path, command: str) -> str:
+    """The page as text, complete in itself.
+
+    Args:
+        report: of landings; of more than `MOST_LANDINGS` the first are shown.
+        files: of the report by path; figures among them are printed.
+        library: the script of Plotly.
+        command: the command line, or nothing.
+    """
+    shown = dict(list(report.landings.items())[:MOST_LANDINGS])
+    here = Path(__file__).parent
+    data = json.dumps(_data(shown), allow_nan=False).replace("<", "\\u003c")
+    title = _text(report.title or f"Shock of {next(iter(shown.values())).robot.name}")
+    parts = [(name, report.parts[name]) for name in shown if name in report.parts]
+    blocks: list[tuple[str, int | None, list[Block], Report]]
+    blocks = [(f"{name}/", number, list(part.body(True)), part) for number, (name, part) in enumerate(parts)]
+    blocks.append(("", None, list(report.body(True)), report))
+    return "\n".join(
+        [
+            '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{title}</title><style>\n{(here / 'report.css').read_text('utf-8')}</style></head><body>",
+            f"<h1>{title}</h1>",
+            *(_section(number, *map(_block, _above(body))) for _, number, body, _ in blocks),
+            _view(shown, len(report.landings)),
+            *(_section(number, *_below(folder, body, part, files)) for folder, number, body, part in blocks),
+            *(_section(number, *_own(number, profile)) for number, profile in enumerate(shown.values())),
+            f"<h2>Command</h2><pre>{_text(command)}</pre>" if command else "",
+            f"<script>{library.read_text('utf-8')}</script>",
+            f'<script type="application/json" id="data">{data}</script>',
+            f"<script>\n{(here / 'report.js').read_text('utf-8')}</script></body></html>\n",
+        ]
+    )
+
+
+def _section(number: int | None, *parts: str) -> str:
+    """Parts of the page. Args: number, of the only landing that they are about."""
+    return f"<section{'' if number is None else f' data-landing={number}'}>{''.join(parts)}</section>"
+
+
+def _above(body: Sequence[Block]) -> list[Block]:
+    """The lines before the first figure or table."""
+    return list(itertools.takewhile(lambda block: isinstance(block, Lines), body))
+
+
+def _below(folder: str, body: Sequence[Block], report: Report, files: Mapping[str, str | bytes]) -> list[str]:
+    """Figures, which only paper shows, tables and lines. Args: folder, of the report's files."""
+    parts = ["<h2>Results for the strike of the scene</h2>"]
+    for block in body[len(_above(body)) :]:
+        if isinstance(block, Picture):
+            source = base64.b64encode(_encoded(files[f"{folder}{block.name}.svg"])).decode()
+            parts.append(f'<img class="figure" alt="{_text(block.caption)}" src="data:image/svg+xml;base64,{source}">')
+        else:
+            parts.append(_block(block))
+    warnings = "".join(f'<p class="warnings">{_text(line)}</p>' for line in report.warnings)
+    return [*parts, *(f"<p>{_text(line)}</p>" for line in report.closing), warnings]
+
+
+def _encoded(content: str | bytes) -> bytes:
+    return content if isinstance(content, bytes) else content.encode()
+
+
+def _own(number: int, profile: ShockProfile) -> Iterator[str]:
+    """Room for the histories of a landing, if its contacts are of finite stiffness, and its scene with relative paths."""
+    if profile.scene.contact_stiffness is not None:
+        yield '<h2 class="screen">Histories for the strike of the scene</h2>'
+        yield from (f'<div class="screen" id="history-{number}-{k}"></div>' for k in range(2))
+    lines = map(_text, scene_text(profile.scene, Path()).splitlines())
+    yield "<h2>Scene</h2><pre>{}</pre>".format("\n".join(lines))
+
+
+def _text(text: str) -> str:
+    """A text that HTML shows as it is."""
+    return html.escape(printable(text))
+
+
+def _block(block: Block) -> str:
+    """Lines or a table."""
+    if isinstance(block, Sheet):
+        return _table(block)
+    assert isinstance(block, Lines)
+    title = f"<h3>{_text(block.title)}</h3>" if block.title else ""
+    named = [(name, text) for name, text in (("", line) if isinstance(line, str) else line for line in block.lines)]
+    return title + f"<dl>{''.join(f'<dt>{_text(name)}</dt><dd>{_text(text)}</dd>' for name, text in named)}</dl>"
+
+
+def _table(sheet: Sheet) -> str:
+    """A table that a click on a heading sorts; numbers with all digits are in an attribute."""
+    numeric = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]
+    notes = "".join(f'<p class="note">{_text(note)}</p>' for note in sheet.notes)
+    rows = "".join(f"<tr>{''.join(map(_cell, row, numeric))}</tr>" for row in sheet.rows)
+    head = _head(sheet.header, numeric)
+    return f'<div class="scroll"><table><caption>{_text(sheet.title)}</caption>{head}<tbody>{rows}</tbody></table></div>{notes}'
+
+
+def _head(header: Sequence[str], numeric: Sequence[bool]) -> str:
+    cells = []
+    for title, right in zip(header, numeric, strict=True):
+        name, bracket, unit = title.partition(" [")
+        cells.append(f"<th{'' if right else ' class=name'}>{_text(name)}<small>{_text(bracket.strip() + unit)}</small></th>")
+    return f"<thead><tr>{''.join(cells)}</tr></thead>"
+
+
+def _cell(cell: Cell, numeric: bool) -> str:
+    value = f' data-v="{cell!r}"' if isinstance(cell, float) and math.isfinite(cell) else ""
+    return f"<td{value}{'' if numeric else ' class=name'}>{_text(rounded(cell))}</td>"
+
+
+def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
+    """The picture, the controls, and the tables that follow them. Args: every, number of landings with those that are not shown."""
+    peak = any(profile.landing.pulse for profile in shown.values())
+    options = "".join(f'<option value="{number}">{_text(name)}</option>' for number, name in enumerate(shown))
+    left = f'<p class="note">The first {len(shown)} of {every} landings.</p>' if len(shown) < every else ""
+    ranges = "".join(
+        f'<label for="{key}-range" title="{_text(what)}">{_text(title)}</label>'
+        f'<input type="range" id="{key}-range" min="{low}" max="{high}" step="any">'
+        f'<input type="number" id="{key}" step="any">'
+        for key, title, what, low, high in CONTROLS
+    )
+    models = "".join(f"<option>{name}</option>" for name in ("free", "as modelled", "locked"))
+    switches = "".join(
+        f'<label><input type="checkbox" id="{key}"{" checked" if on else ""}> {text}</label>'
+        for key, text, on in (
+            ("bodies", "bodies", True),
+            ("through", "transparent", False),
+            ("marks", "contacts, strike, sensors", True),
+            ("axes", "CoPc and screw axes", False),
+        )
+    )
+    edges = ["" if math.isinf(edge) else f"{edge:g}" for edge in EDGES[1:]]
+    bands = "".join(f'<span style="background:{colour}"><i>{edge}</i></span>' for colour, edge in zip(BANDS, edges, strict=True))
+    points = ["", "sensor or point", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", *(["peak [g]"] if peak else [])]
+    bodies = ["", "body", "shock at CoM [-]", "least drawn [-]", "greatest drawn [-]", "|Δω| [rad/s]"]
+    bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]"]
+    live = [
+        f'<div class="scroll"><table id="{key}"><caption>{title}</caption>{_head(header, [k > 1 for k in range(len(header))])}'
+        "<tbody></tbody></table></div>"
+        for key, title, header in (
+            ("point-rows", "sensors and points, for this strike (Δv in the frame's own axes)", points),
+            ("body-rows", "bodies, for this strike (CoPc in body coordinates)", bodies),
+        )
+    ]
+    nonlinear = any(profile.scene.friction is not None for profile in shown.values())
+    note = '<p class="note">The picture is without friction: contacts stick, or slide as the scene says.</p>' if nonlinear else ""
+    return (
+        '<main><div><div id="stage"><div id="view"></div><div id="pointer">point at a body to read the shock there</div>'
+        f'<div id="bands"><b>{_text(SHOCK)}</b>{bands}</div></div></div><div><div id="controls">'
+        f'<label for="landing"{" hidden" * (len(shown) == 1)}>landing</label>'
+        f'<select id="landing" class="wide"{" hidden" * (len(shown) == 1)}>{options}</select>{ranges}'
+        f'<label for="model">joints</label><select id="model" class="wide">{models}</select>'
+        f'<span>show</span><span class="wide">{switches}</span>'
+        '<span></span><button id="reset" class="wide" type="button">back to the scene\'s own strike</button></div>'
+        f'<p id="state"></p>{note}{left}{live[0]}</div><div class="wide">{live[1]}</div></main>'
+    )
+
+
+def _data(shown: Mapping[str, ShockProfile]) -> dict[str, Any]:
+    """What the script needs."""
+    robots = list({id(profile.robot): profile.robot for profile in shown.values()}.values())
+    geometries: list[dict[str, Any]] = []
+    places = {}
+    for robot in robots:
+        geometry = _geometry(robot, MOST_TRIANGLES // len(robots))
+        places[id(robot)] = next((k for k, known in enumerate(geometries) if known == geometry), len(geometries))
+        geometries += [geometry] * (places[id(robot)] == len(geometries))
+    scale = [[edge / LIMIT, colour] for k, colour in enumerate(BANDS) for edge in (EDGES[k], min(EDGES[k + 1], LIMIT))]
+    return {
+        "geometries": geometries,
+        "landings": [_landing(name, profile, places[id(profile.robot)]) for name, profile in shown.items()],
+        "limit": LIMIT,
+        "scale": scale,
+        "ink": INK,
+        "gold": GOLD,
+        "screw": CURVES[3],
+    }
+
+
+def _geometry(robot: Robot, most: int) -> dict[str, Any]:
+    """The surfaces of the bodies, in their frames: single precision and whole numbers, little-endian, in base 64."""
+    parts = surfaces([shapes for shapes, _ in body_shapes(robot)], most)
+    starts = np.concatenate([[0], np.cumsum([len(part.vertices) for part in parts])])
+    triangles = np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)])
+    wide = bool(starts[-1] > 2**16)
+    return {
+        "vertices": base64.b64encode(np.concatenate([part.vertices for part in parts]).astype("<f4").tobytes()).decode(),
+        "triangles": base64.b64encode(triangles.astype("<u4" if wide else "<u2").tobytes()).decode(),
+        "wide": wide,
+        "starts": starts[:-1].tolist(),
+    }
+
+
+def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
+    """One landing: placements, maps from the velocity of the base to the jumps, and what shock is relative to."""
+    landing, robot, plane = profile.landing, profile.robot, profile.plane
+    own = landing.before.velocity
+    forward = plane.forward - landing.up * (plane.forward @ landing.up)
+    forward /= np.linalg.norm(forward)
+
+    def columns(values: Array) -> Any:
+        """M and a, so that the values are M s + a for the velocity s of the base."""
+        return np.concatenate([values[..., :3], (values[..., 3] - values[..., :3] @ own)[..., None]], axis=-1).tolist()
+
+    proofs = {"free": profile.proof_with("free"), "as modelled": profile.proof, "locked": profile.proof_with("locked")}
+    blocks = landing.blocks[: len(profile.contacts)]
+    contacts = [
+        {
+            "name": printable(contact.frame),
+            "point": contact.point.tolist(),
+            "normal": block.normal.tolist(),
+            **_motion(contact.approach, None if block.velocity is not None else own),
+        }
+        for contact, block in zip(profile.contacts, blocks, strict=True)
+    ]
+    centre = profile.scene.v_in == "com"
+    points = [
+        {"letter": letter(k), "name": printable(place.name), "body": place.body, "r": place.r.tolist(), "axes": place.axes.tolist(),
+         "position": point.position.tolist()}
+        for k, (place, point) in enumerate(zip(landing.points, profile.points, strict=True))
+    ]  # fmt: skip
+    return {
+        "name": printable(name),
+        "geometry": geometry,
+        "bodies": list(map(printable, profile.bodies)),
+        "numbered": list(numbered(profile)),
+        "com": robot.coms.tolist(),
+        "rotation": profile.rotation.tolist(),
+        "position": profile.position.tolist(),
+        "models": {
+            key: proof and {"jumps": columns(proof.jumps), "left": columns(speeds_left(proof))} for key, proof in proofs.items()
+        },
+        "velocity": own.tolist(),
+        "reference": [_motion(velocity, own) for velocity in profile.reference_velocities] if centre else contacts,
+        "up": landing.up.tolist(),
+        "forward": forward.tolist(),
+        "left": np.cross(landing.up, forward).tolist(),
+        "normal": plane.normal.tolist(),
+        "e1": plane.e1.tolist(),
+        "e2": plane.e2.tolist(),
+        "contacts": contacts,
+        "points": points,
+        "peak": None if landing.pulse is None else peak_acceleration(1.0, landing.pulse) / GRAVITY,
+        "length": landing.length,
+        "rounded": ROUNDED,
+        "histories": _histories(profile),
+    }
+
+
+def _motion(velocity: Array, base: Array | None) -> dict[str, Any]:
+    """A velocity as that of the base and a constant; None for one that does not follow the base."""
+    return {"follows": base is not None, "extra": (velocity - (0.0 if base is None else base)).tolist()}
+
+
+def _histories(profile: ShockProfile) -> list[dict[str, Any]] | None:
+    """Forces of the contacts and accelerations of the points over time; None without a contact stiffness."""
+    if (found := profile.stiffness) is None:
+        return None
+    times = np.linspace(0.0, found.motion.duration, SAMPLES)
+    points = [place for place in profile.landing.points if place.body >= 0]
+    names = [place.name for place in profile.places("contact")]
+    along = found.motion.at(times).force
+    force = np.stack([np.linalg.norm(along[:, found.number == c], axis=1) for c in range(len(names))])
+    acceleration = np.linalg.norm(found.history(point_velocity, points, times), axis=2).T if points else np.zeros((0, SAMPLES))
+    charts = (
+        ("force of a contact [N]", names, force),
+        ("acceleration of a point [g]", [one.name for one in points], acceleration / GRAVITY),
+    )
+    return [
+        {
+            "title": title,
+            "time": (1e3 * times).tolist(),
+            "lines": [{"name": printable(name), "values": values.tolist()} for name, values in zip(of, lines, strict=True)],
+        }
+        for title, of, lines in charts
+        if of
+    ]

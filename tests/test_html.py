@@ -1,0 +1,315 @@
+"""report.html: its numbers are those of the analysis for every strike, and a browser draws it without a network."""
+
+import base64
+import io
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import matplotlib.image
+import numpy as np
+import pytest
+from browser import CHROMIUM, Browser
+from commands import STICK_WITH_IMU, good, run
+
+from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, shock_profile
+from shockpc.robot.geometry import Shape
+from shockpc.robot.meshes import Mesh
+from shockpc.show.html.meshes import surfaces
+from shockpc.show.reports.landing import landing_report, landings_report
+
+BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, which draws report.html")
+
+MOVING = Scene(
+    robot="stick.urdf",
+    contact=Contact(frame="foot", restitution=0.3),
+    strike=Strike(velocity=(0.2, 0.1, -1.5), angular_velocity=(0.1, 0.4, 0.0), joint_velocities={"knee": 0.7}),
+    joints=Joints(armature={"*": 0.01}),
+    pulse="half-sine:5ms",
+)
+"""A landing whose jumps are not proportional to the velocity of the base."""
+
+
+@pytest.fixture
+def moving(here):
+    (here / "stick.urdf").write_text(STICK_WITH_IMU)
+    return shock_profile(MOVING)
+
+
+class Page(HTMLParser):
+    """The texts of a page by the element that they are in."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.texts, self._open = {}, ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self._open = dict(attrs).get("id") or tag
+
+    def handle_endtag(self, tag):
+        self._open = ""
+
+    def handle_data(self, data):
+        self.texts.setdefault(self._open, []).append(data)
+
+
+def html_of(report):
+    return report.files("shockpc analyze")["report.html"]
+
+
+def data_of(text):
+    """What the script of a page computes from."""
+    (found,) = Page(text).texts["data"]
+    return json.loads(found)
+
+
+def rotated(landing, angle, heading, speed):
+    """The velocity that the page's controls mean [m/s]."""
+    theta, psi = np.radians([angle, heading])
+    forward, left, up = (np.array(landing[name]) for name in ("forward", "left", "up"))
+    return speed * (np.sin(theta) * (np.cos(psi) * forward + np.sin(psi) * left) - np.cos(theta) * up)
+
+
+@pytest.mark.parametrize("plane", ["xz", "yz", (1.0, 1.0, 0.0)])
+def test_data_give_the_shock_of_every_strike(moving, plane):
+    """Δv = M s + a and the speed that normalises it are those of an analysis with that strike, also with moving joints."""
+    profile = shock_profile(replace(MOVING, plane=plane), moving.robot)
+    (landing,) = data_of(html_of(landing_report(profile)))["landings"]
+    by_angle = Strike(speed=2.0, strike_angle_deg=25.0).vector(profile.plane)
+    np.testing.assert_allclose(rotated(landing, 25.0, 0.0, 2.0), by_angle, atol=1e-12)
+    s = rotated(landing, 25.0, 40.0, 2.0)
+    other = shock_profile(replace(MOVING, plane=plane, strike=replace(MOVING.strike, velocity=tuple(s))))
+    for model, expected in (
+        ("as modelled", other.proof),
+        ("free", other.proof_with("free")),
+        ("locked", other.proof_with("locked")),
+    ):
+        columns = np.array(landing["models"][model]["jumps"])
+        np.testing.assert_allclose(columns[..., :3] @ s + columns[..., 3], expected.jumps[..., 3], rtol=1e-12, atol=1e-13)
+        assert landing["models"][model]["left"] == []
+    (reference,) = landing["reference"]
+    np.testing.assert_allclose(np.linalg.norm(reference["extra"] + s), other.v_in, rtol=1e-14)
+
+
+def test_speed_of_the_centre_of_mass(moving):
+    """With v_in = "com" the reference is the velocity of the centre of mass."""
+    profile = shock_profile(replace(MOVING, v_in="com"))
+    np.testing.assert_allclose(np.linalg.norm(profile.reference_velocities), profile.v_in, rtol=1e-15)
+    assert profile.v_in != moving.v_in
+
+
+def test_a_joint_model_without_a_solution_is_not_offered(here):
+    """Locked joints of a robot on a fixed base leave nothing that the contact could move."""
+    bent = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z",)), base="fixed")
+    profile = shock_profile(replace(bent, posture=Posture(joints_deg={"knee": 30.0})))
+    assert profile.proof_with("locked") is None
+    (landing,) = data_of(html_of(landing_report(profile)))["landings"]
+    assert landing["models"]["locked"] is None
+
+
+def sphere(n):
+    """A closed mesh of the unit sphere; its 20 triangles are divided n times."""
+    import trimesh
+
+    found = trimesh.creation.icosphere(subdivisions=n)
+    return Shape("a", found.vertices, mesh=Mesh(np.asarray(found.vertices), np.asarray(found.faces)))
+
+
+def area(surface):
+    a, b, c = np.moveaxis(surface.vertices[surface.triangles], 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0
+
+
+def test_a_simplified_sphere_has_no_holes():
+    """Every ray from the centre meets a triangle, near the sphere."""
+    (surface,) = surfaces([[sphere(6)]], 4000)
+    assert 1000 < len(surface.triangles) <= 4000
+    np.testing.assert_allclose(area(surface), 4.0 * np.pi, rtol=0.02)
+    corners = surface.vertices[surface.triangles].swapaxes(1, 2)
+    rays = np.random.default_rng(0).normal(size=(500, 3))
+    # At a point of the triangle the coordinates in its corners are positive, and their sum is the inverse of the distance.
+    shares = np.linalg.inv(corners) @ (rays / np.linalg.norm(rays, axis=1)[:, None]).T
+    hit = (shares > -1e-9).all(axis=1)
+    assert hit.any(axis=0).all()
+    np.testing.assert_allclose(1.0 / shares.sum(axis=1)[hit], 1.0, atol=5e-3)
+
+
+def test_a_box_keeps_its_area_and_has_short_edges():
+    """Large triangles are divided and none is lost; a body without shapes has no triangles."""
+    corners = np.array(np.meshgrid([-0.5, 0.5], [-0.3, 0.3], [-0.1, 0.1])).reshape(3, -1).T
+    box, nothing = surfaces([[Shape("a", corners)], []], 100_000)
+    assert len(nothing.triangles) == 0
+    np.testing.assert_allclose(area(box), 2.0 * (0.6 + 0.2 + 0.12), rtol=1e-12)
+    sides = box.vertices[box.triangles] - box.vertices[np.roll(box.triangles, -1, axis=1)]
+    assert np.linalg.norm(sides, axis=2).max() <= 1.0 / 30.0
+
+
+def test_page_of_several_landings(moving):
+    """One page for all, the geometry of their robot once, the report of each landing apart."""
+    other = shock_profile(replace(MOVING, strike=Strike()), moving.robot)
+    text = html_of(landings_report([moving, other], ["one", "two"]))
+    data = data_of(text)
+    assert [one["name"] for one in data["landings"]] == ["one", "two"]
+    assert len(data["geometries"]) == 1
+    assert text.count("<section data-landing=0>") == text.count("<section data-landing=1>") == 3
+
+
+def test_page_holds_scene_and_command(capfd, here):
+    """The scene can be copied from the page, and is read as the same scene."""
+    good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30", "--out", "out")
+    page = Page((here / "out" / "report.html").read_text(encoding="utf-8"))
+    scene, command = page.texts["pre"]
+    assert command == "shockpc analyze stick.urdf --contact foot --set knee=-30 --out out"
+    (here / "again.toml").write_text(scene, encoding="utf-8")
+    assert good(capfd, "analyze", "again.toml") == good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30")
+
+
+def test_without_plotly(capfd, here, monkeypatch):
+    """Everything else is written, and one line says what is missing."""
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    outcome = run(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "out")
+    assert outcome.code == 0
+    assert (
+        outcome.err
+        == 'shockpc: report.html is not written, because it needs Plotly; install it with: pip install "shockpc[html]"\n'
+    )
+    assert (here / "out" / "shock.svg").exists()
+    assert not (here / "out" / "report.html").exists()
+
+
+def test_page_is_small_enough():
+    """ANYmal's meshes have more triangles than a screen shows; the page has at most 8 MB."""
+    profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"))
+    text = html_of(landing_report(profile))
+    (geometry,) = data_of(text)["geometries"]
+    width = 4 if geometry["wide"] else 2
+    assert 50_000 < len(base64.b64decode(geometry["triangles"])) / (3 * width) < 100_000
+    assert len(text.encode()) < 8e6
+
+
+SET = """(() => {
+  const input = document.getElementById("%s");
+  input.value = "%s";
+  input.dispatchEvent(new Event("input", { bubbles: true }));
+  return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+})()"""
+
+CELLS = (
+    "[...document.querySelectorAll('#%s tbody tr')].map((row) => [...row.cells].map((cell) => cell.dataset.v ?? cell.textContent))"
+)
+
+
+def cells(page, table):
+    """The rows of a table that follows the controls, by the name in the second column."""
+    return {name: [float(value) if value != "–" else np.nan for value in row] for _, name, *row in page.evaluate(CELLS % table)}
+
+
+def colours(page):
+    """The colours (n, 3) of the view, from 0 to 1."""
+    x, y, width, height = page.evaluate("(({x, y, width, height}) => [x, y, width, height])(view.getBoundingClientRect())")
+    clip = {"x": x, "y": y, "width": width, "height": height, "scale": 1}
+    picture = page.call("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)["data"]
+    return matplotlib.image.imread(io.BytesIO(base64.b64decode(picture)))[..., :3].reshape(-1, 3)
+
+
+@BROWSER
+def test_browser_follows_the_controls(moving, here, tmp_path_factory):
+    """Angle, heading, speed and joint model give the numbers of an analysis with them; a leaving contact gives none."""
+    (here / "report.html").write_text(html_of(landing_report(moving)), encoding="utf-8")
+    with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
+        at_first = cells(page, "point-rows")["imu_link"]
+        np.testing.assert_allclose(
+            at_first, [moving.points[0].shock, *moving.points[0].delta_v, moving.points[0].peak_g], rtol=1e-9
+        )
+        for control, value in (("angle-range", 20), ("heading", -35), ("speed", 2.5)):
+            page.evaluate(SET % (control, value))
+        (landing,) = data_of((here / "report.html").read_text(encoding="utf-8"))["landings"]
+        other = shock_profile(replace(MOVING, strike=replace(MOVING.strike, velocity=tuple(rotated(landing, 20.0, -35.0, 2.5)))))
+        (point,), row = other.points, cells(page, "point-rows")["imu_link"]
+        np.testing.assert_allclose(row, [point.shock, *point.delta_v, point.peak_g], rtol=1e-9)
+        for k, (name, values) in enumerate(cells(page, "body-rows").items()):
+            assert name == other.bodies[k]
+            spin = np.linalg.norm(other.delta_omega[k])
+            expected = [other.shock_com[k], spin, *other.copc[k], other.ropc[k]]
+            np.testing.assert_allclose([values[0], *values[3:]], expected, rtol=1e-9, atol=1e-15)
+        for model in ("free", "locked"):
+            page.evaluate(SET % ("model", model))
+            (expected,) = other.value(f"shock_{model}", "point")
+            np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], expected, rtol=1e-9)
+        page.evaluate(SET % ("angle", 120))
+        assert "no impact" in page.evaluate("document.getElementById('state').textContent")
+        assert np.isnan(cells(page, "point-rows")["imu_link"]).all()
+        page.evaluate("document.getElementById('reset').click()")
+        np.testing.assert_allclose(cells(page, "point-rows")["imu_link"], at_first, rtol=1e-9)
+        assert page.faults == []
+
+
+@BROWSER
+def test_browser_draws_anymal(here, tmp_path_factory):
+    """The canvas shows bodies in the colours of their bands; moving the slider gives the IMU's shock; nothing is requested."""
+    scene = Scene(robot="anymal_b", contact="LF_FOOT")
+    (here / "report.html").write_text(html_of(landing_report(shock_profile(scene))), encoding="utf-8")
+    with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
+        page.wait("document.querySelectorAll('#view canvas').length > 0")
+        red, green, blue = colours(page).T
+        assert np.mean((blue > 0.75) & (red < 0.65)) > 0.002  # the thigh
+        assert np.mean((red > 0.5) & (green < 0.35)) > 0.0005  # its knee
+        page.evaluate(SET % ("angle-range", 20))
+        other = shock_profile(replace(scene, strike=Strike(strike_angle_deg=20.0)))
+        np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], other.points[0].shock, rtol=1e-6)
+        x, y = page.evaluate("(({x, y, width, height}) => [x + width / 2, y + height / 2])(view.getBoundingClientRect())")
+        page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        page.wait("document.getElementById('pointer').textContent.includes(' m in its frame: shock ')")
+        text = page.evaluate("document.getElementById('pointer').textContent")
+        body, *numbers = re.fullmatch(
+            r"(\S+) at \((\S+), (\S+), (\S+)\) m in its frame: shock (\S+), \|Δv\| \S+ m/s", text
+        ).groups()
+        *r, shock = map(float, numbers)
+        np.testing.assert_allclose(other.shock_at(body, np.array(r)), shock, atol=1e-3)
+        order = page.evaluate("document.querySelectorAll('#body-rows th')[2].click(); " + CELLS % "body-rows")
+        assert [row[1] for row in order] == [other.bodies[k] for k in np.argsort(-other.shock_com)]
+        assert (page.faults, page.requests) == ([], [])
+
+
+def test_histories_reach_the_peaks_of_the_tables(moving):
+    """The largest force and acceleration of the charts are those of the quantities, but for the samples."""
+    profile = shock_profile(Scene(robot="stick.urdf", contact="foot", contact_stiffness=1e4))
+    ((force, acceleration),) = [one["histories"] for one in data_of(html_of(landing_report(profile)))["landings"]]
+    ((name, forces),) = [(line["name"], line["values"]) for line in force["lines"]]
+    assert name == "foot"
+    np.testing.assert_allclose(max(forces), profile.value("peak_force", "contact"), rtol=1e-3)
+    np.testing.assert_allclose(max(acceleration["lines"][0]["values"]), profile.value("peak_acceleration", "point"), rtol=1e-3)
+    assert acceleration["time"][-1] == 1e3 * profile.stiffness.motion.duration
+
+
+def test_a_contact_with_its_own_velocity_does_not_follow_the_base(moving):
+    """Its velocity is the same for every strike, and so is the speed that normalises shock."""
+    contacts = (
+        replace(MOVING.contact[0], velocity=(0.0, 0.0, -2.0)),
+        Contact(frame="foot", offset=(0.1, 0.0, 0.0), directions=("z",)),
+    )
+    (landing,) = data_of(html_of(landing_report(shock_profile(replace(MOVING, contact=contacts)))))["landings"]
+    own, following = landing["contacts"]
+    assert (own["follows"], own["extra"]) == (False, [0.0, 0.0, -2.0])
+    s = np.array([0.3, 0.0, -0.5])
+    other = shock_profile(replace(MOVING, contact=contacts, strike=replace(MOVING.strike, velocity=tuple(s))))
+    np.testing.assert_allclose(other.approach, [own["extra"], following["extra"] + s], rtol=1e-13, atol=1e-15)
+    M = np.array(landing["models"]["as modelled"]["jumps"])
+    np.testing.assert_allclose(M[..., :3] @ s + M[..., 3], other.proof.jumps[..., 3], rtol=1e-12, atol=1e-13)
+
+
+def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
+    """A leg on a fixed base moves in its plane; what is left of a strike across it is in the data."""
+    (here / "stick.urdf").write_text(STICK_WITH_IMU)
+    scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
+    profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
+    (landing,) = data_of(html_of(landing_report(profile)))["landings"]
+    left = np.array(landing["models"]["as modelled"]["left"])
+    assert left.shape == (1, 4)
+    assert np.abs(left[:, :3] @ profile.strike + left[:, 3]).max() < 1e-12
+    across = tuple(profile.strike + np.array([0.0, 0.5, 0.0]))
+    assert np.abs(left[:, :3] @ across + left[:, 3]).max() > 0.1
+    with pytest.raises(SolveError):
+        shock_profile(replace(profile.scene, strike=Strike(velocity=across)))
