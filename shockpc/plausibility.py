@@ -29,6 +29,9 @@ STRAIGHT = 0.02
 BEND = 0.7
 """By how much every joint is moved to count the directions in which a limb that is not straight moves its end [rad, m]."""
 
+ROUNDING = 1e-12
+"""Share of the work of the impulse below which a gain of energy is the rounding of the data: a full rebound loses none."""
+
 SMALL_ANGLES = (0.1, 3.2)
 """Angles in degrees of which the largest lies between these may be meant in radians, where half a turn is 3.14."""
 
@@ -259,9 +262,15 @@ def slipping(landing: PosedLanding, needed: Array) -> Iterator[Diagnostic]:
             yield Diagnostic("contact", block.name, friction, text)
 
 
-def gained(robot: str, lost: float) -> Iterator[Diagnostic]:
-    """A warning where restitution would make kinetic energy, which no impact does. Args: lost [J]."""
-    if lost < 0.0:
+def gained(robot: str, lost: float, size: float) -> Iterator[Diagnostic]:
+    """A warning where restitution would make kinetic energy, which no impact does.
+
+    Args:
+        robot: its name.
+        lost: kinetic energy [J].
+        size: work of the impulse on the approach [J], of which a gain by the rounding of the data is a tiny part.
+    """
+    if lost < -ROUNDING * size:
         text = (
             f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one "
             "another, or restitution along the normal meets an approach along the ground; take less restitution, one for all "

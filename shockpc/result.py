@@ -539,7 +539,7 @@ class ShockProfile:
                 *data,
                 *pulled(landing, self.value("pull", "contact")),
                 *slipping(landing, self.value("friction_needed", "contact")),
-                *gained(robot, self.energy_lost),
+                *gained(robot, self.energy_lost, self.v_in * float(np.linalg.norm(self.total_impulse))),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),
                 *(Diagnostic("geometry", robot, None, text) for text in body_outline(self.robot).warnings),
             )
