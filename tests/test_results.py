@@ -143,7 +143,7 @@ def response(H, J, K):
 )  # fmt: skip
 def test_effective_masses_while_stance_and_closures_hold(name, stance, loop):
     """1 / (nᵀ A n) and nᵀ A⁻¹ n for the response A of the point; what is held lets the point move less."""
-    found = scene(name) if loop else Scene(robot=name, contact="FL_foot")
+    found = scene(name) if loop else Scene(robot=name, contact="FL_foot", joints=Joints(drives="none"))
     if stance:
         found = dataclasses.replace(found, strike=Strike(), stance=stance)
     profile = shock_profile(found, robot_of(found) if loop else known_robot(name))
@@ -215,7 +215,7 @@ def test_impact_mitigation_factors(name, factor):
 @pytest.mark.parametrize(("name", "friction"), [("go2", 0.44), ("anymal_c", 0.57), ("solo12", 0.62), ("hyq", 0.72)])
 def test_friction_that_a_standard_stance_needs(name, friction):
     """The most that any one foot, landing alone straight down, needs to stick."""
-    contacts = [struck(name, foot).contacts[0] for foot in FEET[name]]
+    contacts = [struck(name, foot, joints=Joints(drives="none")).contacts[0] for foot in FEET[name]]
     for contact in contacts:
         assert contact.friction_needed == pytest.approx(np.hypot(*contact.impulse[:2]) / contact.impulse[2], rel=1e-12)
     assert max(contact.friction_needed for contact in contacts) == pytest.approx(friction, abs=0.006)
