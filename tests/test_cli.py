@@ -330,7 +330,7 @@ def test_options_of_a_command_come_before_the_shared_ones(capfd):
     assert headings[:4] == ["Arguments", "Landings", "Where a sensor may be", "Sensors"]
     assert headings[4:] == [name for name in re.findall(r"^(\w.*):$", good(capfd, "limits", "--help"), re.MULTILINE)[2:]]
     assert good(capfd, "robots", "--help").partition("Robot files:\n")[2].partition("\n\n")[0] in text
-    assert re.search(r"--lock JOINT +Locked joints; each keeps its\s+--joint-velocity\.\s+May be\s+repeated\.", text)
+    assert re.search(r"--lock JOINT +Locked joints, which keep the\s+rate\s+that\s+they\s+have\.\s+May\s+be\s+repeated\.", text)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

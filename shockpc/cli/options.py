@@ -126,7 +126,7 @@ class SceneOptions(NamedTuple):
         setting,
     )
     armature: tuple[Setting, ...] = _in_joints("Reflected inertia of joints [kg m²; kg if prismatic].", "JOINT=INERTIA", setting)
-    lock: tuple[str, ...] = _in_joints("Locked joints; each keeps its --joint-velocity.", "JOINT")
+    lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
     plane: str | Vector | None = _in_results(
         "Plane of CoPc and RoPc: xz (sagittal, default), yz, xy, or a normal NX,NY,NZ.", "PLANE", plane
     )
