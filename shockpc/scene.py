@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -238,11 +238,42 @@ class Scene(Record):
     contact_stiffness: float | None = None
     tangential_stiffness: float | None = None
 
+    if TYPE_CHECKING:  # what is accepted; the fields above are what is held
+
+        def __init__(
+            self,
+            *,
+            robot: str | os.PathLike[str],
+            base: Base | None = None,
+            plane: Literal["xz", "yz", "xy"] | Sequence[float] = "xz",
+            srdf: str | os.PathLike[str] | None = None,
+            packages: Mapping[str, str] = ...,
+            xacro: Mapping[str, str] = ...,
+            posture: Posture = ...,
+            strike: Strike = ...,
+            contact: Contact | str | Sequence[Contact | str] = (),
+            stance: Sequence[str] = (),
+            closure: Sequence[Closure] = (),
+            assemble: Sequence[str] = (),
+            joints: Joints = ...,
+            point: Sequence[Point] = (),
+            v_in: Literal["contact", "com"] = "contact",
+            pulse: str | None = None,
+            range_g: float | None = None,
+            friction: float | None = None,
+            contact_stiffness: float | None = None,
+            tangential_stiffness: float | None = None,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
-        """Make the contacts a tuple of `Contact`, and refuse paths that no file can have."""
+        """Make the contacts a tuple of `Contact` and paths text, and refuse paths that no file can have."""
         contact: Any = self.contact
         contacts = contact if isinstance(contact, tuple | list) else (contact,)
-        object.__setattr__(self, "contact", tuple(Contact(frame=one) if isinstance(one, str) else one for one in contacts))
+        contacts = tuple(Contact(frame=given) if isinstance(given, str) else given for given in contacts)
+        object.__setattr__(self, "contact", contacts)
+        for name in ("robot", "srdf"):
+            if isinstance(path := getattr(self, name), os.PathLike):
+                object.__setattr__(self, name, os.fspath(path))
         for path in (
             self.robot,
             self.srdf,
