@@ -2,7 +2,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
-.PHONY: demo paper gallery test check bench soak fuzz install clean
+.PHONY: demo paper gallery test check bench validate soak fuzz install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -40,6 +40,13 @@ check: .venv/.dev
 # Error against run time, with a report in out/bench.
 bench: .venv/.dev
 	@"$(BIN)/shockpc" bench --out out/bench
+
+# Measured landings against predicted ones, by joint model; TABLE may be another one with the same columns.
+TABLE ?= robots/measured/cassie_landings.csv
+VALIDATE = "$(BIN)/shockpc" landings "$(TABLE)" robots/measured/cassie.toml --map second_foot_later_ms= --map "ankle_spring_joint_*="
+validate: .venv/.dev
+	@$(VALIDATE) --joints geared,free --out out/validate
+	@$(VALIDATE) --lock "knee_joint_*" --lock "heel_spring_*" --out out/validate/springs_rigid
 
 # Reported bounds against an independent solution on random landings; after an interrupt it says how to continue.
 N ?= 100000

@@ -105,7 +105,7 @@ class Impact:
     @property
     def _strike_change(self) -> Array:
         """(N, S, 3) by how much the velocity of the base differs from the landing's own [m/s]."""
-        return np.zeros(3) if self._strikes is None else self._strikes - self.landing.before.velocity
+        return np.zeros(3) if self._strikes is None else self._strikes - self.landing.before.velocity[..., None, :]
 
     @functools.cached_property
     def joints(self) -> tuple[Place, ...]:
@@ -223,7 +223,8 @@ class Impact:
         linear = twists[..., 3:] + self._strike_change[..., None, :]
         twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
         momenta = (self.inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
-        armature = np.sum(self.exact(self.landing.joint_model.armature) * self.exact(before.joint_rates) ** 2)
+        own = self.exact(self.landing.joint_model.armature) * self.exact(before.joint_rates) ** 2
+        armature = np.sum(own, axis=-1, keepdims=True)
         return (np.sum(momenta * twists, axis=(-1, -2)) + armature) / 2
 
 

@@ -27,7 +27,7 @@ from shockpc.robot.record import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 
-__all__ = ["Landing", "PosedLanding", "contact_velocity", "following", "pulse_of", "resolve"]
+__all__ = ["Landing", "PosedLanding", "contact_velocity", "following", "pulse_of", "resolve", "with_loops"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,7 +294,7 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     state = dynamics(robot, q[None], joints.armature)
     rates, given = _rates(robot, scene, joints)
     if loops and rates.any():
-        rates = _with_loops(robot, state, [closure_block(loop) for loop in loops], rates, given, plane)
+        rates = with_loops(robot, state, [closure_block(loop) for loop in loops], rates, given, plane)
     before = Motion(velocity, _rotation(scene, plane), rates)
     landing = PosedLanding(
         scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings)
@@ -366,8 +366,12 @@ def _rates(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.nd
     return rates, given
 
 
-def _with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array, given: np.ndarray, plane: Plane) -> Array:
-    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by the least."""
+def with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array, given: np.ndarray, plane: Plane) -> Array:
+    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by the least.
+
+    Raises:
+        SceneError: the given ones open a loop.
+    """
     K = row_jacobian(state, blocks)[0]
     if not given.all():
         G = free_columns(robot, "fixed", plane, state.rotation[:, 0], given)

@@ -75,8 +75,8 @@ class ContactImpulse(NamedTuple):
         mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
         mass_frictionless: the same if it slides [kg].
         effective_mass: that of the two which the contact has.
-        mitigation: impact mitigation factor, 1 if the joints decouple the robot from the ground [1]; None unless the base is free
-            and the joints can move the contact in every direction (0 without joints that can move it).
+        mitigation: impact mitigation factor in the directions in which joints can move the contact: 1 if they decouple the robot
+            from the ground, 0 if none can move it [1]; None unless the base is free.
         pull: by how much the ground would have to pull [N s]; None without an impulse.
     """
 

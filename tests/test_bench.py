@@ -172,7 +172,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     files = {"report.md", "cases.csv", "bench.json", "error-against-run-time.svg", "error-against-run-time.png", MANIFEST}
     assert {path.name for path in tmp_path.iterdir()} == files
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
-    titles = ("### Corners", "### Knee", "### Costs", "### Many postures", "### Sweeps", "### Limits")
+    titles = ("### Corners", "### Knee", "### Costs", "### Many postures", "### Sweeps", "### Measured landings", "### Limits")
     for text in (*titles, "| a command |", ", pin 4.", *OUTCOMES, "| 4 | sticking | 1.1e-16 | "):
         assert text in report
     assert "| 1 | sticking | " not in report, "every method solves it"

@@ -341,6 +341,7 @@ def test_examples_of_the_help_run(capfd, here, command):
         '[[case]]\nname = "a"\nrobot = "hyq"\n[[case.contact]]\nframe = "lf_foot"\n'
         '[[budget]]\nat = "trunk_imu"\nmetric = "shock"\nmax = 9\n'
     )
+    (here / "log.csv").write_text("LF_KFE,vz\n-0.8,-1\n")
     examples = re.findall(r"^ +shockpc (.*)$", good(capfd, command, "--help").partition("Examples:")[2], re.MULTILINE)
     assert 1 <= len(examples) <= 3
     for example in examples:

@@ -269,9 +269,12 @@ def test_no_impulse_is_needed_across_the_plane_of_a_planar_base():
 
 
 def test_mitigation_lies_between_0_and_1_where_it_is_defined():
-    """Zero for a rigid robot; not defined for a planar mechanism, whose joints can do nothing across its plane."""
+    """Zero for a rigid robot; the product of the shares along the directions in which joints move the contact."""
     leg = shock_profile(Scene(robot="leg", contact="heel"), known_robot("leg"))
-    assert leg.contacts[0].mitigation is None
+    H, J = dense.inertia(leg.robot.model, leg.q), dense.point_rows(leg.robot.model, leg.q, "heel")
+    A, A_locked = J @ np.linalg.solve(H, J.T), J[:, :6] @ np.linalg.solve(H[:6, :6], J[:, :6].T)
+    shares = np.linalg.eigvals(np.eye(3) - np.linalg.solve(A, A_locked)).real
+    assert leg.contacts[0].mitigation == pytest.approx(np.prod(shares[shares > 1e-9]), rel=1e-9)
     assert box(CORNERS[0]).contacts[0].mitigation == pytest.approx(0.0, abs=1e-12)
     free = anymal(LEFT)
     # A loop within the robot ties it to nothing.

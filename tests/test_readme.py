@@ -71,6 +71,7 @@ def here(tmp_path, monkeypatch):
         (folder / f"{name}.srdf").write_text(POSTURES, encoding="utf-8")
     scenes = [block.text for block in BLOCKS if block.language == "toml" and block.text.startswith("robot = ")]
     (folder / "landing.toml").write_text(scenes[0] if scenes else SCENE, encoding="utf-8")
+    (folder / "log.csv").write_text(next(block.text for block in BLOCKS if block.language == "csv"), encoding="utf-8")
     (folder / "budgets.toml").write_text(next(block.text for block in BLOCKS if "[[budget]]" in block.text), encoding="utf-8")
     return folder
 

@@ -212,6 +212,16 @@ def test_impact_mitigation_factors(name, factor):
     assert struck(name, base="fixed").contacts[0].mitigation is None
 
 
+@pytest.mark.parametrize(("rotor", "mass", "factor"), [(None, 1.0, 10.0 / 11.0), (10.0, 6.0, 5.0 / 11.0)])
+def test_impact_mitigation_factor_of_a_slider(rotor, mass, factor):
+    """Wensing et al. (T-RO 2017), the example in one dimension: 10 kg on 1 kg, 0.91; 0.45 with a rotor that reflects 10 kg."""
+    slide = joint("slide", "trunk", "foot", "prismatic", "0 0 1", f'<origin xyz="0 0 -0.5"/>{LIMIT}')
+    robot = robot_from(urdf(link("trunk", "10"), link("foot", "1"), slide))
+    joints = Joints(armature={} if rotor is None else {"slide": rotor})
+    (contact,) = shock_profile(Scene(robot="r", contact="foot", joints=joints), robot).contacts
+    assert (contact.mass_sticking, contact.mitigation) == pytest.approx((mass, factor), rel=1e-12)
+
+
 @pytest.mark.parametrize(("name", "friction"), [("go2", 0.44), ("anymal_c", 0.57), ("solo12", 0.62), ("hyq", 0.72)])
 def test_friction_that_a_standard_stance_needs(name, friction):
     """The most that any one foot, landing alone straight down, needs to stick."""

@@ -14,8 +14,8 @@ from shockpc.cli.declare import EXIT_CODES, Help
 __all__ = ["COMMANDS", "GroupedCommand", "app_for"]
 
 COMMANDS = (
-    "analyze", "batch", "bench", "check", "compare", "limits", "paper", "place", "quantities", "robots", "schema", "sensitivity",
-    "sweep",
+    "analyze", "batch", "bench", "check", "compare", "landings", "limits", "paper", "place", "quantities", "robots", "schema",
+    "sensitivity", "sweep",
 )  # fmt: skip
 """Each is a function of that name in the module of that name."""
 

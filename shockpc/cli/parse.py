@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import typer
 
@@ -10,6 +10,7 @@ from shockpc.errors import OutputError
 from shockpc.paths import usable_path
 
 __all__ = [
+    "JointModelName",
     "Motor",
     "Setting",
     "Span",
@@ -20,9 +21,11 @@ __all__ = [
     "drives",
     "finite",
     "folder",
+    "joint_models",
     "out_folder",
     "path",
     "plane",
+    "renaming",
     "robot_name",
     "rotor",
     "scene_file",
@@ -37,6 +40,7 @@ __all__ = [
 Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
 Setting: TypeAlias = tuple[str, float]
+JointModelName: TypeAlias = Literal["free", "geared", "locked"]
 Variable: TypeAlias = tuple[str, str | None]
 Motor: TypeAlias = tuple[str, tuple[float, float | None, float | None]]
 """Joint; inertia, gear ratio and stiffness of a rotor."""
@@ -118,6 +122,24 @@ def definition(text: str) -> tuple[str, str]:
     if not name or value is None:
         raise typer.BadParameter(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
     return name, value
+
+
+def renaming(text: str) -> tuple[str, str]:
+    """NAME=NAME, or NAME= with nothing after it."""
+    name, equals, new = (part.strip() for part in text.partition("="))
+    if not name or not equals or new.count("*") > name.count("*") or name.count("*") > 1:
+        raise typer.BadParameter(f'"{text}" is not NAME=NAME, a column of the table and its other name, with at most one * in each')
+    return name, new
+
+
+def joint_models(text: str) -> tuple[JointModelName, ...]:
+    """Joint models with commas between them."""
+    names: tuple[JointModelName, ...] = ("free", "geared", "locked")
+    known = {name: name for name in names}
+    models = [part.strip() for part in text.split(",")]
+    if unknown := [model for model in models if model not in known]:
+        raise typer.BadParameter(f'"{unknown[0]}" is not a joint model; valid are free, geared and locked')
+    return tuple(known[model] for model in models if model in known)
 
 
 def folder(text: str) -> tuple[str, str]:

@@ -14,7 +14,7 @@ __all__ = ["Motion", "approach_speeds", "com_velocity", "twist_before"]
 
 
 class Motion(NamedTuple):
-    """A motion before an impact.
+    """A motion before an impact: one, or one for each of N postures, with a leading axis (N, …).
 
     Attributes:
         velocity: (3,) of the base frame's origin, world axes [m/s].
@@ -29,10 +29,11 @@ class Motion(NamedTuple):
 
 def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     """Twist (N, 6) of a body before the impact: ω, and v of its point at the base's origin, world axes [rad/s, m/s]."""
-    whole = np.concatenate([before.omega, before.velocity])
+    whole = np.concatenate([before.omega, before.velocity], axis=-1)
     if not before.joint_rates.any():
         return np.broadcast_to(whole, (len(state.J), 6))
-    return np.asarray(whole + state.J @ np.where(state.supports[body], before.joint_rates, 0.0))
+    rates = np.where(state.supports[body], before.joint_rates, 0.0)
+    return np.asarray(whole + (state.J @ rates[..., None])[..., 0])
 
 
 def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | None) -> Array:

@@ -27,6 +27,7 @@ __all__ = [
     "outside_limits",
     "reference_name",
     "set_joints",
+    "set_many",
     "settable_joints",
 ]
 
@@ -147,6 +148,22 @@ def set_joints(robot: Robot, values: Iterable[tuple[Joint, float]], q: Array) ->
     for joint, value in values:
         joint.set(value, q)
     robot.set_followers(q)
+
+
+def set_many(robot: Robot, values: Iterable[tuple[Joint, Array]], Q: Array) -> None:
+    """Set joints of one coordinate in N configurations Q (N, nq), and those that follow others. Args: values (N,) [rad, m]."""
+
+    def place(joint: Joint, x: Array) -> None:
+        Q[:, joint.q] = np.stack([np.cos(x), np.sin(x)] if joint.kind == "continuous" else [x], axis=1)
+
+    for joint, x in values:
+        place(joint, x)
+    for mimic in robot.mimics:
+        led = np.full(len(Q), mimic.offset)
+        for name, multiplier in mimic.leaders.items():
+            cosine, *sine = Q[:, robot.joint(name).q].T
+            led += multiplier * (np.arctan2(sine[0], cosine) if sine else cosine)
+        place(robot.joint(mimic.joint), led)
 
 
 def check_rotations(robot: Robot, Q: Array) -> None:

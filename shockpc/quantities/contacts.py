@@ -31,7 +31,7 @@ IMMOVABLE = 1e-7
 STANDS = "a standing foot strikes nothing"
 REDUNDANT = "contacts are redundant, so the impulse of a single one is not determined"
 PULLED = f"{REDUNDANT}; or the contact receives no impulse, or the ground would have to pull it"
-MITIGATION = "it requires a free base, no stance, and joints that move the contact in every direction"
+MITIGATION = "it requires a free base, no stance, and no loop that ties the robot to the world"
 
 
 def _rows(impact: Impact, places: Places) -> list[tuple[Block, slice]]:
@@ -131,7 +131,7 @@ class _Resistance:
 
     With the Delassus matrix A of the contact point, a flat contact's rotations held too: effective mass 1 / (nᵀ A n) along the
     ground's normal n if it slides, nᵀ A⁻¹ n if it sticks; impact mitigation factor det(1 − Λ Λ_L⁻¹) of the contact point, Λ = A⁻¹
-    and Λ_L with every joint locked (Wensing et al., T-RO 2017).
+    and Λ_L with every joint locked (Wensing et al., T-RO 2017), in the directions in which joints can move the point.
     """
 
     def __init__(self, impact: BallImpact, contact: int) -> None:
@@ -178,14 +178,18 @@ class _Resistance:
     @functools.cached_property
     def mitigation(self) -> float:
         """Impact mitigation factor of the contact point [1]; NaN where it has no meaning."""
-        A = self.point_mobility
-        if not self.impact.landing.floating or len(_moving_axes(A)) < 3:
+        if not self.impact.landing.floating:
             return np.nan
-        by_joints = A - self.impact.rigid_mobility(self.point)
-        # Across the plane of a planar mechanism the joints can do nothing, and the factor is zero whatever they are.
-        if len(_moving_axes(by_joints, _largest(A))) not in (0, 3):
-            return np.nan
-        return float(self.impact.rounded(np.array(by_joints.det() / A.det()), lambda factor: 1.0))
+        A, by_joints = self.point_mobility, self.point_mobility - self.impact.rigid_mobility(self.point)
+        axes = _moving_axes(A)
+        A, by_joints = _part(A, axes, axes), _part(by_joints, axes, axes)
+        moved = _moving_axes(by_joints, _largest(A))
+        if not moved:
+            return 0.0
+        # The determinant of A⁻¹ (A − A_L) over its range: a plane or a line where the joints move the point in that alone.
+        columns = _part(by_joints, list(range(len(axes))), moved)
+        factor = (columns.transpose() * A.solve(columns)).det() / _part(by_joints, moved, moved).det()
+        return float(self.impact.rounded(np.array(factor), lambda factor: 1.0))
 
     @property
     def effective(self) -> float:
@@ -196,6 +200,11 @@ class _Resistance:
 def _largest(A: BallMatrix) -> float:
     """The largest diagonal entry of A."""
     return max(float(row[i]) for i, row in enumerate(A.table()))
+
+
+def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:
+    """Some rows and columns of A."""
+    return matrix(entries(A)[np.ix_(rows, columns)])
 
 
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:

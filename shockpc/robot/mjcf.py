@@ -21,7 +21,7 @@ from shockpc.robot.names import matches
 from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
 
-__all__ = ["RobotBodies", "build_mjcf", "qpos_order", "robot_bodies"]
+__all__ = ["RobotBodies", "build_mjcf", "qpos_order", "qvel_order", "robot_bodies"]
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
@@ -110,6 +110,18 @@ def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
         )
     m = compiled(robot.source).model
     return _order(m, [m.joint(joint.name).id for joint in robot.single_joints]), int(m.nq)
+
+
+def qvel_order(robot: Robot) -> tuple[np.ndarray, int]:
+    """Where the velocities q̇ (nv,) of a robot of an MJCF stand in MuJoCo's qvel, and the length of qvel.
+
+    Raises:
+        RobotError: as for `qpos_order`.
+    """
+    qpos_order(robot)
+    m = compiled(robot.source).model
+    first = [(m.jnt_dofadr[m.joint(joint.name).id], joint.v.stop - joint.v.start) for joint in robot.single_joints]
+    return np.array([start + k for start, size in first for k in range(size)]), int(m.nv)
 
 
 def _order(m: Any, joints: Sequence[int]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The rows of a sweep as files: parts in Parquet or CSV, each complete before it has its name, and what they belong to."""
+"""The rows of a study as files: parts in Parquet or CSV, each complete before it has its name, and what they belong to."""
 
 import csv
 import functools
@@ -21,22 +21,20 @@ from shockpc.executor import in_order
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.scene import scene_table
-from shockpc.show.document import json_text, record
+from shockpc.show.document import json_text
 from shockpc.show.files import write_file
 from shockpc.show.tables import Sheet, as_csv
+from shockpc.studies.landings.study import Landings
 from shockpc.studies.sweep.rows import Chunk, Sweep, with_sweep
 
 __all__ = ["Format", "Parts"]
 
 Format = Literal["parquet", "csv"]
 
-DESCRIPTION = "sweep.json"
-"""In the folder of a sweep: what its rows are, so that only the same sweep is continued there."""
-
 
 @dataclass(frozen=True)
 class Parts:
-    """The rows of a sweep in a folder, which is made if it does not exist.
+    """The rows of a study in a folder, which is made if it does not exist.
 
     Attributes:
         sweep: what is computed.
@@ -44,12 +42,12 @@ class Parts:
         format: of the parts.
     """
 
-    sweep: Sweep
+    sweep: Sweep | Landings
     folder: Path
     format: Format
 
     def prepare(self, resume: bool) -> None:
-        """Make the folder and describe the sweep in it. Args: resume, whether it may hold parts of the same sweep, which are kept.
+        """Make the folder and describe the study in it. Args: resume, whether it may hold parts of the same study, which are kept.
 
         Raises:
             OutputError: the folder holds a sweep and is not to be continued, or another sweep; it cannot be written; `pyarrow` is
@@ -57,11 +55,11 @@ class Parts:
         """
         if self.format == "parquet":
             _arrow()
-        path, description = self.folder / DESCRIPTION, self._description()
+        path, description, noun = self.folder / f"{self.sweep.noun}.json", self._description(), self.sweep.noun
         if path.exists() or self._rows.exists():
             if not resume:
                 raise OutputError(
-                    f'"{self.folder}" holds a sweep already; continue it with --resume, or name another folder with --out'
+                    f'"{self.folder}" holds a {noun} already; continue it with --resume, or name another folder with --out'
                 )
             try:
                 found = json.loads(read_file(path, "file", OutputError, output=True))
@@ -70,7 +68,7 @@ class Parts:
             different = [key for key, value in description.items() if not isinstance(found, dict) or found.get(key) != value]
             if different:
                 raise OutputError(
-                    f'"{self.folder}" holds another sweep, which differs in: {", ".join(different)}; it cannot be continued with '
+                    f'"{self.folder}" holds another {noun}, which differs in: {", ".join(different)}; it cannot be continued with '
                     "this one; name another folder with --out"
                 )
         write_file(path, json_text(description))
@@ -131,15 +129,10 @@ class Parts:
         made = self.sweep
         versions = {"pinocchio": PINOCCHIO, "numpy": np.__version__, "python": platform.python_version()}
         found = {
-            "schema": "shockpc.sweep/1",
+            "schema": f"shockpc.{made.noun}/1",
             "scene": scene_table(made.scene),
             "robot": {"name": made.robot.name, "sha256": hashlib.sha256(made.robot.source.xml.encode()).hexdigest()},
-            "vary": [record(one, "subject", "values", "span", "factor") for one in made.variations],
-            "feasible rows alone": made.feasible,
-            "sample": made.sample,
-            "latin hypercube": made.lhs,
-            "seed": made.seed,
-            "rows proven for comparison": made.prove,
+            **made.description,
             "columns": [*made.headings, "message"],
             "rows": made.rows,
             "parts": len(made.parts),
@@ -154,7 +147,7 @@ def _part(rows: Path, format_: Format, k: int) -> Path:
     return rows / f"part-{k:05d}.{format_}"
 
 
-def _save(rows: Path, format_: Format, description: str, made: Sweep, k: int) -> int:
+def _save(rows: Path, format_: Format, description: str, made: Sweep | Landings, k: int) -> int:
     """Compute one part and write it, in whatever process this is; the number of its rows."""
     chunk = made.chunk(k)
     n = len(chunk.columns["proven"])

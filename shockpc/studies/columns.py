@@ -1,6 +1,7 @@
 """Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from shockpc.errors import StudyError
 from shockpc.impact import DoubleImpact
 from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import dynamics
+from shockpc.model.motion import Motion
 from shockpc.model.rows import Equation
 from shockpc.places import Place
 from shockpc.printed import listed
@@ -160,17 +162,22 @@ class Postures(NamedTuple):
     condition: Array
     prove: np.ndarray
 
-    def values(self, strikes: Array, wanted: Sequence[Column]) -> tuple[dict[str, Array], np.ndarray]:
-        """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground. Args: strikes, as for `columns`."""
+    def values(self, strikes: Array | None, wanted: Sequence[Column]) -> tuple[dict[str, Array], np.ndarray]:
+        """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground.
+
+        Args:
+            strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own (S = 1).
+            wanted: the columns.
+        """
         impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes)
         normals = np.array([contact.normal for contact in self.landing.contacts])
         parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
-        return _selected(impact, wanted, strikes.shape[:2]), parting
+        return _selected(impact, wanted, parting.shape[:2]), parting
 
 
 def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column]) -> Postures:
     """Steps 1 and 2 in a few postures, in double precision. Args: Q (m, nq); wanted, what will be read of them."""
-    own = not landing.translates
+    own = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model.armature)
     everywhere = any(c.selection.quantity.of == "joint" or c.selection.quantity.key == "shock_min" for c in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
@@ -181,14 +188,14 @@ def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column]) -> Postu
 
 
 def columns(
-    landing: PosedLanding, Q: Array, strikes: Array, wanted: Sequence[Column]
+    landing: PosedLanding, Q: Array, before: Array | Motion, wanted: Sequence[Column]
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
     """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
 
     Args:
         landing: the landing.
         Q: (m, nq) configurations.
-        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s].
+        before: (m, S, 3) velocities of the base before the impact, world axes [m/s]; or a motion of each posture (S = 1).
         wanted: the columns.
 
     Returns: columns (m, S) by name; the condition (m,) of each posture, and whether (m,) it needs a proof; and which contacts
@@ -196,8 +203,12 @@ def columns(
     """
     parts = []
     for k in range(0, len(Q), BLOCK):
-        block = postures(landing, Q[k : k + BLOCK], wanted)
-        values, parting = block.values(strikes[k : k + BLOCK], wanted)
+        rows = slice(k, k + BLOCK)
+        if isinstance(before, Motion):
+            block = postures(replace(landing, before=Motion(*(part[rows] for part in before))), Q[rows], wanted)
+        else:
+            block = postures(landing, Q[rows], wanted)
+        values, parting = block.values(None if isinstance(before, Motion) else before[rows], wanted)
         parts.append((values, block.condition, block.prove, parting))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
     condition, prove, parting = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])

@@ -29,9 +29,7 @@ OUT_OF_PLANE = 25.0
 PARALLEL = math.radians(1.0)
 """Largest angle to the ground of an impact direction that is called parallel to it."""
 
-NO_MITIGATION = (
-    "no impact mitigation factor (it requires a free base, no stance, and joints that move the contact in every direction)"
-)
+NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance, and no loop that ties the robot to the world)"
 
 
 def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False) -> Report:

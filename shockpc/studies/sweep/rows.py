@@ -19,6 +19,7 @@ from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError, refusal
 from shockpc.executor import in_order
 from shockpc.landing import PosedLanding, following, resolve
+from shockpc.model.posture import set_many
 from shockpc.profile import shock_profile
 from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Scene
@@ -82,6 +83,8 @@ class Sweep:
     seed: int = 0
     prove: int = 100
 
+    noun = "sweep"
+
     def __getstate__(self) -> dict[str, Any]:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
@@ -136,6 +139,18 @@ class Sweep:
         # Parts of one size, where the number of rows allows it, make Latin hypercubes of parts one of all rows.
         count = next((k for k in range(least, 2 * least) if n % k == 0), least)
         return tuple((n * k // count, n * (k + 1) // count) for k in range(count))
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """What the rows depend on, besides scene and robot."""
+        return {
+            "vary": [{key: getattr(one, key) for key in ("subject", "values", "span", "factor")} for one in self.variations],
+            "feasible rows alone": self.feasible,
+            "sample": self.sample,
+            "latin hypercube": self.lhs,
+            "seed": self.seed,
+            "rows proven for comparison": self.prove,
+        }
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -279,15 +294,8 @@ class Sweep:
             given = dict(zip(ATTITUDE, landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True)) | angles
             rpy = np.stack([np.broadcast_to(given[kind], len(own)) for kind in ATTITUDE], axis=1)
             Q[:, 3:7] = Rotation.from_euler("xyz", rpy, degrees=True).as_quat()
-        for one, x in moved.items():
-            for joint in one.joints(self.robot) if one.kind == "joint" else ():
-                _set(Q, joint.q, joint.kind, x if joint.kind == "prismatic" else x * DEG)
-        for mimic in self.robot.mimics:
-            follower, led = self.robot.joint(mimic.joint), np.full(len(own), mimic.offset)
-            for name, multiplier in mimic.leaders.items():
-                cosine, *sine = Q[:, self.robot.joint(name).q].T
-                led += multiplier * (np.arctan2(sine[0], cosine) if sine else cosine)
-            _set(Q, follower.q, follower.kind, led)
+        joints = [(joint, x) for one, x in moved.items() if one.kind == "joint" for joint in one.joints(self.robot)]
+        set_many(self.robot, [(joint, x if joint.kind == "prismatic" else x * DEG) for joint, x in joints], Q)
         return Q
 
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
@@ -328,11 +336,6 @@ def _unpickled(pickled: bytes) -> Any:
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:
     """The values of one row."""
     return {one: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0] for one, x in values.items()}
-
-
-def _set(Q: Array, place: slice, kind: str, x: Array) -> None:
-    """Set a joint of one coordinate in many postures [rad, m]."""
-    Q[:, place] = np.stack([np.cos(x), np.sin(x)] if kind == "continuous" else [x], axis=1)
 
 
 def _hypercube(n: int, d: int, k: int, parts: int, seed: Sequence[int], rng: np.random.Generator) -> Array:

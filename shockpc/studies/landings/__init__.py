@@ -1,0 +1,1 @@
+"""Recorded landings: tables of configurations and motions before the impact, and measured jumps against predicted ones."""

@@ -1,0 +1,305 @@
+"""Tables of recorded landings: what columns mean, rows in arrays against single landings, and measured jumps against predicted."""
+
+import csv
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import run
+from robot_texts import body, floating, mjcf
+from scipy.spatial.transform import Rotation
+from trees import known_robot, robot_from
+
+from shockpc import Contact, Scene, StudyError, UnknownName, load_robot, read_scene, resolve, shock_profile
+from shockpc.bench.measured import measured_landings
+from shockpc.model.motion import Motion
+from shockpc.studies.landings.comparison import STATISTICS, compare_measured
+from shockpc.studies.landings.study import CLOSED_BY, compute, landings
+from shockpc.studies.landings.table import rows_of
+
+SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
+JOINTS = ("LF_HAA", "LF_HFE", "LF_KFE", "RH_KFE")
+FIVE_BAR = Path(__file__).parents[1] / "robots" / "scenes" / "five_bar.toml"
+
+
+def table(n=6, seed=1):
+    """Random landings of ANYmal B: a few joints, attitude, velocities."""
+    rng = np.random.default_rng(seed)
+    q = np.concatenate([[1.0, 0.0, 0.0, 0.0] + 0.2 * rng.standard_normal((n, 4))])
+    columns = dict(zip(("qw", "qx", "qy", "qz"), (q / np.linalg.norm(q, axis=1)[:, None]).T, strict=True))
+    columns |= {"vx": rng.normal(0.0, 0.1, n), "vz": -1.0 - rng.random(n)} | {
+        key: rng.normal(0.0, 0.5, n) for key in ("wx", "wy", "wz")
+    }
+    for name in JOINTS:
+        columns |= {f"q_{name}": rng.uniform(-0.5, 0.5, n), f"before_{name}": rng.normal(0.0, 0.3, n)}
+    return columns
+
+
+def test_each_row_is_the_landing_of_its_own_posture_and_motion():
+    """All quantities of a row in arrays are those that a single landing, written as a scene, has with a proof."""
+    robot, wanted = (
+        known_robot("anymal_b"),
+        ("delta_v@imu_link", "shock@imu_link", "friction_needed", "energy_share", "v_in", "delta_qd"),
+    )
+    found = compute(landings(table(), SCENE, wanted, robot=robot, prove=2))
+    assert not found.messages
+    assert not found.columns["proven"].any()
+    for i in range(6):
+        profile = shock_profile(found.made.case(i), robot)
+        for column in found.made.computed:
+            (value,) = profile.numbers(column.selection, [column.place])
+            assert found.columns[column.name][i] == pytest.approx(value, rel=1e-9, abs=1e-12)
+    assert np.isfinite(found.columns["double_error"]).sum() == 2
+
+
+def test_velocities_in_the_axes_of_the_base_are_turned_to_the_world():
+    """vx_body … are R⁻¹ v; _deg is in degrees."""
+    columns, robot = table(), known_robot("anymal_b")
+    rotation = Rotation.from_quat(np.stack([columns[key] for key in ("qx", "qy", "qz", "qw")], axis=1))
+    in_body = rotation.inv().apply(np.stack([columns["vx"], np.zeros(6), columns["vz"]], axis=1))
+    other = {key: values for key, values in columns.items() if key not in ("vx", "vz", "q_LF_KFE")}
+    other |= {f"v{axis}_body": in_body[:, k] for k, axis in enumerate("xyz")} | {"q_LF_KFE_deg": np.degrees(columns["q_LF_KFE"])}
+    first, second = (rows_of(one, resolve(SCENE, robot)) for one in (columns, other))
+    np.testing.assert_allclose(second.before.velocity, first.before.velocity, atol=1e-12)
+    np.testing.assert_allclose(second.Q, first.Q, atol=1e-12)
+    assert "base vy" in first.missing
+    assert "base vy" not in second.missing
+
+
+def test_arrays_of_mujoco():
+    """The base's angular velocity in qvel is in its own axes; the order of joints is that of the file."""
+    robot = robot_from(mjcf(floating(body("leg", joints='<joint name="a" axis="0 1 0"/>'))), ".xml")
+    scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.0, 0.0, -0.3)),))
+    attitude = Rotation.from_euler("xyz", [0.3, -0.2, 0.5])
+    qpos, omega = np.array([[0.1, 0.2, 0.3, *np.roll(attitude.as_quat(), 1), 0.4]]), np.array([0.1, 0.2, 0.3])
+    arrays = rows_of({"qpos": qpos, "qvel": np.array([[0.0, 0.1, -1.0, *omega, 0.7]])}, resolve(scene, robot))
+    named = dict(zip(("x", "y", "z", "qw", "qx", "qy", "qz"), qpos.T, strict=False))
+    named |= {"a": np.array([0.4]), "before_a": np.array([0.7]), "vx": np.zeros(1), "vy": np.array([0.1]), "vz": np.array([-1.0])}
+    named |= {key: np.array([value]) for key, value in zip(("wx", "wy", "wz"), attitude.apply(omega), strict=True)}
+    expected = rows_of(named, resolve(scene, robot))
+    np.testing.assert_allclose(arrays.Q, expected.Q, atol=1e-15)
+    for one, other in zip(arrays.before, expected.before, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-15)
+
+
+def test_arrays_of_ros_and_recorded_messages():
+    """JointState with its names, as arrays and as columns of a recorded topic."""
+    names, position, velocity = np.array(JOINTS[:2]), np.array([[0.1, 0.2]]), np.array([[0.3, 0.4]])
+    columns = {f"/joint_states/{name}/position": position[:, k] for k, name in enumerate(names)}
+    columns |= {f"/joint_states/{name}/velocity": velocity[:, k] for k, name in enumerate(names)}
+    landing = resolve(SCENE, known_robot("anymal_b"))
+    rows = [rows_of(one, landing) for one in ({"name": names, "position": position, "velocity": velocity}, columns)]
+    for one in rows:
+        assert [landing.robot.joint(name).value(one.Q[0]) for name in names] == pytest.approx([0.1, 0.2])
+        assert [one.before.joint_rates[0, landing.robot.joint(name).v.start] for name in names] == pytest.approx([0.3, 0.4])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"qw": np.full(6, 0.9)}, r"row 0: the base's quaternion .* has length"),
+        ({"q_LF_KFE": np.array([0.1, 0.2, -60.0, 0.1, 0.1, 0.1])}, "row 2, column q_LF_KFE: -60 looks like degrees"),
+        ({"before_LF_KFE": np.full(6, 500.0)}, "row 0, column before_LF_KFE: 500 looks like degrees"),
+        ({"pitch": np.full(6, 15.0)}, "row 0, column pitch: 15 looks like degrees"),
+        ({"vz": np.array([1, 2, 3, np.nan, 5, 6])}, "row 3, column vz: nan is not a finite number"),
+        ({"q_LF_KNEE": np.zeros(6)}, r'no joint "LF_KNEE" in robot "anymal"; nearest: .*LF_KFE'),
+        ({"after_LF_HIP": np.zeros(6)}, 'no joint "LF_HIP"'),
+        ({"LF_KFE": np.zeros(6)}, 'two columns of the table mean joint "LF_KFE"'),
+        ({"after_RF_KFE": np.zeros(6)}, "no rate of this joint before the impact"),
+        ({"vx_body": np.zeros(6)}, "two columns of the table mean"),
+        ({"short": np.zeros(5)}, "differ in length"),
+    ],
+)
+def test_columns_that_cannot_be_right_are_refused(change, message):
+    with pytest.raises((StudyError, UnknownName), match=message):
+        rows_of(table() | change, resolve(SCENE, known_robot("anymal_b")))
+
+
+def test_columns_by_other_names():
+    """A joint is renamed in all of its columns; what gets no name is left out; a name that fits no column is refused."""
+    landing, columns = resolve(SCENE, known_robot("anymal_b")), table()
+    other = {name.replace("LF_", "front left "): values for name, values in columns.items()} | {"battery": np.ones(6)}
+    renamed = rows_of(other, landing, {"front left *": "LF_*", "battery": ""})
+    np.testing.assert_array_equal(renamed.Q, rows_of(columns, landing).Q)
+    with pytest.raises(StudyError, match='no column for "tail"'):
+        rows_of(columns, landing, {"tail": "LF_KFE"})
+
+
+def test_rows_with_contacts_of_their_own():
+    """Rows of different contacts are computed as these; a row that leaves the ground has a message instead of numbers."""
+    columns = table() | {"contact": np.array(["LF_FOOT", "RH_FOOT", "LF_FOOT+RH_FOOT"] * 2)}
+    columns["vz"] = np.where(np.arange(6) == 4, 3.0, columns["vz"])
+    found = compute(landings(columns, SCENE, ("shock@imu_link", "impulse"), robot=known_robot("anymal_b"), prove=0))
+    assert list(found.messages) == [4]
+    assert "does not approach the ground" in found.messages[4]
+    assert np.isnan(found.columns["shock@imu_link"][4])
+    for i in (1, 2):
+        profile = found.made.profile(i)
+        assert [contact.frame for contact in profile.contacts] == str(columns["contact"][i]).split("+")
+        assert found.columns["shock@imu_link"][i] == pytest.approx(
+            profile.values(found.made.computed[0].selection.quantity)[0], rel=1e-9
+        )
+    assert np.isnan(found.columns["impulse@contact 2"]).tolist() == [True, True, False] * 2
+
+
+def test_loops_are_closed_by_the_least_change():
+    """What a measuring error opens is closed, and by how much is a column; what no measuring error opens is refused."""
+    scene = replace(read_scene(FIVE_BAR), assemble=("*",))
+    robot = load_robot(scene.robot)
+    q, names = resolve(scene, robot).q, robot.joint_names
+    exact = {name: np.full(3, robot.joint(name).value(q)) for name in names}
+    rates = {f"before_{name}": np.zeros(3) for name in names}
+    noisy = exact | rates | {"front_knee": exact["front_knee"] + [0.0, 0.01, 0.8]}
+    found = compute(landings(noisy, scene, ("shock_com@body",), robot=robot, prove=0))
+    by = found.columns[CLOSED_BY]
+    assert by[0] < 1e-9
+    assert 1e-3 < by[1] < 0.01
+    assert list(found.messages) == [2]
+    assert "the loops are open" in found.messages[2]
+    given = {name: values for name, values in (exact | rates).items() if not name.endswith("knee")}
+    followed = compute(landings(given, scene, ("shock_com@body",), robot=robot, prove=0))
+    assert followed.columns["shock_com@body"] == pytest.approx(np.full(3, found.columns["shock_com@body"][0]), rel=1e-9)
+
+
+def test_motions_of_many_postures_are_those_of_each():
+    """Kinetic energy and velocities before the impact with a motion for every posture."""
+    robot, columns = known_robot("anymal_b"), table()
+    made = landings(columns, SCENE, ("energy_lost", "total_impulse.z", "approach@LF_FOOT"), robot=robot, prove=0)
+    found = compute(made)
+    for i in range(6):
+        profile = made.profile(i)
+        assert found.columns[made.computed[0].name][i] == pytest.approx(profile.value("energy_lost", "robot"), rel=1e-9)
+        assert found.columns["approach@LF_FOOT"][i] == pytest.approx(np.linalg.norm(profile.contacts[0].approach), rel=1e-12)
+    assert isinstance(made.table.before, Motion)
+
+
+# Measured against predicted
+
+
+def measured(columns, robot, noise=0.0):
+    """A table with the jumps that the model predicts, and noise."""
+    made = landings(columns, SCENE, ("delta_qd", "delta_v@imu_link"), robot=robot, prove=0)
+    found, rng = compute(made), np.random.default_rng(5)
+    after = {f"after_{name}": columns[f"before_{name}"] + found.columns[f"delta_qd@{name}"] for name in JOINTS}
+    noisy = {name: values + noise * rng.standard_normal(len(values)) for name, values in after.items()}
+    return columns | noisy | {"after_delta_v@imu_link": found.columns["delta_v@imu_link"]}
+
+
+def test_a_perfect_prediction():
+    """Correlation, slope and skill are 1, the error 0; of the joints together, of each, and of a quantity at a point."""
+    robot = known_robot("anymal_b")
+    comparison = compare_measured(measured(table(12), robot), {"free": SCENE}, robot)
+    assert {one.name for one in comparison.agreements} == {"joint rates", *JOINTS, "delta_v@imu_link"}
+    for one in comparison.agreements:
+        for key in STATISTICS:
+            assert one.statistics[key] == pytest.approx((float(key != "error"),) * 3, abs=1e-8)
+
+
+def test_statistics_of_a_noisy_measurement():
+    """Against NumPy's correlation and line, and a leave-one-out mean written as a loop."""
+    robot = known_robot("anymal_b")
+    columns = measured(table(12), robot, 0.3)
+    one = compare_measured(columns, {"free": SCENE}, robot).agreements[0]
+    p, m = one.predicted, one.measured
+    np.testing.assert_allclose(m, np.stack([columns[f"after_{j}"] - columns[f"before_{j}"] for j in JOINTS], axis=1))
+    values = {key: one.statistics[key][0] for key in STATISTICS}
+    assert values["r"] == pytest.approx(np.corrcoef(p.ravel(), m.ravel())[0, 1])
+    assert values["slope"] == pytest.approx(np.polyfit(p.ravel(), m.ravel(), 1)[0])
+    assert values["error"] == pytest.approx(np.median(np.linalg.norm(p - m, axis=1) / np.linalg.norm(m, axis=1)))
+    assert values["skill"] == pytest.approx(1.0 - np.sum((p - m) ** 2) / np.sum(m**2))
+    mean = np.stack([np.delete(m, i, axis=0).mean(axis=0) for i in range(12)])
+    assert values["skill (mean)"] == pytest.approx(1.0 - np.sum((p - m) ** 2) / np.sum((m - mean) ** 2))
+    assert one.statistics["r"][1] < values["r"] < one.statistics["r"][2]
+
+
+def test_base_velocities_are_compared_in_world_axes():
+    """after_vz less vz against the jump of the base's frame, turned to the world."""
+    robot, columns = known_robot("anymal_b"), table()
+    one = compare_measured(columns | {"after_vz": columns["vz"] + 0.5}, {"free": SCENE}, robot).agreements[0]
+    made = landings(columns, SCENE, robot=robot)
+    for i in range(6):
+        profile = made.profile(i)
+        jump = profile.landing.state.rotation[0, 0] @ profile.delta_v[0]
+        assert one.predicted[i, 0] == pytest.approx(jump[2], rel=1e-9)
+    np.testing.assert_allclose(one.measured, 0.5)
+
+
+def test_measured_landings_of_cassie():
+    """The README's table is what the benchmark computes."""
+    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^\| (.*springs.*) \| (\d+) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \|$", text, re.MULTILINE)
+    sheet = {(row[0], row[1]): row[3:] for row in measured_landings().rows}
+    assert len(lines) == 6
+    for model, time, r, slope, error, skill in lines:
+        found = sheet[model, time]
+        assert (found[0].split()[0], found[1].split()[0], found[2], found[3].split()[0]) == (r, slope, error, skill)
+
+
+# The command
+
+
+def written(path, columns):
+    """A table as CSV."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*(values.tolist() for values in columns.values()), strict=True))
+    return path
+
+
+def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
+    """CSV, JSON, Parquet and NPZ hold the same numbers; the scene of the worst row gives them again."""
+    columns = table() | {"name": np.array([f"jump {k}" for k in range(6)])}
+    written(here / "log.csv", columns)
+    np.savez(here / "log.npz", **columns)
+    words = ("anymal_b", "--contact", "LF_FOOT", "--rank", "delta_v@imu_link", "--prove", 0)
+    csv_text = run(capfd, "landings", here / "log.csv", *words, "--format", "csv").out
+    assert csv_text == run(capfd, "landings", here / "log.npz", *words, "--format", "csv", "--out", here / "out").out
+    rows = list(csv.DictReader(csv_text.splitlines()))
+    values = [float(row["delta_v@imu_link [m/s]"]) for row in rows]
+    assert values == sorted(values, reverse=True)
+    document = json.loads((here / "out" / "landings.json").read_text())
+    assert [row["delta_v@imu_link"] for row in document["rows"]] == values
+    assert {"landings.svg", "landings.csv", "report.md"} <= {file.name for file in (here / "out").iterdir()}
+    scene = run(capfd, "landings", here / "log.csv", *words, "--command", rows[0]["landing"]).out
+    (here / "worst.toml").write_text(scene)
+    outcome = run(capfd, "analyze", here / "worst.toml", "--format", "json")
+    (imu,) = (point for point in json.loads(outcome.out)["points"] if point["frame"] == "imu_link")
+    assert np.linalg.norm(imu["delta_v"]) == pytest.approx(values[0], rel=1e-12)
+
+
+def test_rows_in_parts_are_continued(here, capfd):
+    """A part that is missing is computed by --resume; another table is refused."""
+    written(here / "log.csv", table())
+    words = ("anymal_b", "--contact", "LF_FOOT", "--prove", 0, "--out", here / "out", "--rows", "parquet")
+    assert run(capfd, "landings", here / "log.csv", *words).code == 0
+    (part,) = (here / "out" / "rows").iterdir()
+    content = part.read_bytes()
+    part.unlink()
+    assert run(capfd, "landings", here / "log.csv", *words, "--resume").code == 0
+    assert part.read_bytes() == content
+    written(here / "log.csv", table(seed=2))
+    outcome = run(capfd, "landings", here / "log.csv", *words, "--resume")
+    assert outcome.code == 2
+    assert "differs in: table" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("q_LF_KFE,vz\n0.1\n", "row 0 has 1 cells"),
+        ("q_LF_KFE,vz\n0.1,fast\n0.1,-1\n", 'column vz has to hold numbers'),
+        ("q_LF_KFE,vz\n0.1,-1\n0.1,fast\n", 'row 1, column vz: "fast" is not a number'),
+        ("vz,vz\n-1,-1\n", 'two columns "vz"'),
+        ("vz\n", "has no rows"),
+        ("", "has no rows"),
+    ],
+)  # fmt: skip
+def test_files_that_are_no_table(here, capfd, text, message):
+    (here / "log.csv").write_text(text)
+    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
+    assert outcome.code == 2
+    assert message in outcome.err
