@@ -31,17 +31,19 @@ MOST_JOBS = 512
 
 
 @contextmanager
-def executor(jobs: int, cluster: str | None = None) -> Iterator[Executor | None]:
+def executor(jobs: int, cluster: str | None = None, waiting: Callable[[str], object] | None = None) -> Iterator[Executor | None]:
     """An executor of so many processes; None, which means this one, for 1. When it is left by an error, what still runs is ended.
 
     Args:
         jobs: number of processes.
         cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
+        waiting: called with a message if the cluster has no worker yet, which is then waited for; None refuses such a cluster.
 
     Raises:
-        StudyError: there are too many processes, or one died; the cluster cannot be reached, or `distributed` is not installed.
+        StudyError: there are too many processes, or one died; the cluster cannot be reached or has no worker, or `distributed` is
+            not installed.
     """
-    with _dask(cluster) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
+    with _dask(cluster, waiting) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
         yield workers
 
 
@@ -84,7 +86,7 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def _dask(address: str) -> Iterator[Executor]:
+def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Executor]:
     """The executor of a running Dask cluster."""
     try:
         from distributed import Client, KilledWorker
@@ -108,6 +110,13 @@ def _dask(address: str) -> Iterator[Executor]:
         why = " ".join(str(refusal).split()) or f"nothing within {PATIENCE:g} s"
         raise StudyError(f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler') from None
     try:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            missing = f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
+            if waiting is None:
+                raise StudyError(f"{missing}; or wait for them with --wait") from None
+            waiting(f"{missing}; waiting for them")
         yield client.get_executor(pure=False)
     except KilledWorker as death:
         raise StudyError(f"several workers of the cluster died over one part: {death}; give them more memory") from None

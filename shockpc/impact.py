@@ -14,7 +14,7 @@ from shockpc.core.impulse import Solution
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross_matrix, velocity_at
 from shockpc.landing import PosedLanding
-from shockpc.model.dynamics import Dynamics
+from shockpc.model.dynamics import Design, Dynamics
 from shockpc.model.motion import twist_before
 from shockpc.model.rows import Block, Equation, block_axes, block_point, block_wrenches, slices_of
 from shockpc.places import Place, joint_places
@@ -93,7 +93,7 @@ class Impact:
         return self.state.rotation[:, list(bodies)]
 
     def points(self, bodies: Sequence[int], r: Any) -> Any:
-        """Positions (N, n, 3) of points of bodies, world axes, from the base [m]. Args: r (n, 3) in the bodies' frames [m]."""
+        """Positions (N, n, 3) of points of bodies, world axes, from the base [m]. Args: r ([N,] n, 3) in their frames [m]."""
         return self.state.position[:, list(bodies)] + (self.orientations(bodies) @ r[..., None])[..., 0]
 
     def velocities_before(self, bodies: Sequence[int], points: Any) -> Any:
@@ -134,7 +134,8 @@ class Impact:
             return self.approach
         bodies = range(len(self.landing.robot.bodies))
         velocity = self.velocities_before(bodies, self.points(bodies, self.coms))
-        return (np.sum(velocity * self.masses[:, None], axis=-2) / np.sum(self.masses))[..., None, :]
+        total = np.sum(self.masses, axis=-1)[:, None, None]
+        return (np.sum(velocity * self.masses[:, None, :, None], axis=-2) / total)[..., None, :]
 
     @functools.cached_property
     def v_in(self) -> Any:
@@ -142,21 +143,26 @@ class Impact:
         speeds = norm(self.reference_velocities)
         return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
 
+    @functools.cached_property
+    def design(self) -> Design:
+        """The inertias of the bodies and the joints, in doubles: of each of the N postures, or one for all."""
+        return Design.of(self.landing.robot, self.landing.joint_model.armature)
+
     @property
     def masses(self) -> Any:
-        """Masses (nb,) of the bodies [kg]."""
-        return self.landing.robot.masses
+        """Masses (N or 1, nb) of the bodies [kg]."""
+        return self.design.mass
 
     @property
     def coms(self) -> Any:
-        """Centres of mass (nb, 3) of the bodies, in their frames [m]."""
-        return self.landing.robot.coms
+        """Centres of mass (N or 1, nb, 3) of the bodies, in their frames [m]."""
+        return self.design.com
 
     @functools.cached_property
     def com(self) -> Any:
         """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]."""
         bodies = range(len(self.landing.robot.bodies))
-        return np.sum(self.points(bodies, self.coms) * self.masses[:, None], axis=1) / np.sum(self.masses)
+        return np.sum(self.points(bodies, self.coms) * self.masses[..., None], axis=1) / np.sum(self.masses, axis=-1)[:, None]
 
     @property
     def joint_origins(self) -> Any:
@@ -167,12 +173,12 @@ class Impact:
     @property
     def inertias(self) -> Any:
         """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63)."""
-        robot, bodies = self.landing.robot, range(len(self.landing.robot.bodies))
+        bodies, design = range(len(self.landing.robot.bodies)), self.design
         R = self.orientations(bodies)
-        C = cross_matrix(self.points(bodies, robot.coms))
-        mass = robot.masses[:, None, None]
+        C = cross_matrix(self.points(bodies, design.com))
+        mass = design.mass[..., None, None]
         out = np.zeros((*C.shape[:2], 6, 6))
-        out[..., :3, :3] = R @ robot.inertias @ np.swapaxes(R, -1, -2) - mass * C @ C
+        out[..., :3, :3] = R @ design.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
         out[..., :3, 3:], out[..., 3:, :3], out[..., 3:, 3:] = mass * C, -mass * C, mass * np.eye(3)
         return out
 
@@ -223,9 +229,8 @@ class Impact:
         linear = twists[..., 3:] + self._strike_change[..., None, :]
         twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
         momenta = (self.inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
-        own = self.exact(self.landing.joint_model.armature) * self.exact(before.joint_rates) ** 2
-        armature = np.sum(own, axis=-1, keepdims=True)
-        return (np.sum(momenta * twists, axis=(-1, -2)) + armature) / 2
+        armature = np.sum(self.exact(self.design.armature) * self.exact(before.joint_rates) ** 2, axis=-1)
+        return (np.sum(momenta * twists, axis=(-1, -2)) + armature[:, None]) / 2
 
 
 class DoubleImpact(Impact):
@@ -238,6 +243,7 @@ class DoubleImpact(Impact):
         jumps: (N, n, 6, k) of bodies, body coordinates.
         bodies: which these are; all by default.
         strikes: (N, S, 3) velocities of the base before the impact, world axes [m/s]; the landing's own by default.
+        design: the inertias in each posture; the landing's own by default.
     """
 
     def __init__(
@@ -248,6 +254,7 @@ class DoubleImpact(Impact):
         jumps: Array,
         bodies: Sequence[int] | None = None,
         strikes: Array | None = None,
+        design: Design | None = None,
     ) -> None:
         self.landing, self.state, self.blocks, self.speeds = landing, equation.state, equation.blocks, equation.b
         self.delta_qd, self.impulse, self.jumps = equation.full(solution.delta_qd), solution.impulse, jumps
@@ -261,3 +268,5 @@ class DoubleImpact(Impact):
             self.independent_impulse[k] = 0.0
             self.independent_impulse[k, choice.rows] = solution.independent[k]
         self._strikes = strikes
+        if design is not None:
+            self.design = design

@@ -175,6 +175,23 @@ EXTRAS = _table("""
 """Options of `analyze`."""
 
 
+SETTINGS = _table("""
+--vary knee=-20:20:3 ¦ --vary knee=0 ¦ --vary strike-angle=0:30:2 ¦ --vary mass:*=0.5x:2x ¦ --vary-each mass:*=+-5% ¦
+--vary armature:*=0.5x:2x ¦ --vary com-x:body=+-0.01 ¦ --vary inertia:*=1x:2x:log ¦ --vary contact=* ¦ --vary friction=0:1:2 ¦
+--vary base-yaw=0:90:2 ¦ --vary offset-x=0,0.01 ¦ --sample 5 ¦ --sample 3 --lhs ¦ --seed 3 ¦ --prove 2 ¦ --armature *=0.05 ¦
+--quantity shock ¦ --quantity joint_impulse@* ¦ --quantity ropc ¦ --greatest ¦ --joints locked ¦ --slide ¦ --resume ¦ --jobs 2 ¦
+--format csv ¦ --format json ¦ --change mass:*=0.9x ¦ --figures --out out ¦ --out out ¦ --at body ¦ --body * ¦ --step 5 ¦ --count 2
+""")
+"""Options of studies; not every study has each."""
+
+STUDIES = ("sweep", "batch", "compare", "place", "limits", "sensitivity")
+"""Commands that compute many landings."""
+
+SWEPT: dict[str, bytes] = {}
+"""The files of the sweep below, which the fuzzer fills in."""
+
+SWEEP = "sweep robot.urdf --contact foot --vary knee=-20:20:3 --prove 1 --format csv --out swept"
+
 COMMANDS = {
     "analyze robot.urdf --contact foot": (38, "robot.urdf " * 7 + "robot.srdf package.xml part.stl part.obj part.dae part.ply"),
     "analyze robot.xml --contact foot": (24, "robot.xml " * 5 + "more.xml part.stl"),
@@ -185,7 +202,17 @@ COMMANDS = {
     "robots robot.urdf": (4, "robot.urdf package.xml"),
     "robots robot.xml": (2, "robot.xml more.xml"),
     "check budgets.toml": (3, "budgets.toml " * 3 + "scene.toml robot.urdf"),
-    "check budgets.toml --baseline baseline.json": (1, "baseline.json budgets.toml"),
+    "check budgets.toml --baseline baseline.json": (6, "baseline.json " * 4 + "budgets.toml"),
+    SWEEP: (5, "robot.urdf"),
+    f"{SWEEP} --resume": (
+        5,
+        "swept/rows/part-00000.csv swept/checksums/part-00000.sha256 swept/sweep.json swept/.shockpc-files robot.urdf",
+    ),
+    "batch robot.urdf robot.xml --contact foot": (4, "robot.urdf robot.xml part.stl"),
+    "compare robot.urdf robot.xml --contact foot": (4, "robot.urdf robot.xml"),
+    "place robot.urdf --contact foot --body body --within -0.1:0.1,-0.1:0.1,0:0.1": (3, "robot.urdf part.stl"),
+    "limits robot.urdf --contact foot --joint knee --at body --max 0.2": (4, "robot.urdf"),
+    "sensitivity robot.urdf --contact foot --at body": (4, "robot.urdf"),
 }
 """Commands: how often each is run, and the files of which some are changed."""
 
@@ -200,6 +227,7 @@ class Case(NamedTuple):
         """Make the folder; the files that a case may name but not read are in `outside` beside it."""
         folder.mkdir(parents=True)
         for name, data in self.files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(data)
         for suffix in ("", ".stl"):
             os.mkfifo(folder / f"pipe{suffix}")
@@ -217,6 +245,7 @@ def case(number: int) -> Case:
     rng, files = random.Random(f"case {number}"), dict(FILES)
     (line,) = rng.choices(list(COMMANDS), [often for often, _ in COMMANDS.values()])
     words = line.split()
+    files |= SWEPT if "--resume" in words else {}
     for _ in range(rng.choice((0, 1, 1, 1, 2, 3))):
         name = rng.choice(COMMANDS[line][1].split())
         files[name] = _changed(rng, files[name])
@@ -225,6 +254,11 @@ def case(number: int) -> Case:
         words += ["--out", "out"] * (rng.random() < 0.03)
         for _ in range(rng.choice((0, 0, 0, 1, 1, 2))):
             words += rng.choice(EXTRAS).split()
+    elif words[0] in STUDIES:
+        for _ in range(rng.choice((0, 1, 1, 2))):
+            words += rng.choice(SETTINGS).split()
+        if rng.random() < 0.1:
+            words += ["--vary", f"{rng.choice((*NAMES, 'knee', 'mass:*'))}={rng.choice(NUMBERS)}"]
     elif words[0] == "check" and rng.random() < 0.5:
         words += ["--format", rng.choice(("json", "junit", "github", "markdown", "json=report.json"))]
     if rng.random() < 0.05:

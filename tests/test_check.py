@@ -22,6 +22,7 @@ from shockpc.show.document import PATHS
 from shockpc.show.files import MANIFEST
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.gate import check_budgets
+from shockpc.studies.sweep.study import sweep
 
 GEOMETRY = '<link name="shin"><collision><origin xyz="0 0 -0.2"/><geometry><box size="0.02 0.02 0.4"/></geometry></collision>'
 NO_INERTIA = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
@@ -697,12 +698,72 @@ def test_assert_shock_refuses_what_it_cannot_compute(here):
         assert_shock(Scene(robot="massless.urdf", contact="foot"), at="body", max=1.0)
 
 
+VARIES = (
+    CASE
+    + """designs = 100
+[[case.vary]]
+each = "mass:*"
+values = "±10%"
+[[case.vary]]
+quantity = "com-z:body"
+values = "±0.02"
+"""
+)
+
+
+@pytest.mark.parametrize("side", ["max", "min"])
+def test_a_percentile_is_met_where_so_many_designs_meet_it(capfd, here, side):
+    """The limit lies between two designs in order: just enough meet it, or one too few; numbers are those of single analyses."""
+    case = read_budgets(write(here, VARIES + PASSES + "percentile = 95\n")).cases[0]
+    robot = shockpc.load_robot("stick.urdf")
+    made = sweep(
+        case.scene, [("com-z:body", "±0.02")], vary_each=[("mass:*", "±10%")], sample=100, lhs=True, at=["imu_link"], robot=robot
+    )
+    points = (shock_profile(*made.case(row)).points for row in range(100))
+    shocks = np.sort([next(point.shock for point in own if point.frame == "imu_link") for own in points])
+    if side == "min":
+        shocks = shocks[::-1]
+    for above, code in ((94, 0), (93, 1)):
+        limit = {side: float(shocks[above] + shocks[above + 1]) / 2.0}
+        path = write(here, VARIES + budget(at="imu_link", metric="shock", percentile=95, **limit))
+        outcome = run(capfd, "check", path)
+        assert outcome.code == code, outcome
+    assert f"{shocks[94]:.6g} (95 % of the designs) is {'above' if side == 'max' else 'below'} {side}" in outcome.out
+
+
+def test_a_percentile_of_designs_that_cannot_be_computed_is_no_verdict(capfd, here):
+    """Not a percentile of the others."""
+    far = VARIES + '[[case.vary]]\nquantity = "strike-angle"\nvalues = "80:100"\n'
+    outcome = run(capfd, "check", write(here, far + budget(at="imu_link", metric="shock", percentile=95, max=10)))
+    assert outcome.code == 3
+    assert "of 100 designs: contact" in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (VARIES + PASSES, "no budget of it has a percentile"),
+        (CASE + PASSES + "percentile = 95\n", "nothing that varies"),
+        (VARIES + PASSES + "percentile = 5\n", "from 50 to 100 %"),
+        (VARIES + PASSES + 'percentile = 95\nbaseline_tolerance = "5%"\n', "a baseline holds none"),
+        (VARIES.replace("100", "0.5") + PASSES, "a whole number from 1"),
+        (VARIES.replace("each", "quantity", 1).replace('"±10%"', '"±10%"\neach = "mass:*"') + PASSES, "either a quantity"),
+        (VARIES.replace("±10%", "ten") + PASSES + "percentile = 95\n", "not a finite number"),
+    ],
+)
+def test_percentiles_of_nothing_are_refused(capfd, here, text, message):
+    outcome = run(capfd, "check", write(here, text))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert message in outcome.err
+
+
 def test_schema_accepts_valid_budgets_alone(capfd, here):
     """The schema for editors lists every metric and every key, and refuses all others."""
     validator = jsonschema.Draft202012Validator(json.loads(good(capfd, "schema", "budgets")))
     inline = '[[case]]\nname = "inline"\nrobot = "stick.urdf"\nposture = { joints_deg = { knee = 3 } }\n'
     every = {"case": "l*", "at": "shin", "max": 2, "min": 1, "baseline_tolerance": "5%", "severity": "warning"}
     validator.validate(tomllib.loads(ANGLES + inline + PASSES + budget(metric="body.delta_v.x", **every)))
+    validator.validate(tomllib.loads(VARIES + PASSES + "percentile = 95\n"))
     for text in (CASE, PASSES, CASE + FAILS.replace('"shock"', '"shok"'), CASE + PASSES + "mx = 1\n", CASE + "robt = 1\n" + PASSES):
         assert len(list(validator.iter_errors(tomllib.loads(text)))) == 1
 

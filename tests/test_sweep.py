@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ from commands import STICK
 from hypothesis import given
 from hypothesis import strategies as st
 from random_landings import random_landing
+from scipy.stats import norm, spearmanr
 from trees import robot_from
 
-from shockpc import Contact, Joints, Point, Scene, ShockError, Strike, load_robot, resolve, shock_maps, shock_profile
+from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, resolve, shock_maps, shock_profile
 from shockpc.core.directions import extreme_directions, most_severe_directions
 from shockpc.core.spatial import plane_from
 from shockpc.errors import StudyError, UnknownName
@@ -22,7 +24,7 @@ from shockpc.robot.changes import changed, links_with_mass, read_changes
 from shockpc.studies.columns import Column, proven_columns
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
-from shockpc.studies.sweep.summary import _extent, summarise
+from shockpc.studies.sweep.summary import PERCENTILES, _extent, summarise
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 
@@ -132,11 +134,106 @@ def test_sweeps_of_random_landings_equal_the_single_analysis(number):
         if not scene.joints.armature and not scene.joints.locked and robot.joint_names
         else ("offset-x", [0.0, 0.05])
     )
+    heavy = [link for link in robot.links if number % 2 and robot.model.frames[robot.model.getFrameId(link)].inertia.mass]
+    vary += (
+        [(f"mass:{heavy[-1]}", "1x,1.5x"), (f"com-y:{heavy[0]}", [0.0, 0.02]), (f"inertia:{heavy[-1]}", "1.1x")] if heavy else []
+    )
     try:
         made = sweep(scene, robot=robot, vary=vary, bodies=[robot.bodies[-1].name], prove=0)
     except ShockError:
         return
     check(made)
+
+
+INERTIAL = {
+    "mass:*": "±5%", "com-x:*": "±0.01", "com-y:*": "-0.01:0.02", "com-z:*": "0.005+-0.002", "inertia:*": "0.8x:1.2x:log",
+}  # fmt: skip
+"""Variations of inertias for `vary_each`."""
+
+ROTOR = Rotor(inertia=1e-4, gear_ratio=100.0)
+
+
+@pytest.mark.parametrize(
+    ("robot", "contact", "changes", "armature"),
+    [
+        ("anymal_c", "LF_FOOT", {"joints": Joints(armature={"*": 0.05}), "v_in": "com"}, "*=0.5x:2x"),
+        ("go2", "FL_foot+RR_foot", {"stance": ("FR_foot",), "strike": Strike(joint_velocities={"FL_*": 0.1})}, "FL_*=0:0.1"),
+        ("talos", "left_sole_link", {"base": "planar", "joints": Joints(rotor={"leg_*": ROTOR})}, "*=±9%"),
+        ("solo12", "FL_FOOT", {"joints": Joints(locked=("FL_HAA",))}, "*=0,0.01"),
+    ],
+)  # fmt: skip
+def test_inertias_of_rows_equal_the_single_analysis_of_the_changed_robot(robot, contact, changes, armature):
+    """Each link's mass, centre of mass and inertia and the joints' armature at once, in one posture and in many."""
+    contacts, loaded = tuple(Contact(frame=name) for name in contact.split("+")), load_robot(robot)
+    scene = Scene(robot=robot, contact=contacts, **changes)
+    pattern, _, values = armature.partition("=")
+    quantities = ("mass", "energy_share", "total_moment", "delta_v_com", "off_plane", "joint_impulse", "delta_qd")
+    for postures in ({}, {"*": None}):
+        vary, each = {f"armature:{pattern}": values}, INERTIAL | postures
+        made = sweep(
+            scene, robot=loaded, vary=vary, vary_each=each, sample=5, seed=2, lhs=True, quantities=quantities, prove=0
+        )  # fmt: skip
+        assert check(made) == 5
+
+
+def test_a_mass_that_no_body_has_is_the_message_of_its_row(anymal):
+    _, messages = table(made := sweep(ANYMAL, robot=anymal, vary={"mass:LF_SHANK": [0.5, 1e30]}))
+    assert list(messages) == [1]
+    assert "cannot be computed with" in messages[1]
+    assert check(made) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "quantiles"),
+    [
+        ("1:9", lambda u: 1 + 8 * u),
+        ("1:16:log", lambda u: 16**u),
+        ("5+-0.5", lambda u: 5 + 0.5 * norm.ppf(norm.cdf(-3) + u * (norm.cdf(3) - norm.cdf(-3)))),
+    ],
+)
+def test_distributions_have_their_quantiles(anymal, text, quantiles):
+    """Row k of a Latin hypercube, in order, lies between the quantiles k/n and (k + 1)/n."""
+    made, n = sweep(ANYMAL, robot=anymal, vary={"mass:LF_SHANK": text}, sample=2000, lhs=True), 2000
+    x, edges = np.sort(made._values(0)[made.axes[0]][:, 0]), quantiles(np.arange(n + 1) / n)
+    assert np.all((x >= edges[:-1] - 1e-12) & (x <= edges[1:] + 1e-12))
+
+
+def test_factors_of_armature_are_log_uniform_and_of_masses_uniform(anymal):
+    geared = replace(ANYMAL, joints=Joints(armature={"*": 0.05}))
+    made = sweep(geared, robot=anymal, vary={"armature:*": "0.5x:2x", "mass:LF_SHANK": "0.5x:2x"}, sample=4000, lhs=True, prove=0)
+    assert len(made.axes) == 2  # the posture is held
+    armature, mass = (made._values(0)[one] for one in made.axes)
+    assert np.median(armature) == pytest.approx(1.0, rel=1e-3)
+    assert np.median(mass) == pytest.approx(1.25, rel=1e-3)
+
+
+@pytest.mark.parametrize("n", [1, 2, 60001])
+def test_any_number_of_rows_keeps_the_strata(anymal, n):
+    """Also a prime one; quantities are not permuted alike."""
+    made = sweep(ANYMAL, robot=anymal, vary={"*_KFE": "0:1", "strike-angle": "0:1"}, sample=n, lhs=True)
+    x, y = (np.concatenate([made._values(k)[one][:, 0] for k in range(len(made.parts))]) for one in made.axes)
+    assert np.array_equal(np.unique(np.floor(x * n)), np.arange(n))
+    assert np.array_equal(np.unique(np.floor(y * n)), np.arange(n))
+    assert n < 60001 or abs(np.corrcoef(x, y)[0, 1]) < 0.02
+
+
+def test_summary_of_a_sample_holds_percentiles_and_rank_correlations(anymal):
+    """Against SciPy, with ties, rows without a number and a constant column."""
+    vary = {"*_KFE": [-100, -60, -30], "strike-angle": "0:120", "com-x:LF_HIP": [0.01]}
+    made = sweep(ANYMAL, robot=anymal, vary=vary, sample=400, quantities=["mass"], at=["imu_link"], prove=0)
+    columns, messages = table(made)
+    assert messages
+    texts = np.array([messages.get(i) for i in range(made.rows)], dtype=object)
+    summary = summarise(made, lambda name: iter([texts if name == "message" else columns[name]]))
+    shock = columns["shock@imu_link"]
+    known = ~np.isnan(shock)
+    assert summary.extents[0].percentiles == tuple(np.sort(shock[known])[math.ceil(known.sum() * p / 100) - 1] for p in PERCENTILES)
+    for one, row in zip(summary.varied, summary.correlations, strict=True):
+        if one.kind.startswith("com"):
+            assert np.isnan(row[0])
+        else:
+            assert row[0] == pytest.approx(spearmanr(columns[one.column][known], shock[known]).statistic, abs=1e-12)
+    assert np.isnan(summary.correlations[:, [one.column.name for one in summary.extents].index("mass@anymal")]).all()
 
 
 def test_base_quaternion_from_angles_is_that_of_a_scene(anymal):
@@ -345,6 +442,12 @@ def test_a_change_of_a_link_changes_that_link_alone():
         ({"inertia:base": "1,2"}, {}, StudyError, "by factors"),
         ({"armature:*": [-1]}, {}, StudyError, "below zero"),
         ({"contact": ""}, {}, ShockError, ""),
+        ({"mass:base": "±40%"}, {"sample": 9}, StudyError, "not above zero"),
+        ({"armature:*": "0.5x:2x"}, {"sample": 9}, StudyError, "no reflected inertia to multiply"),
+        ({"speed": "±0.1"}, {"sample": 9}, StudyError, "Give the mean too"),
+        ({"speed": "±5%"}, {"sample": 9}, StudyError, "a factor such as"),
+        ({"speed": "1±0"}, {"sample": 9}, StudyError, "no standard deviation"),
+        ({"com-x:LF_HIP": "0:1:log"}, {"sample": 9}, StudyError, "no logarithm"),
         ({"*_KFE": [-60]}, {"lhs": True}, StudyError, "--sample"),
         ({}, {"sample": 0}, StudyError, "empty"),
         ({"*_KFE": [-60]}, {"at": ["nose"]}, UnknownName, "nose"),

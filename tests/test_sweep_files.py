@@ -127,6 +127,30 @@ def test_killed_run_is_resumed_to_the_same_bytes(stick, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
 
 
+@pytest.mark.parametrize("format_", ["csv", "parquet"])
+@pytest.mark.parametrize("damage", ["truncated", "changed", "of another sweep", "without a checksum"])
+def test_damaged_part_is_computed_again(capfd, stick, tmp_path, format_, damage):
+    """Whatever happened to a part, --resume gives the files of an undamaged run; parts that are whole stay as they are."""
+    words = ("sweep", stick, "--contact", "foot", "--vary", "knee=-60:60:3000", "--prove", "2", "--format", format_)
+    out, other = tmp_path / "out", tmp_path / "other"
+    for folder, more in ((out, ()), (other, ("--restitution", "0.5"))):
+        good(capfd, *words, *more, "--out", folder)
+    before, part = files(out), out / "rows" / f"part-00000.{format_}"
+    changed = part.read_bytes()
+    match damage:
+        case "truncated":
+            part.write_bytes(changed[: -len(changed) // 3])
+        case "changed":
+            part.write_bytes(changed[:300] + bytes([changed[300] ^ 1]) + changed[301:])
+        case "of another sweep":
+            for path in (part, out / "checksums" / "part-00000.sha256"):
+                path.write_bytes((other / path.relative_to(out)).read_bytes())
+        case _:
+            (out / "checksums" / "part-00000.sha256").unlink()
+    good(capfd, *words, "--out", out, "--resume")
+    assert files(out) == before
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_interrupt_keeps_finished_parts(stick, tmp_path, jobs):
     """Ctrl-C ends with code 130 and one message; what was finished remains, and nothing half written does."""
@@ -222,6 +246,24 @@ def dask(*words: object, folder: Path):
         finally:
             process.kill()
             process.wait()
+
+
+def test_cluster_without_workers_is_refused_or_waited_for(stick, tmp_path):
+    """A scheduler alone: a message within 10 s, and with --wait the rows once there is a worker."""
+    out = ("--contact", "foot", "--vary", "knee=-60:60:3", "--prove", "0", "--out", tmp_path / "out", "--cluster")
+    with dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path) as _:
+        info, end = tmp_path / "scheduler.json", time.monotonic() + 60.0
+        while not info.exists() and time.monotonic() < end:
+            time.sleep(0.1)
+        address = json.loads(info.read_text())["address"]
+        code, text, err = done(command(stick, *out, address))
+        assert (code, text, err.count("\n")) == (2, "", 1)
+        assert "has no worker; start some with: dask worker" in err
+        assert not (tmp_path / "out" / "rows").exists()
+        process = command(stick, *out, address, "--wait")
+        assert "has no worker" in process.stderr.readline()
+        with dask("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1", folder=tmp_path):
+            assert done(process)[0] == 0
 
 
 def test_cluster_that_loses_a_worker_writes_the_same_bytes(stick, tmp_path):

@@ -28,6 +28,11 @@ and [[tool.shockpc.budget]]:
   strike_angle_deg = [0, 15, 30]  # a landing for each
 
 \b
+  [[case.vary]]                   # what is not known of the design
+  each = "mass:*"                 # or quantity = ..., with one value for all
+  values = "±5%"                  # as sweep --vary with --sample takes it
+
+\b
   [[budget]]
   case = "*"                      # name or glob
   at = "imu_link"                 # name or glob of points, bodies, joints or
@@ -37,6 +42,13 @@ and [[tool.shockpc.budget]]:
   baseline_tolerance = "5%"       # how much worse than in --baseline; with or
                                   # without max and min
   severity = "error"              # or "warning", with which the check passes
+
+\b
+  [[budget]]
+  metric = "shock"
+  max = 0.3
+  percentile = 95                 # met in 95 % of the case's 1000 random
+                                  # designs; designs = N in [[case]] for more
 
 Where a metric is of points, such as shock or peak_g, the name of a body means
 its centre of mass. A vector counts by its length; delta_v.z is a component. A

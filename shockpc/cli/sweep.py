@@ -19,24 +19,28 @@ _in_run = group("How it is computed, and where it is written")
     "Compute landings over many postures, strikes and models.",
     'shockpc sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:50" --at imu_link --out sweep/',
     'shockpc sweep anymal_b --contact LF_FOOT --sample 100 --quantity "joint_impulse@*_KFE" --out random/',
+    'shockpc sweep go2 --contact FL_foot --sample 10000 --vary-each "mass:*_calf=±5%" --out masses/',
 )
 def sweep(
     *,
     robot: str = ROBOT,
     options: SceneOptions,
     vary: tuple[Variable, ...] = _in_varied(
-        "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b. Quantities are a joint or a glob [deg; m if "
-        "prismatic], base-roll, base-pitch, base-yaw and strike-angle [deg], speed [m/s], contact (names), offset-x, -y, -z "
-        "[m], mass:LINKS [kg; or factors, 0.8x:1.2x:9], com-x:LINKS, -y, -z (a shift) [m], inertia:LINKS (factors), "
-        "armature:JOINTS [kg m²].",
+        "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal; also "
+        "m+-s). Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw and strike-angle [deg], "
+        "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS [kg], com-x:LINKS, "
+        "-y, -z (a shift) [m], inertia:LINKS, armature:JOINTS [kg m²]; of masses, inertias and armature also factors, "
+        "0.8x:1.2x:9 or ±5% (a standard deviation).",
         "NAME=VALUES",
         variable,
     ),
     vary_each: tuple[Variable, ...] = _in_varied(
-        "The same for a glob of joints, each of which varies by itself.", "GLOB=VALUES", variable
+        "The same for a glob of joints or links, each of which varies by itself.", "GLOB=VALUES", variable
     ),
     sample: int | None = _in_varied(
-        "Random landings instead of the full grid. If no joint is varied, all are, within their limits.", "N"
+        "Random landings instead of the full grid. If neither a joint nor what the robot and the ground are is varied, all "
+        "joints are, within their limits.",
+        "N",
     ),
     lhs: bool = _in_varied("Draw the sample as a Latin hypercube."),
     seed: int = _in_varied("Seed of the random numbers; 0 by default.", "N", default=0),
@@ -54,7 +58,8 @@ def sweep(
     format_: Literal["parquet", "csv"] = _in_run("Format of the rows; parquet by default.", default="parquet"),
     jobs: int = _in_run("Number of processes; 1 by default.", "N", least=1, default=1),
     cluster: str | None = _in_run("Compute on a running Dask cluster; DIR has to be shared with its workers.", "ADDRESS"),
-    resume: bool = _in_run("Continue a sweep that was interrupted."),
+    wait: bool = _in_run("Wait for workers if the cluster has none yet."),
+    resume: bool = _in_run("Continue a sweep that was interrupted; parts that are damaged are computed again."),
 ) -> int:
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import scenes_from
@@ -92,7 +97,7 @@ def sweep(
     parts = Parts(made, out, format_)
     done, finished = 0, False
     try:
-        with executor(jobs, cluster) as workers:
+        with executor(jobs, cluster, print_error if wait else None) as workers:
             parts.prepare(resume)
             written = parts.write(workers)
             done = next(written)

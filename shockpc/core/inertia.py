@@ -17,7 +17,7 @@ class Momenta(NamedTuple):
     Attributes:
         J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the bodies behind it.
         F: (N, 6, nv) momentum of these bodies then, angular about the common origin first [kg m², kg m; kg m, kg].
-        armature: (nv,) reflected inertia of the joints [kg m², kg].
+        armature: (nv,) reflected inertia of the joints [kg m², kg]; (N, nv) where it differs between postures.
         before: for each joint velocity the next one towards the base, −1 for none.
     """
 
@@ -47,7 +47,7 @@ def matrix_of(inertia: Inertia) -> Array:
         if before >= 0:
             carries[:, k] |= carries[:, before]
     upper = np.where(carries, np.swapaxes(inertia.J, -1, -2) @ inertia.F, 0.0)
-    return np.asarray(upper + np.swapaxes(np.triu(upper, 1), -1, -2) + np.diag(inertia.armature))
+    return np.asarray(upper + np.swapaxes(np.triu(upper, 1), -1, -2) + inertia.armature[..., None] * np.eye(len(inertia.before)))
 
 
 def solve_inertia(inertia: Inertia, B: Array) -> Array:
@@ -75,7 +75,7 @@ def _along_the_tree(inertia: Momenta, B: Array) -> Array:
     # The posture comes last, so that every operation runs over contiguous numbers.
     J, columns = inertia.J.transpose(2, 1, 0).copy(), np.empty((B.shape[1], 6 + B.shape[2], len(B)))
     columns[:, :6], columns[:, 6:] = inertia.F.transpose(2, 1, 0), B.transpose(1, 2, 0)
-    pivot = np.einsum("kin,kin->kn", J, columns[:, :6]) + inertia.armature[:, None]
+    pivot = np.einsum("kin,kin->kn", J, columns[:, :6]) + inertia.armature.reshape(-1, len(J)).T
     share, X = np.empty_like(J), columns[:, 6:]
     behind: dict[int, Array] = {}
     for k, before in reversed(list(enumerate(inertia.before))):

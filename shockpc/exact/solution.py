@@ -104,12 +104,12 @@ class BallImpact(Impact):
     @property
     def masses(self) -> Balls:
         """As in `Impact`."""
-        return balls(np.array([mass for mass, _, _ in self._carried]))
+        return balls(np.array([mass for mass, _, _ in self._carried]))[None]
 
     @cached_property
     def coms(self) -> Balls:
         """As in `Impact`."""
-        return body_coms(self._data, np.stack([balls(lever) for _, lever, _ in self._carried]))
+        return body_coms(self._data, np.stack([balls(lever) for _, lever, _ in self._carried]))[None]
 
     @cached_property
     def _joint_inertia(self) -> Balls:

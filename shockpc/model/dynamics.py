@@ -13,16 +13,52 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.inertia import Inertia, Momenta, matrix_of
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross_matrix
 from shockpc.robot.record import Robot
 
-__all__ = ["PINOCCHIO", "Dynamics", "dynamics"]
+__all__ = ["PINOCCHIO", "Design", "Dynamics", "dynamics"]
 
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
 
 MANY = 150_000
 """Postures times squared joint velocities from which the momenta take less time than H."""
+
+
+class Design(NamedTuple):
+    """The inertias of N robots that are otherwise one, each in a posture of its own; or, with N = 1, those of one robot in all.
+
+    Attributes:
+        mass: (N, nb) of the bodies [kg].
+        com: (N, nb, 3) their centres of mass, in their frames [m].
+        inertia: (N, nb, 3, 3) about the centres of mass, axes of the frames [kg m²].
+        armature: (N, nv) reflected inertia of the joints [kg m², kg].
+    """
+
+    mass: Array
+    com: Array
+    inertia: Array
+    armature: Array
+
+    @classmethod
+    def of(cls, robot: Robot, armature: Array) -> "Design":
+        """The robot as it is (N = 1). Args: armature (nv,) of its joints."""
+        return cls(robot.masses[None], robot.coms[None], robot.inertias[None], armature[None])
+
+    @property
+    def gyration(self) -> Array:
+        """Radius of gyration (N, nb) of every body about its centre of mass, as `Robot.gyration` [m]."""
+        trace = np.trace(self.inertia, axis1=-2, axis2=-1)
+        return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.mass > 0.0, self.mass, np.inf)))
+
+    @property
+    def total_mass(self) -> Array:
+        """Mass (N,) of all bodies [kg]."""
+        return np.asarray(sum(self.mass.T))
+
+    def rows(self, chosen: slice) -> "Design":
+        """Some of the robots."""
+        return Design(*(part[chosen] for part in self))
 
 
 class Dynamics(NamedTuple):
@@ -50,13 +86,14 @@ class Dynamics(NamedTuple):
         return matrix_of(self.inertia)
 
 
-def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
+def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Design | None = None) -> Dynamics:
     """Evaluate a robot in N postures.
 
     Args:
         robot: the robot.
         Q: (N, nq) configurations in Pinocchio's layout.
         armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
+        design: the inertias in each posture, instead of the robot's own and of `armature`.
     """
     model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
     model.armature = np.zeros(model.nv) if armature is None else armature
@@ -67,7 +104,12 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
     inertia: Inertia
-    if n * nv**2 < MANY:
+    if design is not None:
+        for k, q in enumerate(Q):
+            pin.computeJointJacobians(model, data, q)
+            J[k] = J_view
+            placed[k] = placements
+    elif n * nv**2 < MANY:
         inertia, world, crba = np.empty((n, nv, nv)), pin.Convention.WORLD, pin.crba
         for k, q in enumerate(Q):
             inertia[k] = crba(model, data, q, world)
@@ -84,7 +126,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
             placed[k] = placements
     # Pinocchio writes the linear part first.
     J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
-    if n * nv**2 >= MANY:
+    if design is None and n * nv**2 >= MANY:
         about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
         F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
         inertia = Momenta(J, F, np.array(model.armature), tuple(data.parents_fromRow))
@@ -94,7 +136,29 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None) -> Dynamics:
         body_rotation, offset = robot.body_frames
         position = position + (rotation @ offset[..., None])[..., 0]
         rotation = rotation @ body_rotation
+    if design is not None:
+        momenta = Momenta(J, _momenta(robot, J, rotation, position, design), design.armature, tuple(data.parents_fromRow))
+        inertia = momenta if n * nv**2 >= MANY else matrix_of(momenta)
     return Dynamics(inertia, J, rotation, position, origin, robot.supports)
+
+
+def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, design: Design) -> Array:
+    """Momenta F (N, 6, nv) of unit joint velocities, as in `Momenta`: the composite inertia of what each joint carries times J.
+
+    About the common origin a body of mass m with its centre of mass at c has the momentum (Ī ω + m c × v, m v + ω × m c) with
+    Ī = R I Rᵀ − m c× c×. All three of m, m c and Ī add along the tree (Featherstone 2008, section 6.2).
+    """
+    c = position + (rotation @ design.com[..., None])[..., 0]
+    mass, first, C = np.broadcast_to(design.mass, c.shape[:2]).copy(), design.mass[..., None] * c, cross_matrix(c)
+    second = rotation @ design.inertia @ np.swapaxes(rotation, -1, -2) - design.mass[..., None, None] * (C @ C)
+    for i, parent in reversed(list(enumerate(robot.parents))):
+        if parent >= 0:
+            for part in (mass, first, second):
+                part[:, parent] += part[:, i]
+    carried = [i for i, joint in enumerate(robot.joints) for _ in range(joint.v.stop - joint.v.start)]
+    m, h, omega, v = mass[:, carried, None], first[:, carried], *np.split(J.swapaxes(1, 2), 2, axis=-1)
+    angular = (second[:, carried] @ omega[..., None])[..., 0] + np.cross(h, v)
+    return np.concatenate([angular, m * v + np.cross(omega, h)], axis=-1).swapaxes(1, 2)
 
 
 @functools.lru_cache(maxsize=16)

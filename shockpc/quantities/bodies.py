@@ -61,9 +61,9 @@ def _copc_world(impact: Impact, places: Places) -> Any:
 
 def _off_plane(impact: Impact, places: Places) -> Any:
     omega, v = _split(impact, places)
-    robot, bodies = impact.landing.robot, [place.body for place in places]
-    v_com = velocity_at(omega, v, impact.exact(robot.coms[bodies]))
-    return off_plane_share(omega, v_com, _normal(impact, places), impact.exact(robot.gyration[bodies]))
+    design, bodies = impact.design, [place.body for place in places]
+    v_com = velocity_at(omega, v, impact.exact(design.com[:, None, bodies]))
+    return off_plane_share(omega, v_com, _normal(impact, places), impact.exact(design.gyration[:, None, bodies]))
 
 
 def _extremes(impact: Impact, places: Places) -> Array:

@@ -17,14 +17,15 @@ __all__ = ["POINTS", "directions", "point_velocity", "shock", "world_position"]
 
 
 def _r(impact: Impact, places: Places) -> Any:
-    """The points (n, 3) in their bodies' frames [m]."""
-    return np.array([impact.coms[place.body] if place.centre else place.r for place in places])
+    """The points (N or 1, n, 3) in their bodies' frames [m]."""
+    coms = impact.coms
+    return np.stack([coms[:, p.body] if p.centre else np.broadcast_to(p.r, (len(coms), 3)) for p in places], axis=1)
 
 
 def point_velocity(impact: Impact, places: Places) -> Any:
     """Jumps (N, S, n, 3) of the velocities of points, axes of their bodies' frames [m/s] (Eq. 10)."""
     jumps = impact.jumps_of([place.body for place in places])
-    return velocity_at(jumps[..., :3], jumps[..., 3:], impact.exact(_r(impact, places)))
+    return velocity_at(jumps[..., :3], jumps[..., 3:], impact.exact(_r(impact, places))[:, None])
 
 
 def _delta_v(impact: Impact, places: Places) -> Any:

@@ -25,6 +25,11 @@ def _one(values: Any) -> Any:
     return values[:, :, None]
 
 
+def _mass(impact: Impact, places: Places) -> Array:
+    del places
+    return np.array(np.broadcast_to(impact.design.total_mass[:, None, None], (*impact.v_in.shape, 1)))
+
+
 def _works(impact: Impact) -> Any:
     """λᵢ (v⁻ᵢ + v⁺ᵢ) of each row (N, S, nc), whose sum is −2 times the energy lost [J]; v⁺ = v⁻ − b."""
     before = impact.landing.before if impact.speeds.shape[-1] == 4 else None
@@ -62,7 +67,7 @@ def _force_size(impact: Impact, values: Array) -> Any:
 
 
 def _moment_size(impact: Impact, values: Array) -> Any:
-    size = float(np.abs(impact.state.position.astype(float)).max()) + float(np.abs(impact.landing.robot.coms).max())
+    size = float(np.abs(impact.state.position.astype(float)).max()) + float(np.abs(impact.design.com).max())
     return _force_size(impact, values) * (size or 1.0)
 
 
@@ -96,7 +101,7 @@ def _feasible(impact: Impact, places: Places) -> Array:
 
 
 ROBOT = (
-    Quantity("mass", "robot", "mass", "kg", "neither", lambda i, p: np.full((*i.v_in.shape, 1), i.landing.robot.mass)),
+    Quantity("mass", "robot", "mass", "kg", "neither", _mass),
     Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
         x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max())),
     Quantity("total_impulse", "robot", "impulse of the ground, world axes", "N s", "greater", lambda i,

@@ -8,14 +8,14 @@ from typing import Literal, get_args
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import freeze
+from shockpc.core.spatial import Array, cross_matrix, freeze
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import StudyError
 from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.record import Drives, Robot
 
-__all__ = ["Change", "Property", "changed", "links_with_mass", "read_changes"]
+__all__ = ["Change", "Property", "changed", "links_with_mass", "read_changes", "varied_bodies"]
 
 Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
 """What can be changed."""
@@ -118,6 +118,46 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
     return robot
+
+
+def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bool]]) -> tuple[Array, Array, Array]:
+    """The bodies of N robots that `changed` makes of one, each with a value of its own.
+
+    Args:
+        robot: the robot.
+        changes: what, pattern of links, values (N,), and whether they are factors, as in `Change`; one after the other.
+
+    Returns: masses (N, nb) [kg], centres of mass (N, nb, 3) in the bodies' frames [m], and inertias (N, nb, 3, 3) about them, axes
+        of the frames [kg m²].
+    """
+    parts: dict[str, list[Array]] = {}
+    n = 1
+    for what, pattern, values, factor in changes:
+        n, x = len(values), np.asarray(values, dtype=float)
+        for link in links_with_mass(robot, pattern):
+            own = _frame(robot.model, link).inertia
+            part = parts.setdefault(link, [np.full(n, own.mass), np.tile(own.lever, (n, 1)), np.tile(own.inertia, (n, 1, 1))])
+            if what == "mass":
+                ratio = x if factor else x / part[0]
+                part[0], part[2] = part[0] * ratio, part[2] * ratio[:, None, None]
+            elif what == "inertia":
+                part[2] = part[2] * x[:, None, None]
+            else:
+                part[1] = part[1] + x[:, None] * np.eye(3)["xyz".index(what[-1])]
+    mass, com, inertia = (np.repeat(part[None], n, axis=0).astype(float) for part in (robot.masses, robot.coms, robot.inertias))
+    for i in sorted({robot.frames[link].body for link in parts}):
+        body, held = robot.bodies[i], list[tuple[Array, Array, Array]]()
+        for frame in robot.model.frames:
+            link = frame.type == pin.FrameType.BODY
+            if frame.parentJoint == body.joint and (link or frame.inertia.mass):
+                own, place = frame.inertia, pin.SE3(body.rotation, body.offset).actInv(frame.placement)
+                m, c, moment = parts.get(frame.name if link else "", [np.array([own.mass]), own.lever[None], own.inertia[None]])
+                held.append((m, c @ place.rotation.T + place.translation, place.rotation @ moment @ place.rotation.T))
+        mass[:, i] = sum(m for m, _, _ in held)
+        com[:, i] = sum(m[:, None] * c for m, c, _ in held) / mass[:, i, None]
+        arms = [cross_matrix(c - com[:, i]) for _, c, _ in held]
+        inertia[:, i] = sum(moment - m[:, None, None] * (C @ C) for (m, _, moment), C in zip(held, arms, strict=True))
+    return mass, com, inertia
 
 
 def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives | None:

@@ -17,7 +17,7 @@ MANIFEST = ".shockpc-files"
 """In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""
 
 _RESULT = re.compile(
-    "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
+    "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|correlations|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
     r"profile|quantities|report|robots?|sensitivity|sheet|shock|spectrum|summary|sweep|time)\.(csv|html|json|md|png|svg|xml)"
 )
 """Names of results; a file of another name is never removed."""
@@ -92,10 +92,11 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
     write_file(folder / MANIFEST, "".join(f"{_digest(_encoded(content))}  {name}\n" for name, content in files.items()))
 
 
-def write_file(path: Path, content: str | bytes, over_input: bool = False) -> None:
+def write_file(path: Path, content: str | bytes, over_input: bool = False, flush: bool = False) -> None:
     """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure no file is left.
 
-    Every output goes through here, save the standard streams. The arguments are those of `destination`.
+    Every output goes through here, save the standard streams. The arguments are those of `destination`; and flush: whether the
+    content is on the disk before the file has its name, so that it is complete after a power cut as well.
 
     Raises:
         OutputError: it cannot be written, or a folder above it cannot be made; as `destination`.
@@ -105,7 +106,11 @@ def write_file(path: Path, content: str | bytes, over_input: bool = False) -> No
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
-            part.write_bytes(_encoded(content))
+            with part.open("wb") as file:
+                file.write(_encoded(content))
+                if flush:
+                    file.flush()
+                    os.fsync(file.fileno())
             part.replace(target)
         finally:
             part.unlink(missing_ok=True)

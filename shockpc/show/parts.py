@@ -74,7 +74,7 @@ class Parts:
         write_file(path, json_text(description))
 
     def write(self, executor: Executor | None) -> Iterator[int]:
-        """Compute the parts that are missing; yield the number of rows that were there, then of each part.
+        """Compute the parts that are missing or damaged; yield the number of rows that were there, then of each part.
 
         Args: executor, computes and writes them.
 
@@ -82,15 +82,17 @@ class Parts:
             OutputError: a part cannot be written; those that are complete remain.
         """
         made, rows = self.sweep, self._rows.resolve()
-        missing = [k for k in range(len(made.parts)) if not _part(rows, self.format, k).is_file()]
+        description = self._description()
+        mark = json.dumps(description).encode()
+        missing = [k for k in range(len(made.parts)) if not _complete(_part(rows, self.format, k), mark)]
         yield made.rows - sum((b - a) * made.strikes for a, b in (made.parts[k] for k in missing))
         # The values of a grid may be as long as all parts; they are in the columns.
-        notes = {key: value for key, value in self._description().items() if key != "vary"}
-        save = functools.partial(_save, rows, self.format, json.dumps(notes, ensure_ascii=False))
+        notes = {key: value for key, value in description.items() if key != "vary"}
+        save = functools.partial(_save, rows, self.format, json.dumps(notes, ensure_ascii=False), mark)
         try:
             yield from in_order(executor, functools.partial(with_sweep, pickle.dumps(made), save), missing)
         finally:
-            for unfinished in self._rows.glob(".part-*"):
+            for unfinished in (*self._rows.glob(".part-*"), *_checksum(self._rows / "part").parent.glob(".part-*")):
                 unfinished.unlink(missing_ok=True)
 
     def column(self, name: str) -> Iterator[Any]:
@@ -103,7 +105,7 @@ class Parts:
             path = _part(self._rows, self.format, k)
             try:
                 values = self._read(path, name)
-            except (OSError, ValueError, LookupError):
+            except (OSError, ValueError, LookupError, TypeError, NotImplementedError):
                 values = np.zeros(0)
             if len(values) != (b - a) * self.sweep.strikes:
                 raise OutputError(f'"{path}" is damaged; delete it, and run the same command with --resume')
@@ -147,13 +149,36 @@ def _part(rows: Path, format_: Format, k: int) -> Path:
     return rows / f"part-{k:05d}.{format_}"
 
 
-def _save(rows: Path, format_: Format, description: str, made: Sweep | Landings, k: int) -> int:
+def _checksum(part: Path) -> Path:
+    """The file with the checksum of a part, in a folder of their own beside that of the parts."""
+    return part.parent.parent / "checksums" / f"{part.stem}.sha256"
+
+
+def _digest(content: bytes, mark: bytes) -> str:
+    """SHA-256 of a part and of what its sweep is, so that one of another sweep does not pass."""
+    return hashlib.sha256(mark + content).hexdigest() + "\n"
+
+
+def _complete(part: Path, mark: bytes) -> bool:
+    """Whether a part is there, as it was written for this sweep: its columns, its rows and every byte."""
+    try:
+        return _checksum(part).read_text(encoding="ascii") == _digest(part.read_bytes(), mark)
+    except (OSError, ValueError):
+        return False
+
+
+def _save(rows: Path, format_: Format, description: str, mark: bytes, made: Sweep | Landings, k: int) -> int:
     """Compute one part and write it, in whatever process this is; the number of its rows."""
     chunk = made.chunk(k)
     n = len(chunk.columns["proven"])
     messages = [chunk.messages.get(i) for i in range(n)]
-    content = _csv(chunk, messages) if format_ == "csv" else _parquet(chunk, messages, description)
-    write_file(_part(rows, format_, k), content)
+    content = (
+        _csv(chunk, messages).encode("utf-8", "backslashreplace") if format_ == "csv" else _parquet(chunk, messages, description)
+    )
+    part = _part(rows, format_, k)
+    # A part that has its name has its checksum, whenever the process is killed.
+    write_file(_checksum(part), _digest(content, mark), flush=True)
+    write_file(part, content, flush=True)
     return n
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
 from shockpc.impact import DoubleImpact
 from shockpc.landing import PosedLanding
-from shockpc.model.dynamics import dynamics
+from shockpc.model.dynamics import Design, dynamics
 from shockpc.model.motion import Motion
 from shockpc.model.rows import Equation
 from shockpc.places import Place
@@ -25,7 +25,18 @@ from shockpc.result import ShockProfile
 from shockpc.scene import points_at
 from shockpc.studies.question import moving_point
 
-__all__ = ["Column", "Postures", "column", "columns", "double_difference", "places_at", "postures", "proven_columns", "selected"]
+__all__ = [
+    "Column",
+    "Postures",
+    "column",
+    "columns",
+    "double_difference",
+    "percentile",
+    "places_at",
+    "postures",
+    "proven_columns",
+    "selected",
+]
 
 SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
 """Quantities by which the error of double precision is measured, and the shock that it is relative to."""
@@ -152,6 +163,7 @@ class Postures(NamedTuple):
         bodies: which these are; None for all.
         condition: (m,) of each posture.
         prove: (m,) whether it needs a proof.
+        design: the inertias in each posture; None where they are the landing's own.
     """
 
     landing: PosedLanding
@@ -161,6 +173,7 @@ class Postures(NamedTuple):
     bodies: list[int] | None
     condition: Array
     prove: np.ndarray
+    design: Design | None = None
 
     def values(self, strikes: Array | None, wanted: Sequence[Column]) -> tuple[dict[str, Array], np.ndarray]:
         """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground.
@@ -169,26 +182,33 @@ class Postures(NamedTuple):
             strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own (S = 1).
             wanted: the columns.
         """
-        impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes)
+        impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.design)
         normals = np.array([contact.normal for contact in self.landing.contacts])
         parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
         return _selected(impact, wanted, parting.shape[:2]), parting
 
 
-def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column]) -> Postures:
-    """Steps 1 and 2 in a few postures, in double precision. Args: Q (m, nq); wanted, what will be read of them."""
+def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None) -> Postures:
+    """Steps 1 and 2 in a few postures, in double precision.
+
+    Args:
+        landing: the landing.
+        Q: (m, nq) configurations.
+        wanted: what will be read of them.
+        design: the inertias in each posture; the landing's own by default.
+    """
     own = landing.before.velocity.ndim > 1 or not landing.translates
-    state = dynamics(landing.robot, Q, landing.joint_model.armature)
+    state = dynamics(landing.robot, Q, landing.joint_model.armature, design)
     everywhere = any(c.selection.quantity.of == "joint" or c.selection.quantity.key == "shock_min" for c in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
     equation, solution, jumps = impact_jumps(landing, state, own, carriers)
     condition, prove = needs_proof(landing, equation, solution)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
-    return Postures(landing, equation, solution, jumps, carriers, condition, prove)
+    return Postures(landing, equation, solution, jumps, carriers, condition, prove, design)
 
 
 def columns(
-    landing: PosedLanding, Q: Array, before: Array | Motion, wanted: Sequence[Column]
+    landing: PosedLanding, Q: Array, before: Array | Motion, wanted: Sequence[Column], design: Design | None = None
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
     """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
 
@@ -197,6 +217,7 @@ def columns(
         Q: (m, nq) configurations.
         before: (m, S, 3) velocities of the base before the impact, world axes [m/s]; or a motion of each posture (S = 1).
         wanted: the columns.
+        design: the inertias in each posture; the landing's own by default.
 
     Returns: columns (m, S) by name; the condition (m,) of each posture, and whether (m,) it needs a proof; and which contacts
         (m, S, c) do not approach the ground.
@@ -207,7 +228,7 @@ def columns(
         if isinstance(before, Motion):
             block = postures(replace(landing, before=Motion(*(part[rows] for part in before))), Q[rows], wanted)
         else:
-            block = postures(landing, Q[rows], wanted)
+            block = postures(landing, Q[rows], wanted, None if design is None else design.rows(rows))
         values, parting = block.values(None if isinstance(before, Motion) else before[rows], wanted)
         parts.append((values, block.condition, block.prove, parting))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
@@ -251,3 +272,8 @@ def double_difference(profile: ShockProfile, double: dict[str, float], exact: di
         off = abs(double[column.name] - exact[column.name]) / (max(severe, abs(exact[column.name])) or 1.0)
         largest = max(largest, off) if np.isfinite(off) else np.inf if np.isfinite(exact[column.name]) else largest
     return float(largest)
+
+
+def percentile(values: Array, share: Any) -> Any:
+    """The least of some values that at least a share of them [%] do not exceed; they are sorted in place."""
+    return np.percentile(values, share, method="inverted_cdf", overwrite_input=True)

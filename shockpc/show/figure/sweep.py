@@ -1,10 +1,11 @@
-"""Quantities over a sweep: curves over one variable, maps with iso-lines over two, distributions otherwise."""
+"""Quantities over a sweep: curves over one variable, maps with iso-lines over two, distributions and correlations otherwise."""
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
@@ -18,6 +19,9 @@ __all__ = ["draw_sweep"]
 
 MOST, MAPS = len(CURVES), 4
 """Curves or distributions, and maps, of one figure."""
+
+BARS = 5
+"""Varied quantities whose rank correlations are drawn beside a distribution."""
 
 COLOUR_MAP = "YlGnBu"
 """Light to dark, as the bands of the other figures."""
@@ -46,7 +50,7 @@ def draw_sweep(summary: SweepSummary) -> Figure:
         if extent.values is not None
     ]
     if not values:
-        return _distributions(f"{title}: {sweep.rows} landings", shown)
+        return _distributions(f"{title}: {sweep.rows} landings", shown, summary)
     if len(axes) == 1:
         labels = dict.fromkeys(curve.label for curve in values)
         return _curves(title, axes[0], {label: [curve for curve in values if curve.label == label] for label in labels})
@@ -119,11 +123,20 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
     return figure
 
 
-def _distributions(title: str, extents: Sequence[Extent]) -> Figure:
-    """How often a value occurs, a panel for each column, one above the other; shocks have a common scale."""
-    figure = new_chart(6.4, 1.1 + 0.95 * len(extents), title)
+def _distributions(title: str, extents: Sequence[Extent], summary: SweepSummary) -> Figure:
+    """How often a value occurs, a panel for each column, one above the other; shocks have a common scale.
+
+    Beside those of a sample are the rank correlations with what was varied, the strongest first.
+    """
+    beside = bool(summary.varied)
+    figure = new_chart(9.6 if beside else 6.4, 1.1 + (1.3 if beside else 0.95) * len(extents), title)
     common = len({_label(extent) for extent in extents}) == 1
-    panels = figure.subplots(len(extents), 1, sharex=common, squeeze=False).ravel()
+    grid = figure.subplots(len(extents), 1 + beside, sharex="col" if common else False, squeeze=False)
+    panels = grid[:, 0]
+    if beside:
+        for panel, extent in zip(grid[:, 1], extents, strict=True):
+            _bars(panel, summary, summary.extents.index(extent))
+        grid[-1, 1].set_xlabel("rank correlation with what was varied")
     for panel, extent in zip(panels, extents, strict=True):
         low, high = extent.span
         margin = 0.0 if high > low else 0.005 * (abs(high) or 1.0)
@@ -141,3 +154,14 @@ def _distributions(title: str, extents: Sequence[Extent]) -> Figure:
     figure.supylabel("share of landings")
     panels[-1].set_xlabel(f"{_label(extents[0])}; dashed: median" if common else "dashed: median")
     return figure
+
+
+def _bars(panel: Axes, summary: SweepSummary, k: int) -> None:
+    """The strongest rank correlations of one column with what was varied."""
+    own = np.nan_to_num(summary.correlations[:, k])
+    strongest = np.argsort(-np.abs(own), kind="stable")[:BARS]
+    names = [printable(summary.varied[i].subject, 24) for i in strongest]
+    panel.barh(range(len(names)), own[strongest], color=CURVES[0], height=0.7)
+    panel.set(yticks=range(len(names)), yticklabels=names, xlim=(-1.0, 1.0))
+    panel.invert_yaxis()
+    panel.axvline(0.0, color=INK, linewidth=0.6)

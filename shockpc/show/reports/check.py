@@ -86,7 +86,7 @@ def _record(outcome: Outcome) -> dict[str, Any]:
         "metric": budget.metric,
         "unit": _unit(outcome),
         "value": _number(outcome.value),
-        **record(budget, "max", "min"),
+        **record(budget, "max", "min", "percentile"),
         "baseline": _number(outcome.baseline),
         "baseline_tolerance": budget.baseline_tolerance,
         "change": outcome.change,
@@ -120,7 +120,7 @@ def _limit_text(budget: Budget) -> str:
     if budget.baseline_tolerance is not None:
         sign = {"greater": "≤ baseline +", "less": "≥ baseline −", "neither": "= baseline ±"}[budget.worse]
         parts.append(f"{sign} {budget.baseline_tolerance}")
-    return ", ".join(parts)
+    return ", ".join(parts) + ("" if budget.percentile is None else f" in {budget.percentile:g} %")
 
 
 def _landing_text(outcome: Outcome) -> str:

@@ -1,15 +1,17 @@
-"""A sweep: the range of every quantity, and the landings with the most severe values as options of `shockpc analyze`."""
+"""A sweep: the range of every quantity, what it depends on, and the extreme landings as options of `shockpc analyze`."""
 
 import itertools
 import shlex
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.summary import Extent, SweepSummary
+from shockpc.studies.sweep.summary import PERCENTILES, Extent, SweepSummary
 
 __all__ = ["sweep_report"]
 
@@ -17,17 +19,25 @@ MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
 
 
+STRONGEST = 16
+"""Varied quantities whose rank correlations a terminal shows."""
+
+
 def sweep_report(summary: SweepSummary) -> Report:
     """The summary of a sweep, whose rows have files of their own."""
     return Report(
         name="summary",
         page="summary",
-        body=lambda _: [
+        body=lambda whole: [
             _sheet(summary),
+            *([_correlations(summary, None if whole else STRONGEST)] if summary.varied else []),
             Picture("sweep", "results over the sweep", "sweep:draw_sweep", (summary,)),
             Lines(list(_lines(summary)), whole=True),
         ],
-        sheets={"summary": lambda: _sheet(summary)},
+        sheets={
+            "summary": lambda: _sheet(summary),
+            **({"correlations": lambda: _correlations(summary, None)} if summary.varied else {}),
+        },
         document=lambda: {
             "robot": summary.sweep.robot.name,
             "scene": summary.sweep.scene,
@@ -35,20 +45,24 @@ def sweep_report(summary: SweepSummary) -> Report:
             **record(summary, "failed", "proven", "compared", "largest_error"),
             "not_feasible": summary.refused._asdict(),
             "messages": [{"text": text, "rows": count} for text, count in summary.messages],
-            "quantities": [_record(summary.sweep, extent) for extent in summary.extents],
+            "quantities": [_record(summary, k) for k in range(len(summary.extents))],
         },
     )
 
 
-def _record(sweep: Sweep, extent: Extent) -> dict[str, Any]:
-    """The range of a quantity, and its most severe landing as options of `shockpc analyze`."""
-    row = _most_severe(extent)
+def _record(summary: SweepSummary, k: int) -> dict[str, Any]:
+    """The range of a quantity, what it depends on, and its most and least severe landings as options of `shockpc analyze`."""
+    sweep, extent = summary.sweep, summary.extents[k]
+    row, best = _most_severe(extent), extent.best_row
     return {
         "quantity": extent.column.name,
         "unit": extent.column.selection.quantity.unit,
         **record(extent, "least", "median", "greatest"),
+        "percentiles": {str(share): x for share, x in zip(PERCENTILES, extent.percentiles, strict=True)},
         **{key: getattr(extent, key) if row >= 0 else None for key in ("least_row", "greatest_row")},
         "most_severe": _options(sweep, row)[0] if row >= 0 else None,
+        "least_severe": _options(sweep, best)[0] if best >= 0 and extent.column.selection.quantity.worse != "neither" else None,
+        "rank_correlations": {one.subject: float(x) for one, x in zip(summary.varied, summary.correlations[:, k], strict=True)},
     }
 
 
@@ -58,13 +72,28 @@ def _most_severe(extent: Extent) -> int:
 
 
 def _sheet(summary: SweepSummary) -> Sheet:
-    """One row for each quantity at each place: least, median and greatest value, and where they are."""
+    """One row for each quantity at each place: its range, of a sample with percentiles, and where the ends are."""
+    sample = summary.sweep.sample is not None
     rows: list[Row] = []
     for one in summary.extents:
         places = (str(one.least_row), str(one.greatest_row)) if one.greatest_row >= 0 else (None, None)
-        rows.append((one.column.heading, one.least, one.median, one.greatest, *places))
-    header = ("quantity", "least", "median", "greatest", "row of least", "row of greatest")
+        low, *high = one.percentiles
+        inner = (low, one.median, *high) if sample else (one.median,)
+        rows.append((one.column.heading, one.least, *inner, one.greatest, *places))
+    low_head, *high_heads = (f"{share} %" for share in PERCENTILES)
+    inner_heads = (low_head, "median", *high_heads) if sample else ("median",)
+    header = ("quantity", "least", *inner_heads, "greatest", "row of least", "row of greatest")
     return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
+
+
+def _correlations(summary: SweepSummary, most: int | None) -> Sheet:
+    """One row for each quantity that was varied: its rank correlation with each result. Args: most, rows of the strongest."""
+    rows: list[Row] = [(one.column, *map(float, row)) for one, row in zip(summary.varied, summary.correlations, strict=True)]
+    strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
+    rows, notes = largest(rows, most, "varied quantity", strongest)
+    chance = f"of {summary.ranked} landings; two columns that do not depend on one another reach {2.0 / summary.ranked**0.5:.2g}"
+    header = ("rank correlation of", *(f"with {one.column.name}" for one in summary.extents))
+    return Sheet("what the results depend on", header, rows, (chance, *notes))
 
 
 def _lines(summary: SweepSummary) -> Iterator[str]:
@@ -107,9 +136,9 @@ def _options(made: Sweep, row: int) -> tuple[str, str]:
     for one, value in made.values_of(row).items():
         if one.kind == "joint":
             options.append(("--set", f"{one.target}={float(value)!r}"))
-        elif one.kind == "armature" and value > 0.0:
+        elif one.kind == "armature" and value > 0.0 and not one.factor:
             options.append(("--armature", f"{one.target}={float(value)!r}"))
-        elif one.kind in ("strike-angle", "speed"):
+        elif one.kind in ("strike-angle", "speed", "friction", "contact-stiffness"):
             options.append((f"--{one.kind}", repr(float(value))))
         elif one.kind == "contact":
             options.append(("--contact", str(value)))

@@ -8,17 +8,48 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, ShockError, StudyError
 from shockpc.paths import read_file, usable_path
 from shockpc.printed import printable
 from shockpc.quantities.table import Selection, select, selections
 from shockpc.scene import Scene, read_scene, record_schema, scene_from, scene_schema, scene_table
+from shockpc.studies.columns import percentile
 from shockpc.toml import checked, reading, unknown_key
 
-__all__ = ["Budget", "Budgets", "Case", "budgets_file", "budgets_schema", "read_budgets"]
+__all__ = ["Budget", "Budgets", "Case", "Vary", "budgets_file", "budgets_schema", "read_budgets"]
 
 STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""
+
+
+MOST_DESIGNS = 1_000_000
+"""Random designs of one landing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vary:
+    """What is not known of a design.
+
+    Attributes:
+        values: its distribution, as `sweep --vary` takes it with --sample, such as "±5%" or "0.5x:2x".
+        quantity: a quantity of a sweep, such as "mass:*_calf"; one value for all links or joints that a glob means.
+        each: the same with a value for each of them; in place of `quantity`.
+
+    Raises:
+        StudyError: not one of `quantity` and `each` is given.
+    """
+
+    values: str
+    quantity: str | None = None
+    each: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a distribution of nothing, or of two things."""
+        if (self.quantity is None) == (self.each is None):
+            raise StudyError(
+                "vary needs either a quantity, which has one value for all links that fit, or each, with a value for each"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,11 +60,23 @@ class Case:
         name: by which budgets and the baseline refer to it.
         scene: the landing.
         strike_angle_deg: a landing for each of these angles, in place of the scene's own [deg].
+        vary: what is not known of the design, for budgets with a percentile.
+        designs: number of random designs of which the percentiles are.
+
+    Raises:
+        StudyError: the number of designs is not valid.
     """
 
     name: str
     scene: Scene
     strike_angle_deg: tuple[float, ...] = ()
+    vary: tuple[Vary, ...] = ()
+    designs: float = 1000.0
+
+    def __post_init__(self) -> None:
+        """Refuse a number of designs that is none."""
+        if not (1.0 <= self.designs <= MOST_DESIGNS and self.designs == int(self.designs)):
+            raise StudyError(f"designs is {self.designs:g}; it has to be a whole number from 1 to {MOST_DESIGNS}")
 
     @property
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
@@ -54,11 +97,13 @@ class Budget:
         min: least value allowed.
         baseline_tolerance: how much worse than the baseline it may be: a share such as "5%", or a number with the unit of the
             metric, such as "0.01 kg"; "-" is the unit of a ratio.
+        percentile: share of the case's random designs that have to meet each limit [%]; None for the design as it is.
         severity: whether the check fails when the budget is exceeded.
 
     Raises:
         UnknownName: there is no such metric.
-        StudyError: it has no limit, its limits exclude every value or let any negative one pass, or the tolerance is not valid.
+        StudyError: it has no limit, its limits exclude every value or let any negative one pass, or the tolerance or the percentile
+            is not valid.
     """
 
     case: str = "*"
@@ -67,6 +112,7 @@ class Budget:
     max: float | None = None
     min: float | None = None
     baseline_tolerance: str | None = None
+    percentile: float | None = None
     severity: Literal["error", "warning"] = "error"
 
     def __post_init__(self) -> None:
@@ -83,6 +129,16 @@ class Budget:
             raise StudyError(f"{self.metric} at {printable(self.at)} may be of either sign; give both min and max")
         if self.baseline_tolerance is not None:
             self.margin(1.0)
+        if self.percentile is not None:
+            if not 50.0 <= self.percentile <= 100.0:
+                raise StudyError(
+                    f"{self.metric} at {printable(self.at)}: percentile is {self.percentile:g}; it is the share of designs that "
+                    "meet the limits, from 50 to 100 %, such as 95"
+                )
+            if self.baseline_tolerance is not None:
+                raise StudyError(
+                    f"{self.metric} at {printable(self.at)} has a percentile, and a baseline holds none; give max or min"
+                )
 
     @cached_property
     def selection(self) -> Selection:
@@ -98,6 +154,13 @@ class Budget:
         if (self.max is None) != (self.min is None):
             return "greater" if self.min is None else "less"
         return "neither" if self.selection.signed else self.selection.quantity.worse
+
+    def representative(self, values: Array) -> float:
+        """Of the values (n,) of random designs, the one that says whether enough of them meet the limits."""
+        upper, lower = float(percentile(values, self.percentile)), -float(percentile(-values, self.percentile))
+        if self.max is None or (self.min is not None and self.min - lower > upper - self.max):
+            return lower
+        return upper
 
     def margin(self, baseline: float) -> float:
         """How far from a baseline the value may be. An infinite radius has no share; no finite one is near it."""
@@ -149,7 +212,7 @@ def budgets_schema() -> dict[str, Any]:
     """The JSON Schema of a file of budgets, for editors; it lists the metrics."""
     scene, case, budget = (record_schema(record)["properties"] for record in (Scene, Case, Budget))
     keys = {
-        "case": scene | {"name": case["name"], "scene": {"type": "string"}, "strike_angle_deg": case["strike_angle_deg"]},
+        "case": scene | {key: case[key] for key in ("name", *OF_A_CASE)} | {"scene": {"type": "string"}},
         "budget": budget | {"metric": {"enum": list(selections())}},
     }
     required = {"case": ["name"], "budget": ["metric"]}
@@ -158,7 +221,11 @@ def budgets_schema() -> dict[str, Any]:
         return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 
     lists = {name: {"type": "array", "items": table(properties, required[name])} for name, properties in keys.items()}
-    return {"title": "shockpc budgets", "$defs": scene_schema()["$defs"], **table(lists, list(lists))}
+    return {
+        "title": "shockpc budgets",
+        "$defs": scene_schema()["$defs"] | {"Vary": record_schema(Vary)},
+        **table(lists, list(lists)),
+    }
 
 
 def read_budgets(path: Path) -> Budgets:
@@ -191,13 +258,20 @@ def read_budgets(path: Path) -> Budgets:
         return Budgets(path, tuple(case for case in cases if case is not None), known, lines if len(lines) == len(known) else ())
 
 
+OF_A_CASE: dict[str, Any] = {"strike_angle_deg": tuple[float, ...], "vary": tuple[Vary, ...], "designs": float}
+"""Keys of a case beside its name and its scene, with their types."""
+
+
 def _case(entry: Mapping[str, Any], folder: Path, key: str, faults: list[str]) -> Case | None:
     """A case: its own keys and those of a scene; what it says of the scene replaces what the scene's file says."""
-    own = {"name": str, "scene": str | None, "strike_angle_deg": tuple[float, ...]}
+    own = {"name": str, "scene": str | None, **OF_A_CASE}
     parts = [item.name for item in fields(Scene)]
     before = len(faults)
     faults += [unknown_key(f"{key}.{name}", name, [*own, *parts]) for name in entry if name not in own and name not in parts]
-    found = {name: checked(entry[name], kind, f"{key}.{name}", faults) for name, kind in own.items() if name in entry}
+    try:
+        found = {name: checked(entry[name], kind, f"{key}.{name}", faults) for name, kind in own.items() if name in entry}
+    except StudyError as refusal:
+        faults.append(f"{key}: {refusal}")
     if "name" not in entry:
         faults.append(f"{key}.name is missing; every case needs it")
     if "scene" not in entry and "robot" not in entry:
@@ -209,10 +283,10 @@ def _case(entry: Mapping[str, Any], folder: Path, key: str, faults: list[str]) -
         if "scene" in found:
             inline = scene_table(read_scene(folder / usable_path(found["scene"]))) | inline
         scene = scene_from(inline, folder, key)
-    except (SceneError, ValueError) as refusal:
-        faults.append(f"{key}: {refusal}" if isinstance(refusal, ValueError) else str(refusal))
+        return Case(name=found["name"], scene=scene, **{name: found[name] for name in OF_A_CASE if name in found})
+    except (SceneError, StudyError, ValueError) as refusal:
+        faults.append(str(refusal) if isinstance(refusal, SceneError) else f"{key}: {refusal}")
         return None
-    return Case(name=found["name"], scene=scene, strike_angle_deg=found.get("strike_angle_deg", ()))
 
 
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:

@@ -6,10 +6,12 @@ computed by `shock_profile`, so that each compared number is the midpoint of a p
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
+
+import numpy as np
 
 from shockpc.errors import ShockError, StudyError, refusal
 from shockpc.landing import PosedLanding, resolve
@@ -17,13 +19,16 @@ from shockpc.places import Place
 from shockpc.printed import printable
 from shockpc.profile import shock_profile
 from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.table import Selection
 from shockpc.result import ShockProfile
 from shockpc.robot.names import match
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene, rounded
 from shockpc.studies.check.budgets import Budget, Budgets, Case
-from shockpc.studies.columns import places_at
+from shockpc.studies.columns import Column, places_at
+from shockpc.studies.sweep.rows import Sweep
+from shockpc.studies.sweep.study import sweep
 
 __all__ = ["Check", "Outcome", "check_budgets"]
 
@@ -110,18 +115,19 @@ class Check:
 
     @property
     def values(self) -> dict[Key, float]:
-        """The numbers that were computed."""
-        return {outcome.key: outcome.value for outcome in self.outcomes if outcome.value is not None}
+        """The numbers of the designs as they are that were computed."""
+        return {one.key: one.value for one in self.outcomes if one.value is not None and one.budget.percentile is None}
 
 
 class _Planned(NamedTuple):
-    """A landing that has budgets, checked and ready to be computed: places by the number of each budget in the file."""
+    """A landing that has budgets, checked and ready to be computed: places by the number of each budget, and random designs."""
 
     case: Case
     angle: float | None
     scene: Scene
     robot: Robot
     asked: dict[int, tuple[Place, ...]]
+    designs: Sweep | None
 
 
 def check_budgets(
@@ -145,6 +151,8 @@ def check_budgets(
     cases: dict[str, Any] = {}
     planned = list(_plan(given, baseline, renewing, cases))
     notes = [f'case "{printable(case.name)}" has no budget' for case in given.cases if case.name not in cases]
+    if any(budget.percentile is not None for budget in given.budgets):
+        notes.append("percentiles are of random designs in double precision")
     if baseline is None and not renewing and any(budget.baseline_tolerance for budget in given.budgets):
         notes.append("without a baseline no baseline_tolerance was checked")
     done: Callable[[str], object] = progress(len(planned)) if progress is not None else str
@@ -181,6 +189,13 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
             )
     for case in given.cases:
         own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in belongs[k]]
+        sampled = [k for k, budget in own if budget.percentile is not None]
+        if own and bool(case.vary) != bool(sampled):
+            missing = "but no budget of it has a percentile" if case.vary else "so it has no percentiles"
+            raise StudyError(
+                f'case "{printable(case.name)}" has {"designs that vary" if case.vary else "nothing that varies"}, {missing}; '
+                "a percentile of a budget is of the designs that [[case.vary]] describes"
+            )
         for angle, scene in case.landings if own else ():
             asked = {}
             try:
@@ -193,9 +208,10 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                     asked[k] = _places(landing, budget.selection.quantity, budget.at)
                     if baseline is not None and budget.baseline_tolerance is not None:
                         _refuse_missing(baseline, [Key(case.name, angle, place.name, budget.metric) for place in asked[k]])
+                designs = _designs(case, scene, robot, [given.budgets[k].selection for k in sampled], [asked[k] for k in sampled])
             except ShockError as refusal:
                 raise StudyError(f'case "{printable(case.name)}": {refusal}') from None
-            yield _Planned(case, angle, scene, robot, asked)
+            yield _Planned(case, angle, scene, robot, asked, designs)
 
 
 def _places(landing: PosedLanding, quantity: Quantity, at: str) -> tuple[Place, ...]:
@@ -211,13 +227,47 @@ def _places(landing: PosedLanding, quantity: Quantity, at: str) -> tuple[Place, 
     return places_at(landing, quantity, at)
 
 
+def _designs(
+    case: Case, scene: Scene, robot: Robot, selections: Sequence[Selection], places: Sequence[tuple[Place, ...]]
+) -> Sweep | None:
+    """The random designs of a landing, with a column for each number whose percentile has a limit; None without any."""
+    if not selections:
+        return None
+    vary, each = (
+        [(one.quantity, one.values) for one in case.vary if one.quantity],
+        [(one.each, one.values) for one in case.vary if one.each],
+    )
+    made = sweep(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, prove=0, held=True)
+    wanted = [Column(selection, place) for selection, own in zip(selections, places, strict=True) for place in own]
+    return replace(made, computed=tuple({column.name: column for column in wanted}.values()))
+
+
+def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int, list[float]], str]:
+    """The numbers of budgets with a percentile by the number of the budget, and why they are missing where designs are."""
+    if planned.designs is None:
+        return {}, ""
+    chunks = [planned.designs.chunk(k) for k in range(len(planned.designs.parts))]
+    messages = [text for chunk in chunks for text in chunk.messages.values()]
+    numbers = {}
+    for k, places in planned.asked.items():
+        if budgets[k].percentile is not None:
+            names = [Column(budgets[k].selection, place).name for place in places]
+            columns = [np.concatenate([chunk.columns[name] for chunk in chunks]) for name in names]
+            numbers[k] = [math.nan if np.isnan(x).any() else budgets[k].representative(x) for x in columns]
+    return numbers, f"{len(messages)} of {planned.designs.rows} designs: {messages[0]}" if messages else ""
+
+
 def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> tuple[list[Outcome], ShockProfile | None, list[str]]:
     """The outcomes of one landing, its profile if it was computed, and its warnings."""
     numbers: dict[int, Any] = {k: [math.nan] * len(places) for k, places in planned.asked.items()}
-    profile, warnings, refused = None, list[str](), ""
+    profile, warnings, refused, undone = None, list[str](), "", ""
     try:
         profile = shock_profile(planned.scene, planned.robot)
-        numbers = {k: profile.numbers(given.budgets[k].selection, places) for k, places in planned.asked.items()}
+        percentiles, undone = _percentiles(planned, given.budgets)
+        numbers = {
+            k: percentiles[k] if k in percentiles else profile.numbers(given.budgets[k].selection, places)
+            for k, places in planned.asked.items()
+        }
         warnings = [str(warning) for warning in profile.health.warnings]
     except Exception as error:
         profile, refused = None, str(refusal(error))
@@ -226,8 +276,9 @@ def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> t
     for (k, place), number in zip(asked, itertools.chain(*numbers.values()), strict=True):
         budget, value = given.budgets[k], None if math.isnan(number) else float(number)
         key = Key(planned.case.name, planned.angle, place.name, budget.metric)
-        before = None if baseline is None else baseline.values.get(key)
-        missing = refused or budget.selection.quantity.missing
+        sampled = budget.percentile is not None
+        before = None if baseline is None or sampled else baseline.values.get(key)
+        missing = refused or (sampled and undone) or budget.selection.quantity.missing
         reasons = [missing] if value is None else _excesses(budget, value, before)
         outcomes.append(
             Outcome(
@@ -249,11 +300,11 @@ def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]
     """Which limits of a budget a value exceeds."""
     unit = budget.selection.quantity.unit
     unit = "" if unit == "1" else f" {unit}"
-    found = []
+    found, share = [], "" if budget.percentile is None else f" ({budget.percentile:g} % of the designs)"
     if budget.max is not None and value > budget.max:
-        found.append(f"{_digits(value, budget.max)}{unit} is above max {budget.max:.6g}{unit}")
+        found.append(f"{_digits(value, budget.max)}{unit}{share} is above max {budget.max:.6g}{unit}")
     if budget.min is not None and value < budget.min:
-        found.append(f"{_digits(value, budget.min)}{unit} is below min {budget.min:.6g}{unit}")
+        found.append(f"{_digits(value, budget.min)}{unit}{share} is below min {budget.min:.6g}{unit}")
     if budget.baseline_tolerance is not None and baseline is not None:
         value = rounded(value)
         for sign, word, plus, better in ((1.0, "above", "+", "less"), (-1.0, "below", "−", "greater")):

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, Literal, cast
 
+import numpy as np
+
 from shockpc.errors import StudyError
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints, joint_model
@@ -12,7 +14,10 @@ from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
 
-__all__ = ["applied", "scene_grid"]
+__all__ = ["applied", "armature_set", "scene_grid"]
+
+REFLECTED = "kg m² (kg if prismatic), such as 0.01:0.1"
+"""What a reflected inertia is given in."""
 
 
 def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Scene, Robot]:
@@ -54,8 +59,12 @@ def applied(scene: Scene, robot: Robot, one: Variation, value: Any) -> tuple[Sce
             offset[axis] = float(value)
             moved.append(replace(contact, offset=(offset[0], offset[1], offset[2])))
         return replace(scene, contact=tuple(moved)), robot
+    if one.kind == "friction":
+        return replace(scene, friction=float(value)), robot
+    if one.kind == "contact-stiffness":
+        return replace(scene, contact_stiffness=float(value)), robot
     if one.kind == "armature":
-        return replace(scene, joints=_with_armature(scene, robot, one.target, float(value))), robot
+        return replace(scene, joints=_with_armature(scene, robot, one, float(value))), robot
     return scene, changed(robot, [Change(cast(Property, one.kind), one.target, float(value), one.factor)])
 
 
@@ -86,13 +95,40 @@ def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, 
     return scenes
 
 
-def _with_armature(scene: Scene, robot: Robot, pattern: str, value: float) -> Joints:
-    """The joint model with the reflected inertia of some joints replaced; zero makes them free."""
-    if value > 0.0:
-        others = {name: x for name, x in scene.joints.armature.items() if name != pattern}
-        return replace(scene.joints, armature={**others, pattern: value})
-    freed, found = robot.match_joints(pattern), joint_model(robot, scene.joints)
-    kept = {name: float(found.armature[robot.joint(name).v.start]) for name in robot.joint_names if name not in freed}
-    kept = {name: x for name, x in kept.items() if x > 0.0 and not found.locked[robot.joint(name).v].any()}
+def armature_set(scene: Scene, robot: Robot, one: Variation) -> np.ndarray:
+    """Which joint velocities (nv,) have the reflected inertia that a variation sets, or multiplies.
+
+    Raises:
+        ShockError: none has, because the joints are locked, or no inertia is there to be multiplied.
+    """
+    if one.factor:
+        model = joint_model(robot, scene.joints)
+        if model.springs.any():
+            raise StudyError(f"{one.subject}: the drives have springs, which are not multiplied; give values in {REFLECTED}")
+        chosen = np.zeros(robot.model.nv, dtype=bool)
+        for name in robot.match_joints(one.target):
+            chosen[robot.joint(name).v] = True
+        chosen &= (model.armature > 0.0) & ~model.locked
+        if not chosen.any():
+            raise StudyError(f"{one.subject}: these joints have no reflected inertia to multiply; give values in {REFLECTED}")
+        return chosen
+    low, high = (joint_model(robot, _armature_given(scene, one.target, value)).armature for value in (1.0, 2.0))
+    return np.asarray(low != high)
+
+
+def _armature_given(scene: Scene, pattern: str, value: float) -> Joints:
+    """The joint model with the reflected inertia of some joints replaced by one above zero."""
+    others = {name: x for name, x in scene.joints.armature.items() if name != pattern}
+    return replace(scene.joints, armature={**others, pattern: value})
+
+
+def _with_armature(scene: Scene, robot: Robot, one: Variation, value: float) -> Joints:
+    """The joint model with the reflected inertia of some joints replaced or multiplied; zero makes them free."""
+    if value > 0.0 and not one.factor:
+        return _armature_given(scene, one.target, value)
+    present = joint_model(robot, scene.joints)
+    armature = np.where(armature_set(scene, robot, one), value * present.armature, present.armature)
+    kept = {name: float(armature[robot.joint(name).v.start]) for name in robot.joint_names}
+    kept = {name: x for name, x in kept.items() if x > 0.0 and not present.locked[robot.joint(name).v].any()}
     model: Literal["free", "locked"] = "locked" if scene.joints.model == "locked" else "free"
     return replace(scene.joints, model=model, drives="none", armature=kept, rotor={})

@@ -1,16 +1,16 @@
 """The rows of a sweep, part by part: many landings that differ in posture, strike, contact, inertia or joint model.
 
-Changes of the strike are products with the maps of a posture, changes of the posture are rows of one array, and only the others
-need a landing of their own. Rows that ask for it are proven one by one, and so is a random sample of the others.
+Changes of the strike are products with the maps of a posture, changes of the posture and of inertias are rows of one array, and
+only the others need a landing of their own. Rows that ask for it are proven one by one, and so is a random sample of the others.
 """
 
 import functools
 import math
 import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -19,13 +19,15 @@ from shockpc.core.threads import one_thread
 from shockpc.errors import ShockError, refusal
 from shockpc.executor import in_order
 from shockpc.landing import PosedLanding, following, resolve
+from shockpc.model.dynamics import Design
 from shockpc.model.posture import set_many
 from shockpc.profile import shock_profile
+from shockpc.robot.changes import Property, varied_bodies
 from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Scene
 from shockpc.studies.columns import Column, columns, double_difference, proven_columns
-from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.variation import ATTITUDE, Variation
+from shockpc.studies.sweep.case import applied, armature_set
+from shockpc.studies.sweep.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
 
 __all__ = ["GROUND", "Chunk", "Sweep", "with_sweep"]
 
@@ -102,7 +104,7 @@ class Sweep:
 
     @functools.cached_property
     def axes(self) -> tuple[Variation, ...]:
-        """The variations from the slowest to the fastest: other landings, other postures, other strikes."""
+        """The variations from the slowest to the fastest: other landings, other postures and inertias, other strikes."""
         return tuple(sorted(self.variations, key=lambda one: one.stage))
 
     @property
@@ -135,16 +137,14 @@ class Sweep:
         if self.alone or (self.sample is not None and any(one.stage == 0 and one.kind != "contact" for one in self.axes)):
             rows = 1024
         most, n = max(1, rows // self.strikes), self.solves
-        least = -(-n // most)
-        # Parts of one size, where the number of rows allows it, make Latin hypercubes of parts one of all rows.
-        count = next((k for k in range(least, 2 * least) if n % k == 0), least)
+        count = -(-n // most)
         return tuple((n * k // count, n * (k + 1) // count) for k in range(count))
 
     @property
     def description(self) -> dict[str, Any]:
         """What the rows depend on, besides scene and robot."""
         return {
-            "vary": [{key: getattr(one, key) for key in ("subject", "values", "span", "factor")} for one in self.variations],
+            "vary": [{key: getattr(one, key) for key in ("subject", "values", "span", "law", "factor")} for one in self.variations],
             "feasible rows alone": self.feasible,
             "sample": self.sample,
             "latin hypercube": self.lhs,
@@ -203,7 +203,9 @@ class Sweep:
             for begin in range(0, len(chosen), FINISHED):
                 own = chosen[begin : begin + FINISHED]
                 Q, strikes = self._postures(landing, values, own), self._strikes(landing, values, own)
-                part, condition, unsafe, parting = columns(landing, Q, strikes, self.computed)
+                design, refused = self._design(landing, values, own)
+                messages |= {int(own[i]) * S + s: text for i, text in refused.items() for s in range(S)}
+                part, condition, unsafe, parting = columns(landing, Q, strikes, self.computed, design)
                 for name, x in (part | {"condition": condition[:, None]}).items():
                     computed[name][own] = x
                 prove[own] = unsafe[:, None] | posed
@@ -251,17 +253,10 @@ class Sweep:
             strike = np.unravel_index(np.arange(self.strikes), inner) if inner else ()
             places = [i[:, None] for i in solve] + [i[None, :] for i in strike]
             return {one: np.asarray(one.values)[i] for one, i in zip(self.axes, places, strict=True)}
-        n, d = b - a, len(self.axes)
-        rng = np.random.default_rng([self.seed, 1, k])
-        u = _hypercube(n, d, k, len(self.parts), [self.seed, 1], rng) if self.lhs else rng.random((d, n)).T
-        found: dict[Variation, np.ndarray] = {}
-        for j, one in enumerate(self.axes):
-            if one.span is None:
-                x: np.ndarray = np.asarray(one.values)[np.minimum((u[:, j] * len(one.values)).astype(int), len(one.values) - 1)]
-            else:
-                x = one.span[0] + (one.span[1] - one.span[0]) * u[:, j]
-            found[one] = x[:, None]
-        return found
+        u = np.random.default_rng([self.seed, 1, k]).random((len(self.axes), b - a))
+        if self.lhs:
+            u = (u + [_strata(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]) / self.sample
+        return {one: one.drawn(own)[:, None] for one, own in zip(self.axes, u, strict=True)}
 
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
         """The landings of a part, each with the postures (n,) that belong to it."""
@@ -286,7 +281,7 @@ class Sweep:
         Q = np.repeat(landing.q[None], len(own), axis=0)
         if self.alone:
             return Q
-        moved = {one: x[own, 0].astype(float) for one, x in values.items() if one.stage == 1}
+        moved = {one: x[own, 0].astype(float) for one, x in values.items() if one.moves}
         angles = {one.kind: x for one, x in moved.items() if one.kind != "joint"}
         if angles:
             from scipy.spatial.transform import Rotation
@@ -297,6 +292,33 @@ class Sweep:
         joints = [(joint, x) for one, x in moved.items() if one.kind == "joint" for joint in one.joints(self.robot)]
         set_many(self.robot, [(joint, x if joint.kind == "prismatic" else x * DEG) for joint, x in joints], Q)
         return Q
+
+    def _design(
+        self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray
+    ) -> tuple[Design | None, dict[int, str]]:
+        """The inertias of some rows of a part; None where all have the landing's own. And why no robot has those of a row."""
+        varied = [one for one in values if one.kind in INERTIAL]
+        if not varied or self.alone:
+            return None, {}
+        x = {one: values[one][own, 0].astype(float) for one in varied}
+        bodies = varied_bodies(
+            self.robot, [(cast(Property, one.kind), one.target, x[one], one.factor) for one in varied if one.kind in OF_A_LINK]
+        )
+        armature = np.repeat(landing.joint_model.armature[None], len(own), axis=0)
+        for one in varied:
+            if one.kind == "armature":
+                chosen = armature_set(landing.scene, self.robot, one)
+                armature[:, chosen] = x[one][:, None] * (armature[:, chosen] if one.factor else 1.0)
+        mass, com, inertia = (np.broadcast_to(part, (len(own), *part.shape[1:])) for part in bodies)
+        refused = {}
+        with np.errstate(all="ignore"):
+            plausible = (np.where(mass > 0.0, mass, 1.0) > 1e-14) & (mass < 1e23) & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
+        for i in np.flatnonzero(~plausible.all(axis=1)).tolist():
+            try:
+                self._case({one: row[i] for one, row in x.items()})
+            except ShockError as error:
+                refused[i] = str(error)
+        return Design(mass, com, inertia, armature), refused
 
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
         """Velocities (n, S, 3) of the base before the impact."""
@@ -317,7 +339,7 @@ class Sweep:
         scene, robot = self.scene, self.robot
         for one, value in choice.items():
             scene, robot = applied(scene, robot, one, value)
-        if any(one.stage == 1 for one in choice) and self.alone:
+        if any(one.moves for one in choice) and self.alone:
             scene = following(scene, self.first)
         return scene, robot
 
@@ -338,12 +360,30 @@ def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dic
     return {one: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0] for one, x in values.items()}
 
 
-def _hypercube(n: int, d: int, k: int, parts: int, seed: Sequence[int], rng: np.random.Generator) -> Array:
-    """Part k of a Latin hypercube (n, d): a hypercube of n strata, each of which is divided between the parts."""
-    from scipy.stats.qmc import LatinHypercube
+def _strata(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
+    """The strata of some rows: a permutation of all n rows of which each part is computed alone.
 
-    centre: Array = LatinHypercube(d, scramble=False, rng=rng).random(n)
-    stratum = np.floor(centre * n)
-    shift = np.random.default_rng(seed).integers(parts, size=(n + 1, d))
-    inner = (shift[stratum.astype(int), np.arange(d)] + k) % parts
-    return np.asarray((stratum + (inner + rng.random((n, d))) / parts) / n)
+    A Feistel network permutes the numbers of 2 b bits, at least n of them; a number that leaves [0, n) is permuted until it comes
+    back (Black and Rogaway 2002, "Ciphers with arbitrary finite domains").
+
+    Args:
+        n: number of rows.
+        rows: (m,) their numbers.
+        seed: of the random numbers.
+        number: of the quantity, each of which has a permutation of its own.
+    """
+    bits = np.uint64(max(1, -(-(n - 1).bit_length() // 2)))
+    low = np.uint64((1 << int(bits)) - 1)
+    keys = np.random.default_rng([seed, 3, number]).integers(2**64, size=8, dtype=np.uint64)
+    out, outside = rows.astype(np.uint64), np.ones(len(rows), dtype=bool)
+    while outside.any():
+        left, right = out[outside] >> bits, out[outside] & low
+        for key in keys:
+            # The mixing function of splitmix64 (Steele, Lea and Flood 2014).
+            x = right + key
+            x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+            x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+            left, right = right, left ^ ((x ^ (x >> np.uint64(31))) & low)
+        out[outside] = left << bits | right
+        outside = out >= n
+    return out.astype(np.int64)

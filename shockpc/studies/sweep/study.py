@@ -12,7 +12,7 @@ from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene, plane_of, robot_of
 from shockpc.studies.columns import Column, selected
 from shockpc.studies.question import moving_point
-from shockpc.studies.sweep.case import applied
+from shockpc.studies.sweep.case import applied, armature_set
 from shockpc.studies.sweep.rows import GROUND, Sweep, with_sweep
 from shockpc.studies.sweep.variation import Variation, each_of, variation
 
@@ -38,6 +38,7 @@ def sweep(
     lhs: bool = False,
     seed: int = 0,
     prove: int = 100,
+    held: bool = False,
 ) -> Sweep:
     """Many landings that differ from one, checked; they are computed chunk by chunk as the result is iterated over.
 
@@ -45,16 +46,18 @@ def sweep(
         scene: the landing that is varied.
         vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0, 15, 30]}.
         robot: the scene's robot, if it is loaded already.
-        vary_each: the same, with a quantity of its own for each joint that a pattern matches.
+        vary_each: the same, with a quantity of its own for each joint or link that a pattern matches.
         at: points, as `Point` or names of frames.
         bodies: names or globs of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
         quantities: further columns, QUANTITY or QUANTITY@PLACES, as `selected` takes it.
         feasible: whether rows that level ground does not allow keep no numbers but those that tell why.
-        sample: number of random rows instead of the full grid. If no joint is varied, all are, within their limits.
+        sample: number of random rows instead of the full grid. If neither a joint nor what the robot and the ground are is varied,
+            all joints are, within their limits.
         lhs: whether the sample is a Latin hypercube.
         seed: of the random numbers.
         prove: number of random rows that are compared with a proof, besides those that need one.
+        held: whether joints that are not varied stay where the scene has them in any sample.
 
     Raises:
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be
@@ -71,7 +74,7 @@ def sweep(
     if sample is not None:
         if sample < 1:
             raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
-        if not any(one.kind == "joint" for one in found):
+        if not held and not any(one.kind == "joint" or one.uncertain for one in found):
             found += _all_joints(robot)
     elif lhs:
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
@@ -93,6 +96,8 @@ def sweep(
     for one in made.axes:
         for value in (one.values or one.span or ()) if one.stage == 2 else ():
             applied(scene, robot, one, value)[0].strike.vector(plane)
+        if one.kind == "armature":
+            armature_set(scene, robot, one)
     return replace(made, computed=_columns(made, points, bodies, greatest, quantities))
 
 

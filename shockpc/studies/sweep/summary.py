@@ -1,4 +1,4 @@
-"""A sweep in a few numbers: least, median and greatest values, and how far double precision was off."""
+"""A sweep in a few numbers: ranges and percentiles, what they depend on, and how far double precision was off."""
 
 import functools
 import re
@@ -9,10 +9,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.studies.columns import Column
+from shockpc.studies.columns import Column, percentile
 from shockpc.studies.sweep.rows import Sweep
+from shockpc.studies.sweep.variation import Variation
 
-__all__ = ["Extent", "Refused", "SweepSummary", "summarise"]
+__all__ = ["PERCENTILES", "Extent", "Refused", "SweepSummary", "summarise"]
+
+PERCENTILES = (5, 95, 99)
+"""Of a sample, besides its median."""
+
+RANKED = 100_000
+"""Rows of which ranks are compared: what chance adds to their correlation is 0.003."""
 
 BINS = 80
 """Of the distributions."""
@@ -29,6 +36,7 @@ class Extent(NamedTuple):
         least: value.
         median: value.
         greatest: value.
+        percentiles: the values at `PERCENTILES`, as `percentile` takes them.
         least_row: row of the least one.
         greatest_row: row of the greatest one; −1 if no row could be computed.
         best_row: row of the best value among the landings that level ground allows; −1 if there is none.
@@ -41,6 +49,7 @@ class Extent(NamedTuple):
     least: float
     median: float
     greatest: float
+    percentiles: tuple[float, ...]
     least_row: int
     greatest_row: int
     best_row: int
@@ -71,6 +80,9 @@ class SweepSummary(NamedTuple):
     Attributes:
         sweep: what was computed.
         extents: of every shock, and of every quantity that was asked for.
+        varied: what differs between the rows of a sample and is a number.
+        correlations: (v, e) rank correlation (Spearman) of each of these with each of the extents' columns; NaN of a constant.
+        ranked: number of rows of which they are.
         messages: why rows could not be computed, with the number of such rows, most frequent first.
         failed: number of rows that could not be computed.
         refused: number of rows that level ground does not allow.
@@ -81,6 +93,9 @@ class SweepSummary(NamedTuple):
 
     sweep: Sweep
     extents: tuple[Extent, ...]
+    varied: tuple[Variation, ...]
+    correlations: Array
+    ranked: int
     messages: tuple[tuple[str, int], ...]
     failed: int
     refused: Refused
@@ -107,16 +122,39 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
         compared, largest = compared + len(others), max(largest, float(np.max(others, initial=0.0)))
     feasible = _whole(sweep.rows, read(sweep.feasible_column.name))
     no, causes = feasible == 0.0, []
-    for key, limit in (("pull", 0.0), ("friction_needed", np.inf if sweep.scene.friction is None else sweep.scene.friction)):
+    friction: Any = np.inf if sweep.scene.friction is None else sweep.scene.friction
+    for one in sweep.variations:
+        if one.kind == "friction":
+            friction = _whole(sweep.rows, read(one.column))
+    for key, limit in (("pull", 0.0), ("friction_needed", friction)):
         own = [column for column in sweep.computed if column.selection.name == key]
         causes.append(no & functools.reduce(np.logical_or, (_whole(sweep.rows, read(one.name)) > limit for one in own)))
     pulled, slipping = causes
     counts = [int(np.sum(rows)) for rows in (no, pulled, slipping & ~pulled, no & ~pulled & ~slipping)]
     drawn = sweep.sample is None and len(sweep.variations) <= 2
     columns = [column for column in sweep.computed if column.shock or column.asked]
-    extents = tuple(_extent(column, _whole(sweep.rows, read(column.name)), drawn, feasible == 1.0) for column in columns)
+    varied = tuple(one for one in sweep.variations if sweep.sample is not None and one.kind != "contact")
+    step = -(-sweep.rows // RANKED)
+    drivers = [_whole(sweep.rows, read(one.column))[::step].copy() for one in varied]
+    extents, effects = [], []
+    for column in columns:
+        values = _whole(sweep.rows, read(column.name))
+        effects.append(values[::step].copy() if varied else values[:0])
+        extents.append(_extent(column, values, drawn, feasible == 1.0))
+    correlations = np.array([[_correlation(x, y) for y in effects] for x in drivers]).reshape(len(drivers), len(effects))
+    ranked = len(drivers[0]) if drivers else 0
     return SweepSummary(
-        sweep, extents, tuple(messages.most_common()), sum(messages.values()), Refused(*counts), proven, compared, largest
+        sweep,
+        tuple(extents),
+        varied,
+        correlations,
+        ranked,
+        tuple(messages.most_common()),
+        sum(messages.values()),
+        Refused(*counts),
+        proven,
+        compared,
+        largest,
     )
 
 
@@ -130,11 +168,23 @@ def _whole(rows: int, parts: Iterator[Array]) -> Array:
     return values
 
 
+def _correlation(x: Array, y: Array) -> float:
+    """Rank correlation of two columns (n,) in the rows that have both; NaN if one is constant there."""
+    from scipy.stats import rankdata
+
+    known = ~(np.isnan(x) | np.isnan(y))
+    a, b = rankdata(x[known]), rankdata(y[known])
+    if not (np.ptp(a) if len(a) else 0.0) or not np.ptp(b):
+        return np.nan
+    return float(np.corrcoef(a, b)[0, 1])
+
+
 def _extent(column: Column, values: Array, keep: bool, feasible: np.ndarray) -> Extent:
     """The range of a column. Of ten million rows no copy is made: the values are sorted in place unless they are kept."""
     missing, kept = np.isnan(values), values if keep else None
     if missing.all():
-        return Extent(column, np.nan, np.nan, np.nan, -1, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
+        nothing = (np.nan,) * len(PERCENTILES)
+        return Extent(column, np.nan, np.nan, np.nan, nothing, -1, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
     allowed = np.flatnonzero(feasible & ~missing)
     best = np.argmax if column.selection.quantity.worse == "less" else np.argmin
     best_row = int(allowed[best(values[allowed])]) if allowed.size else -1
@@ -148,4 +198,5 @@ def _extent(column: Column, values: Array, keep: bool, feasible: np.ndarray) -> 
         span = (span[0] - margin, span[1] + margin)
     counts, _ = np.histogram(finite, BINS, span)
     median = float(np.median(known, overwrite_input=True))
-    return Extent(column, least, median, greatest, low, high, best_row, span, counts, kept)
+    percentiles = tuple(percentile(known, PERCENTILES).tolist())
+    return Extent(column, least, median, greatest, percentiles, low, high, best_row, span, counts, kept)

@@ -2,22 +2,36 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
+import numpy as np
+
+from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
 from shockpc.model.contact import landing_frames
 from shockpc.model.posture import settable_joints
 from shockpc.robot.changes import links_with_mass
 from shockpc.robot.record import Joint, Robot
 
-__all__ = ["ATTITUDE", "Variation", "each_of", "variation"]
+__all__ = ["ATTITUDE", "INERTIAL", "OF_A_LINK", "Variation", "each_of", "variation"]
 
 STRIKE = {"strike-angle": "deg", "speed": "m/s"}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
-WORDS = (*STRIKE, *ATTITUDE, *OFFSET, "contact", *(f"{kind}:LINK" for kind in OF_A_LINK), "armature:JOINT")
-FORM = "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between)"
+GROUND = {"friction": "-", "contact-stiffness": "N/m"}
+INERTIAL = (*OF_A_LINK, "armature")
+WORDS = (*STRIKE, *ATTITUDE, *OFFSET, *GROUND, "contact", *(f"{kind}:LINK" for kind in OF_A_LINK), "armature:JOINT")
+FORM = (
+    "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between), a:b:log (log-uniform) or m±s "
+    "(normal, cut off at 3 s; also typed m+-s)"
+)
+
+CUT = 3.0
+"""Standard deviations from the mean at which a normal distribution is cut off."""
+
+Law = Literal["uniform", "log-uniform", "normal"]
 
 MOST = 1_000_000
 """Values of one quantity in a grid."""
@@ -34,6 +48,7 @@ class Variation:
         unit: of the values.
         values: to be computed, or drawn from; numbers, or names of contacts.
         span: least and greatest value between which numbers are drawn; None if values are given.
+        law: distribution of these numbers; a normal one has its mean in the middle of the span, which is six standard deviations.
         factor: whether the values are factors of what the robot file says.
     """
 
@@ -43,7 +58,28 @@ class Variation:
     unit: str
     values: tuple[float | str, ...] = ()
     span: tuple[float, float] | None = None
+    law: Law = "uniform"
     factor: bool = False
+
+    @property
+    def moves(self) -> bool:
+        """Whether it changes the posture."""
+        return self.kind == "joint" or self.kind in ATTITUDE
+
+    def drawn(self, u: Array) -> np.ndarray:
+        """Values (n,) of the distribution. Args: u (n,) uniform in [0, 1)."""
+        if self.span is None:
+            chosen: np.ndarray = np.asarray(self.values)[np.minimum((u * len(self.values)).astype(int), len(self.values) - 1)]
+            return chosen
+        low, high = self.span
+        if self.law == "log-uniform":
+            return np.asarray(np.clip(low * np.exp(u * math.log(high / low)), low, high))
+        if self.law == "normal":
+            from scipy.special import ndtr, ndtri
+
+            tail = ndtr(-CUT)
+            return np.asarray(0.5 * (low + high) + (high - low) / (2.0 * CUT) * ndtri(tail + u * (1.0 - 2.0 * tail)))
+        return np.asarray(low + (high - low) * u)
 
     @property
     def column(self) -> str:
@@ -52,8 +88,13 @@ class Variation:
 
     @property
     def stage(self) -> int:
-        """What a change of it needs: 0 another landing, 1 another posture of it, 2 only another product with the maps."""
-        return 2 if self.kind in STRIKE else 1 if self.kind == "joint" or self.kind in ATTITUDE else 0
+        """What a change of it needs: 0 another landing, 1 another posture or inertia, 2 only another product with the maps."""
+        return 2 if self.kind in STRIKE else 1 if self.moves or self.kind in INERTIAL else 0
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether it is of the robot or of the ground, rather than of how the robot lands."""
+        return self.kind in INERTIAL or self.kind in GROUND
 
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
@@ -65,10 +106,13 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
 
     Args:
         robot: the robot.
-        subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "mass:LINK", "com-z:LINK",
-            "inertia:LINK", "armature:JOINTS" and so on; a name that is none of these words is a joint, or a pattern of joints.
-        values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from; an
-            x after each number makes it a factor of what the robot file says. None for the limits of a joint.
+        subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
+            "com-z:LINK", "inertia:LINK", "armature:JOINTS" and so on; a name that is none of these words is a joint, or a pattern
+            of joints.
+        values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
+            uniformly or, of factors of armature and with ":log" after it, uniformly in the logarithm; "m±s" to draw from a normal
+            distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or "±5%", makes
+            it a factor of what the landing has. None for the limits of a joint.
 
     Raises:
         UnknownName: the robot has no such joint or link.
@@ -77,36 +121,47 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     kind, target = _kind(robot, subject)
     if kind == "contact":
         return _contacts(robot, subject, values)
-    numbers, span, factor = _numbers(subject, values)
+    numbers, span, law, factor = _numbers(subject, values)
     if values is None and kind != "joint":
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
-    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_A_LINK}.get(kind, "")
-    if factor and kind not in ("mass", "inertia"):
+    unit = {**STRIKE, **ATTITUDE, **OFFSET, **GROUND, **OF_A_LINK}.get(kind, "")
+    least = min(numbers + (span or ()), default=0.0)
+    if factor and kind not in ("mass", "inertia", "armature"):
         raise StudyError(
-            f"{subject}: a factor such as 0.8x applies to mass:LINK and inertia:LINK only; give values in {unit or 'SI units'}"
+            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK and armature:JOINT only; give values in "
+            f"{unit or 'SI units'}"
         )
+    if law == "normal" and isinstance(values, str) and values.startswith(("±", "+-")) and not (factor or kind.startswith("com")):
+        raise StudyError(f"{subject}: {values} about which value? Give the mean too, such as 1{values}")
     if kind == "inertia" and not factor:
         raise StudyError(f"{subject}: the moments of inertia are varied by factors; give them with an x, such as 0.5x:2x:4")
     if kind in OF_A_LINK:
         links_with_mass(robot, target)
-        if kind in ("mass", "inertia") and not min(numbers + (span or ())) > 0.0:
-            raise StudyError(f"{subject}: {min(numbers + (span or ())):g} is not above zero, but a link has to keep some {kind}")
+        if kind in ("mass", "inertia") and not least > 0.0:
+            raise StudyError(f"{subject}: {least:g} is not above zero, but a link has to keep some {kind}")
     if kind == "armature":
         unit = _unit(robot, subject, target, {"rad": "kg m²", "m": "kg"})
-        if min(numbers + (span or ())) < 0.0:
-            raise StudyError(f"{subject}: a reflected inertia of {min(numbers + (span or ())):g} is below zero")
+        if least < 0.0:
+            raise StudyError(f"{subject}: a reflected inertia of {least:g} is below zero")
+        if factor and law == "uniform" and span is not None:
+            law = "log-uniform"
+    if law == "log-uniform" and not least > 0.0:
+        raise StudyError(f"{subject}: {least:g} has no logarithm; give a range above zero, or leave :log out")
     if kind == "joint":
-        found = Variation(subject, kind, target, _unit(robot, subject, target, {"rad": "deg", "m": "m"}), numbers, span)
+        found = Variation(subject, kind, target, _unit(robot, subject, target, {"rad": "deg", "m": "m"}), numbers, span, law)
         return _within_limits(robot, found)
-    return Variation(subject, kind, target, "-" if factor else unit, numbers, span, factor)
+    return Variation(subject, kind, target, "-" if factor else unit, numbers, span, law, factor)
 
 
 def each_of(robot: Robot, found: Variation) -> tuple[Variation, ...]:
-    """A variation of joints, with a quantity of its own for each joint that matches; any other variation as it is."""
-    if found.kind != "joint":
-        return (found,)
-    own = (Variation(joint.name, "joint", joint.name, found.unit, found.values, found.span) for joint in found.joints(robot))
-    return tuple(_within_limits(robot, one) for one in own)
+    """A variation with a quantity of its own for each joint or link that matches; one of the whole landing as it is."""
+    if found.kind == "joint":
+        own = (replace(found, subject=joint.name, target=joint.name) for joint in found.joints(robot))
+        return tuple(_within_limits(robot, one) for one in own)
+    if found.kind in INERTIAL:
+        names = robot.match_joints(found.target) if found.kind == "armature" else links_with_mass(robot, found.target)
+        return tuple(replace(found, subject=f"{found.kind}:{name}", target=name) for name in names)
+    return (found,)
 
 
 def _kind(robot: Robot, subject: str) -> tuple[str, str]:
@@ -114,15 +169,15 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
     word, colon, target = subject.partition(":")
     if word == "joint" and colon:
         return "joint", target
-    if colon and (word in OF_A_LINK or word == "armature"):
+    if colon and word in INERTIAL:
         if not target:
             raise StudyError(f"{subject} names nothing; write {word}:{'JOINT' if word == 'armature' else 'LINK'}")
         return word, target
-    if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject == "contact":
+    if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject in GROUND or subject == "contact":
         if subject in ATTITUDE and not robot.free_base:
             raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
         return subject, ""
-    if subject in OF_A_LINK or subject == "armature":
+    if subject in INERTIAL:
         raise StudyError(f"{subject} of what? Write {subject}:{'JOINT' if subject == 'armature' else 'LINK'}=VALUES")
     robot.match("joint or quantity", subject, robot.joint_names, WORDS)
     return "joint", subject
@@ -137,35 +192,43 @@ def _contacts(robot: Robot, subject: str, values: object) -> Variation:
     return Variation(subject, "contact", "", "", tuple(dict.fromkeys(names)))
 
 
-def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[float, float] | None, bool]:
-    """Values, or the range to draw from, and whether they are factors."""
+def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[float, float] | None, Law, bool]:
+    """Values, or the range to draw from and its distribution, and whether they are factors."""
     if values is None:
-        return (), None, False
+        return (), None, "uniform", False
     if not isinstance(values, str):
         given = [values] if isinstance(values, int | float) else list(values) if isinstance(values, Iterable) else []
         numbers = tuple(_number(subject, str(float(value))) for value in given)
         if not numbers:
             raise StudyError(f"{subject}: the list of values is empty; give at least one")
-        return numbers, None, False
+        return numbers, None, "uniform", False
+    mean, sign, deviation = values.replace("+-", "±").partition("±")
+    if sign:
+        share = deviation.strip().endswith("%") and not mean.strip()
+        size = _number(subject, deviation.strip().removesuffix("%") if share else deviation.strip()) / (100.0 if share else 1.0)
+        middle = _number(subject, mean.strip()) if mean.strip() else float(share)
+        if not size > 0.0:
+            raise StudyError(f'{subject}: "{values}" has no standard deviation above zero; valid are {FORM}')
+        return (), (middle - CUT * size, middle + CUT * size), "normal", share
     parts = values.split(":") if ":" in values else values.split(",")
     count = parts.pop() if ":" in values and len(parts) == 3 else None
     factor = bool(parts[0]) and all(part.strip().endswith("x") for part in parts)
     bounds = tuple(_number(subject, part.strip().removesuffix("x") if factor else part.strip()) for part in parts)
     if ":" not in values:
-        return bounds, None, factor
+        return bounds, None, "uniform", factor
     if len(bounds) != 2:
         raise StudyError(f'{subject}: "{values}" is not understood; valid are {FORM}')
     low, high = bounds
-    if count is None:
+    if count is None or count.strip() == "log":
         if not low < high:
             raise StudyError(f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first")
-        return (), (low, high), factor
+        return (), (low, high), "log-uniform" if count else "uniform", factor
     if not (count.strip().isdecimal() and len(count) < 9 and 0 < int(count) <= MOST):
         raise StudyError(f'{subject}: "{count}" is not a number of values from 1 to {MOST}; valid are {FORM}')
     n = int(count)
     # The ends are as typed, and what lies between does not depend on the number of values.
     steps = (low,) if n == 1 else (*(low + (high - low) * (k / (n - 1)) for k in range(n - 1)), high)
-    return steps, None, factor
+    return steps, None, "uniform", factor
 
 
 def _number(subject: str, text: str) -> float:
