@@ -134,6 +134,7 @@ def _become(words: list[str], place: Path, streams: list[int]) -> None:
     """Make this process the command."""
     try:
         os.setpgid(0, 0)
+        multiprocessing.current_process()._config["daemon"] = False  # a worker of the pool may not have processes of its own
         signal.signal(signal.SIGINT, signal.default_int_handler)
         for number, stream in enumerate([os.open(os.devnull, os.O_RDONLY), *streams]):
             os.dup2(stream, number)
