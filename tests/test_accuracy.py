@@ -9,6 +9,7 @@ from unittest import mock
 import numpy as np
 import pytest
 from commands import run
+from flint import arb
 from hypothesis import given
 from hypothesis import strategies as st
 from maximal import maximal_jumps
@@ -21,6 +22,7 @@ from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Str
 from shockpc.accuracy import double_error
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
+from shockpc.exact.balls import to_double
 from shockpc.exact.proof import Proof
 from shockpc.landing import PosedLanding
 from shockpc.model.contact import contact_block
@@ -398,3 +400,14 @@ def test_a_foot_at_the_centre_of_percussion_needs_no_friction(yaw):
     posture = Posture(base_rpy_deg=(0.0, 0.0, yaw))
     foot = shock_profile(Scene(robot="r", contact=(contact,), stance=("rod",), posture=posture), robot).stance[0]
     assert (foot.impulse.tolist(), foot.friction_needed) == ([0.0, 0.0, 0.0], None)
+
+
+def test_a_number_that_no_precision_encloses_gets_no_verdict():
+    """The reading of a quantity of the proof, too, refuses what stays wide at the highest precision."""
+    profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"), known_robot("anymal_b"))
+
+    def wide(impact):
+        return to_double(impact.exact(np.ones(1)) + arb(0, 1), 1.0)
+
+    with pytest.raises(SolveError, match='8192 bits do not give a number of robot "anymal"'):
+        profile.proof.read(wide)

@@ -13,6 +13,7 @@ from flint import ctx
 
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, freeze, read_only
+from shockpc.errors import SolveError
 from shockpc.exact.balls import Balls, PrecisionError, SingularError, radii, to_double
 from shockpc.exact.sensitivity import last_digits_changed
 from shockpc.exact.solution import BallImpact
@@ -76,7 +77,8 @@ class Proof:
             bits: precision to use at least.
 
         Raises:
-            SingularError: a pivot may be zero at the highest precision: no inertia resists a motion, or rows are dependent.
+            SolveError: the number is not known closely enough at the highest precision.
+            SingularError: a pivot may be zero there: no inertia resists a motion, or rows are dependent.
         """
         with PRECISION:
             if bits > self._bits:
@@ -87,9 +89,14 @@ class Proof:
                         if self._impact is None:
                             self._impact = BallImpact(self.landing, self.choice)
                         return compute(self._impact)
-                    except (PrecisionError, SingularError):
+                    except (PrecisionError, SingularError) as failure:
                         if self._bits >= MOST_BITS:
-                            raise
+                            if isinstance(failure, SingularError):
+                                raise
+                            raise SolveError(
+                                f'no verdict: {MOST_BITS} bits do not give a number of robot "{self.landing.robot.name}", because its '
+                                "terms cancel: masses and lengths lie too many orders of magnitude apart, or a chain is too long"
+                            ) from None
                 self._bits *= 2
                 self._impact = None
 
