@@ -94,7 +94,7 @@ class Proof:
                             if isinstance(failure, SingularError):
                                 raise
                             raise SolveError(
-                                f'no verdict: {MOST_BITS} bits do not give a number of robot "{self.landing.robot.name}", because its '
+                                f'no verdict: {MOST_BITS} bits do not give a number of robot "{self.landing.robot.name}", because '
                                 "terms cancel: masses and lengths lie too many orders of magnitude apart, or a chain is too long"
                             ) from None
                 self._bits *= 2
