@@ -557,7 +557,7 @@ class ShockProfile:
     @cached_property
     def _contact_impulses(self) -> Array:
         """Sizes (n,) of the impulses of contacts and standing feet [N s]; 0 where there is none."""
-        return np.asarray(np.nan_to_num(np.linalg.norm(self.value("impulse", "contact"), axis=1)))
+        return read_only(np.nan_to_num(np.linalg.norm(self.value("impulse", "contact"), axis=1)))
 
     @property
     def _small_differences(self) -> list[tuple[Quantity, list[Place], Array]]:

@@ -38,7 +38,7 @@ def test_contact_rows_are_the_derivative_of_the_point(seed):
     q = configuration(robot, Posture(base_rpy_deg=tuple(rng.uniform(-90.0, 90.0, 3).tolist()), joints=joints))
     state = dynamics(robot, q[None])
     found = contact_block(robot, Contact(frame=frame, offset=tuple(offset.tolist())), UP)
-    J_c = row_jacobian(state, [locate_lowest_point(found, state.rotation[:, found.body], UP)])[0]
+    J_c = row_jacobian(state, [locate_lowest_point(found, state.rotation[:, found.body])])[0]
     data, index = robot.model.createData(), robot.model.getFrameId(frame)
 
     def place(step):
@@ -64,7 +64,7 @@ def lowest(robot, rpy, offset=(0.0, 0.0, 0.0)):
     """The lowest point of the foot under a rotated base, from the foot's origin, world axes; and the foot's orientation."""
     state = dynamics(robot, configuration(robot, Posture(base_rpy_deg=rpy))[None])
     found = contact_block(robot, Contact(frame="foot", at="lowest", offset=offset), UP)
-    point = block_point(state, locate_lowest_point(found, state.rotation[:, found.body], UP))[0]
+    point = block_point(state, locate_lowest_point(found, state.rotation[:, found.body]))[0]
     return point - state.position[0, 1], state.rotation[0, 1]
 
 

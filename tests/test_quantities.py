@@ -44,9 +44,9 @@ def assert_same(profile, impact, strike, places):
         np.testing.assert_allclose(double[known], exact[known], rtol=0, atol=1e-8 * size + 1e-14, err_msg=entry.key)
 
 
-@pytest.mark.parametrize("number", [3, 8, 21, 40, 41, 52])
+@pytest.mark.parametrize("number", [3, 41, 52, 63, 64, 67, 72])
 def test_every_quantity_is_the_same_in_doubles_and_in_balls(number):
-    """Random mechanisms, contacts, drives and motions before the impact."""
+    """Random mechanisms, contacts, drives and motions before the impact; landings with a verdict, where no body stays at rest."""
     robot, scene = random_landing(number)
     scene = replace(scene, point=(Point(frame=robot.bodies[-1].name, offset=(0.1, -0.2, 0.3)),))
     profile = shock_profile(scene, robot)
