@@ -219,6 +219,18 @@ def test_steps_in_time_agree(seed, tangential, normal):
     np.testing.assert_allclose(velocity + motion.at([1.0]).jump[0], final, atol=5e-3)
 
 
+def test_dependent_rows_bring_no_events_of_rounding():
+    """Two contacts with the same tangent, as on one edge: in steps of time, and without restitution, where no contact chatters."""
+    M, rows, velocity, _ = landing(3, contacts=3)
+    rows[3] = rows[0]
+    elements = sticking(rows, 300.0, 0.6, 0.4)
+    _, final = step_by_step(M, elements, velocity, 1.0, 20000)
+    np.testing.assert_allclose(velocity + simulate_landing(M, elements, velocity, until=1.0).at([1.0]).jump[0], final, atol=5e-3)
+    M, rows, velocity, _ = landing(4, contacts=3)
+    rows[3] = rows[0]
+    assert len(simulate_landing(M, sticking(rows, 300.0), velocity, until=1.0).events) < 100
+
+
 @pytest.mark.parametrize("contact", [1e2, 1e12])
 @pytest.mark.parametrize("spring", [1e-2, 1e12])
 @pytest.mark.parametrize("rotor", [1e-9, 1e3])

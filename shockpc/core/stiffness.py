@@ -50,6 +50,9 @@ NEGLIGIBLE = 1e-11
 SMALLEST_PIVOT = 1e-7
 """Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M counts as positive definite."""
 
+DEPENDENT = 1e-13
+"""Share of the lengths of its rows below which the frequency of a mode is rounding: the rows are dependent, its forces constant."""
+
 MOST_EVENTS = 2000
 """Bound of the number of events of a motion."""
 
@@ -447,6 +450,7 @@ class _State:
         """The motion from here on, of length zero, and what is watched as signals."""
         F, z, u = watched.F, watched.z, self.u + self.jump
         U, sigma, V = _graded_svd(F)
+        sigma[sigma < DEPENDENT * (np.linalg.norm(F, axis=1) @ np.abs(U))] = 0.0
         zeta, upsilon = U.T @ z, V.T @ u
         if not self.noise:
             self.noise, self.fastest = NEGLIGIBLE * float(np.linalg.norm(upsilon)), float(sigma[0])
