@@ -35,6 +35,9 @@ Compute = Callable[[Impact, Sequence[Place]], Any]
 LEAST_MOTION = 1e-9
 """Share of the fastest body's jump below which a body counts as moved by it, where jumps are compared."""
 
+LEAST_HELD = 1e-6
+"""Share of the velocities before the impact from which what locked joints and loops take off them is no rounding."""
+
 PART = 0.01
 """Share of the elastic energy of a mode from which springs of joints take part in it."""
 
@@ -50,17 +53,21 @@ class _Columns(DoubleImpact):
 class CompliantLanding:
     """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed when it is read.
 
+    Args:
+        landing: the landing.
+        until: time at which the motion ends [s]; by default, when all contacts are open.
+
     Attributes:
         landing: the landing.
-        motion: until all contacts are open.
+        motion: until that time.
         number: (r,) contact of each element; −1 for a spring in a joint.
         full: (nv, n) joint velocities for unit velocities of the coordinates of the motion.
 
     Raises:
-        SolveError: the motion cannot be followed.
+        SolveError: the motion cannot be followed, or joints that are locked move before the impact.
     """
 
-    def __init__(self, landing: PosedLanding) -> None:
+    def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
         self.landing, self._rows, k = landing, contact_rows(landing), landing.scene.contact_stiffness
         assert k is not None
         rows, state = self._rows, landing.state
@@ -68,6 +75,8 @@ class CompliantLanding:
         before = landing.before.joint_rates.copy()
         before[:6] = np.linalg.solve(state.J[0, :, :6], np.concatenate([landing.before.omega, landing.before.velocity]))
         velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
+        if np.linalg.norm(self._free @ velocity - before) > LEAST_HELD * np.linalg.norm(before):
+            raise SolveError("a contact stiffness needs joints that are at rest where they are locked, and loops that stay closed")
         c, tangential = len(landing.contacts), landing.scene.tangential_stiffness or k
         number = np.repeat(np.arange(c), [block.size for block in rows.landing.contacts])
         stiffness, e = np.where(rows.normal, k, tangential), rows.restitution
@@ -90,7 +99,7 @@ class CompliantLanding:
             np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
         )
         try:
-            self.motion = simulate_landing(M, elements, velocity)
+            self.motion = simulate_landing(M, elements, velocity, until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}") from None
         self._peaks: dict[Any, tuple[Array, Array]] = {}

@@ -13,7 +13,7 @@ from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Scene, StudyError, UnknownName, load_robot, read_scene, resolve, shock_profile
+from shockpc import Contact, Joints, Scene, StudyError, UnknownName, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
 from shockpc.model.motion import Motion
 from shockpc.studies.landings.comparison import STATISTICS, compare_measured
@@ -227,12 +227,31 @@ def test_base_velocities_are_compared_in_world_axes():
     np.testing.assert_allclose(one.measured, 0.5)
 
 
+def test_finite_stiffness_ends_at_the_impulse_and_says_what_it_cannot_predict():
+    """Long after contact the velocities are the impulse model's, at first there is no change; locked joints must be at rest."""
+    robot, columns = known_robot("anymal_b"), table()
+    after = {f"after{ms}ms_{name}": columns[name] for ms in (0.0001, 500) for name in ("vx", "vz")}
+    after |= {f"after{ms}ms_LF_KFE": columns["before_LF_KFE"] for ms in (0.0001, 500)}
+    stiff = replace(SCENE, contact_stiffness=1e5)
+    comparison = compare_measured(columns | after, {"free": stiff}, robot)
+    found = {(one.model, one.time, one.name): one.predicted for one in comparison.agreements}
+    assert not comparison.failures
+    for name in ("vx", "vz", "joint rates"):
+        impulsive = found["free", 500.0, name]
+        np.testing.assert_allclose(found["free, contacts of 100000 N/m", 500.0, name], impulsive, atol=1e-7)
+        assert np.abs(found["free, contacts of 100000 N/m", 0.0001, name]).max() < 1e-3 * np.abs(impulsive).max()
+    locked = replace(stiff, joints=Joints(locked=("LF_KFE",)))
+    comparison = compare_measured(columns | after, {"locked": locked}, robot)
+    assert [(model, row) for model, row, _ in comparison.failures] == [("locked, contacts of 100000 N/m", str(i)) for i in range(6)]
+    assert "at rest where they are locked" in comparison.failures[0][2]
+
+
 def test_measured_landings_of_cassie():
     """The README's table is what the benchmark computes."""
     text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| (.*springs.*) \| (\d+) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \|$", text, re.MULTILINE)
     sheet = {(row[0], row[1]): row[3:] for row in measured_landings().rows}
-    assert len(lines) == 6
+    assert len(lines) == 9
     for model, time, r, slope, error, skill in lines:
         found = sheet[model, time]
         assert (found[0].split()[0], found[1].split()[0], found[2], found[3].split()[0]) == (r, slope, error, skill)

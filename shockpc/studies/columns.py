@@ -36,6 +36,7 @@ __all__ = [
     "postures",
     "proven_columns",
     "selected",
+    "values_of",
 ]
 
 SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
@@ -185,7 +186,7 @@ class Postures(NamedTuple):
         impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.design)
         normals = np.array([contact.normal for contact in self.landing.contacts])
         parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
-        return _selected(impact, wanted, parting.shape[:2]), parting
+        return values_of(impact, wanted, parting.shape[:2]), parting
 
 
 def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None) -> Postures:
@@ -236,8 +237,8 @@ def columns(
     return computed, condition, prove, parting
 
 
-def _selected(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...]) -> dict[str, Array]:
-    """The columns (m, S) by name, each quantity evaluated once for all of its places."""
+def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...]) -> dict[str, Array]:
+    """The columns (m, S) of an impact by name, each quantity evaluated once for all of its places. Args: shape, m and S."""
     computed: dict[str, Array] = {}
     with np.errstate(invalid="ignore", divide="ignore"):
         for entry in dict.fromkeys(column.selection.quantity for column in wanted):

@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.compliance import CompliantLanding
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError
+from shockpc.errors import ShockError, StudyError
 from shockpc.places import body_places
 from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
-from shockpc.studies.columns import Column, selected
+from shockpc.studies.columns import Column, selected, values_of
 from shockpc.studies.landings.study import Landings, compute, landings
 from shockpc.studies.landings.table import Measured
 
@@ -34,7 +35,7 @@ class Agreement(NamedTuple):
     """How well the prediction of a joint model agrees with what was measured.
 
     Attributes:
-        model: name of the joint model.
+        model: name of the joint model; of the prediction on contacts of finite stiffness with that stiffness.
         time: after the touchdown [ms]; None where no time is said.
         name: of the quantity, or of the group of quantities of one unit, which are taken together.
         unit: of the values.
@@ -80,6 +81,9 @@ def compare_measured(
 ) -> Comparison:
     """Compare what a table measured with the predictions of several joint models.
 
+    These are the jumps of the impulse model; where the scene has a contact stiffness, also the changes of the velocities of the
+    motion on contacts and springs of finite stiffness (`compliance`) until the time after contact that the column names.
+
     Args:
         table: columns by name, with some that begin with after_.
         scenes: what the table does not give, by the name of the joint model.
@@ -97,30 +101,77 @@ def compare_measured(
         own = landings(table, scene, ("shock_com@" + robot.bodies[0].name,), robot=robot, rename=rename, prove=0)
         if not own.table.measured:
             raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
-        made[model], predicted, messages = _predicted(own)
-        agreements += _agreements(model, own.table.measured, predicted)
+        made[model], wanted, predicted, messages = _predicted(own)
+        agreements += _agreements(model, own.table.measured, [predicted[one.key] for one in own.table.measured])
         failures += [(model, str(own.table.names[i]), text) for i, text in messages.items()]
+        timed = [one for one in own.table.measured if one.time]
+        if scene.contact_stiffness is not None and timed:
+            stiff = f"{model}, contacts of {scene.contact_stiffness:g} N/m"
+            later, messages = _predicted_later(made[model], wanted, timed, messages)
+            agreements += _agreements(stiff, timed, later)
+            failures += [(stiff, str(own.table.names[i]), text) for i, text in messages.items()]
         progress(model)
     return Comparison(made, tuple(agreements), tuple(failures))
 
 
-def _predicted(own: Landings) -> tuple[Landings, dict[str, Array], Mapping[int, str]]:
-    """The landings with the columns that predict, the predicted jumps (n,) by the key of what was measured, and failures by row."""
+def _predicted(own: Landings) -> tuple[Landings, dict[str, Column], dict[str, Array], Mapping[int, str]]:
+    """The landings, the columns that predict by key, the jumps (n,) by the key of what was measured, and failures by row."""
     keys = list(dict.fromkeys(one.key for one in own.table.measured))
     base = body_places(own.robot)[0]
-    wanted = [Column(select(f"{key}.{axis}"), base) for key in ("body.delta_v", "body.delta_omega") for axis in "xyz"]
+    wanted = {
+        f"{kind}{axis}": Column(select(f"body.{key}.{axis}"), base)
+        for kind, key in (("v", "delta_v"), ("w", "delta_omega"))
+        for axis in "xyz"
+    }
     for key in keys:
         if "@" in key:
             selection, places = selected(own.first, key)
             if len(places) != 1:
                 raise StudyError(f"after_{key} is one column, and means {len(places)} places; name one of them")
-            wanted.append(Column(selection, places[0]))
-    own = Landings(own.scene, own.robot, own.table, tuple({column.name: column for column in wanted}.values()), own.prove)
+            wanted[key] = Column(selection, places[0])
+    own = Landings(own.scene, own.robot, own.table, tuple({column.name: column for column in wanted.values()}.values()), own.prove)
     own, columns, messages = compute(own)
-    named = {key: columns[column.name] for key, column in zip((key for key in keys if "@" in key), wanted[6:], strict=True)}
-    in_body = np.stack([columns[column.name] for column in wanted[:6]], axis=-1).reshape(-1, 2, 3)
-    world = in_body @ np.swapaxes(_rotations(own), -1, -2)
-    return own, named | {f"{kind}{axis}": world[:, i, k] for i, kind in enumerate("vw") for k, axis in enumerate("xyz")}, messages
+    return own, wanted, _jumps(own, wanted, columns), messages
+
+
+def _jumps(own: Landings, wanted: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
+    """The jumps (n,) by key, those of the base in world axes, of the columns (n,) by name."""
+    jumps = {key: columns[column.name] for key, column in wanted.items()}
+    for kind in "vw":
+        in_body = np.stack([jumps[kind + axis] for axis in "xyz"], axis=-1)
+        world = (_rotations(own) @ in_body[..., None])[..., 0]
+        jumps |= {kind + axis: world[:, k] for k, axis in enumerate("xyz")}
+    return jumps
+
+
+def _predicted_later(
+    own: Landings, wanted: Mapping[str, Column], timed: Sequence[Measured], messages: Mapping[int, str]
+) -> tuple[list[Array], dict[int, str]]:
+    """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness, and failures by row.
+
+    Args:
+        own: the landings.
+        wanted: columns by key.
+        timed: what was measured, each with a time.
+        messages: the rows that have no landing.
+    """
+    times, messages = sorted({one.time for one in timed if one.time}), dict(messages)
+    columns = {time: {column.name: np.full(own.rows, np.nan) for column in wanted.values()} for time in times}
+    for i in sorted(set(range(own.rows)) - messages.keys()):
+        try:
+            motion = CompliantLanding(own.landing(i), times[-1] / 1e3)
+        except ShockError as error:
+            messages[i] = str(error)
+            continue
+        for time in times:
+            for name, value in values_of(motion.impact_at(time / 1e3), tuple(wanted.values()), (1, 1)).items():
+                columns[time][name][i] = value[0, 0]
+    jumps = {time: _jumps(own, wanted, columns[time]) for time in times}
+    later = [jumps[one.time][one.key] for one in timed if one.time]
+    for one, values in zip(timed, later, strict=True):
+        for i in sorted(set(np.flatnonzero(np.isnan(values)).tolist()) - messages.keys()):
+            messages[i] = f"{one.key} at a time after contact does not follow from velocities, or has no value"
+    return later, messages
 
 
 def _rotations(own: Landings) -> Array:
@@ -132,16 +183,16 @@ def _rotations(own: Landings) -> Array:
     return np.asarray(Rotation.from_quat(own.table.Q[:, 3:7]).as_matrix() @ own.robot.bodies[0].rotation)
 
 
-def _agreements(model: str, measured: Sequence[Measured], predicted: Mapping[str, Array]) -> list[Agreement]:
-    """Of every group, then of every quantity, at each time."""
+def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Array]) -> list[Agreement]:
+    """Of every group, then of every quantity, at each time. Args: predicted, (n,) for each that is measured."""
     found = []
     groups = dict.fromkeys((one.time, one.group) for one in measured)
     for time, group in groups:
-        own = [one for one in measured if (one.time, one.group) == (time, group)]
-        parts = [(group, own)] + ([(one.name, [one]) for one in own] if len(own) > 1 else [])
+        own = [k for k, one in enumerate(measured) if (one.time, one.group) == (time, group)]
+        parts = [(group, own)] + ([(measured[k].name, [k]) for k in own] if len(own) > 1 else [])
         for name, ones in parts:
-            truth, guess = np.stack([one.jump for one in ones], axis=1), np.stack([predicted[one.key] for one in ones], axis=1)
-            unit = ones[0].unit or _unit_of(ones[0].key)
+            truth, guess = np.stack([measured[k].jump for k in ones], axis=1), np.stack([predicted[k] for k in ones], axis=1)
+            unit = measured[ones[0]].unit or _unit_of(measured[ones[0]].key)
             kept = np.isfinite(guess).all(axis=1)
             statistics = _statistics(truth[kept], guess[kept])
             found.append(Agreement(model, time, name, unit, len(own) > 1 and name == group, truth, guess, statistics))

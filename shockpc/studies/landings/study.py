@@ -233,15 +233,24 @@ class Landings:
         Raises:
             ShockError: it cannot be computed.
         """
+        landing = self.landing(row)
+        return self._profile(row, landing.q, landing.before)
+
+    def landing(self, row: int) -> PosedLanding:
+        """The landing of one row, in whose configuration and motion the loops are closed.
+
+        Raises:
+            ShockError: they cannot be closed.
+        """
         landing, before = self._landing(self._keys[row]), Motion(*(x[row] for x in self.table.before))
         q = self.table.Q[row]
         if landing.loops:
             q, rates, *_ = self._closed(landing, q, before.joint_rates)
             before = before._replace(joint_rates=rates)
-        return self._profile(row, q, before)
+        return replace(landing.at(q), before=before)
 
     def _profile(self, row: int, q: Array, before: Motion) -> ShockProfile:
-        """The same for a configuration and a motion in which the loops are closed."""
+        """The same with a proof, for a configuration and a motion in which the loops are closed."""
         landing = replace(self._landing(self._keys[row]).at(q), before=before)
         return profile_of(replace(landing, scene=self._written(landing)))
 
