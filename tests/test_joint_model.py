@@ -81,6 +81,13 @@ def test_the_bracket_is_what_the_other_scenes_give():
     assert "imu" in bracket
 
 
+def test_drives_that_no_joint_has_are_not_named():
+    """Of locked joints, and of those whose drives the scene gives, the catalogue's drives say nothing."""
+    robot = known_robot("go2")
+    assert joint_model(robot, Joints(locked=("FL_*",))).drives == "drives of go2, derived"
+    assert [joint_model(robot, joints).drives for joints in (LOCKED, geared(0.01))] == ["", ""]
+
+
 # Joint by joint
 
 
@@ -195,6 +202,11 @@ PAIR = urdf(
         (Joints(rotor={"j": Rotor(inertia=-1e-4, gear_ratio=9.0)}), SceneError, ('"j" is -0.0081', '"free"')),
         (Joints(rotor={"j": Rotor(inertia=1e-4, gear_ratio=0.0)}), SceneError, ('"j" is 0', '"free"')),
         (Joints(model="geared"), SceneError, ("armature", "rotor", "gear_ratio")),
+        (
+            Joints(armature={"j": 0.1}, rotor={"*": Rotor(inertia=1e-4, gear_ratio=9.0)}),
+            SceneError,
+            ('"j" is given an armature and',),
+        ),
     ],
 )
 def test_a_joint_model_that_cannot_be_is_refused(joints, error, names):

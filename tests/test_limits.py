@@ -18,6 +18,8 @@ from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
 from shockpc.scene import Point, Scene, Strike, robot_of
 from shockpc.studies.limits import limits
+from shockpc.studies.place.study import place
+from shockpc.studies.sensitivity import sensitivity
 
 IMU = Point(frame="trunk_imu")
 HYQ = Scene(robot="hyq", contact=(Contact(frame="lf_foot"),))
@@ -199,6 +201,23 @@ def test_loop_that_cannot_be_closed_ends_the_range():
 def test_questions_without_an_answer(changes, text):
     with pytest.raises(StudyError, match=text):
         hyq(**{"bound": 0.1} | changes)
+
+
+@pytest.mark.parametrize(
+    ("study", "ground", "told"),
+    [
+        (lambda scene: limits(scene, "lf_kfe_joint", IMU, 0.1), {"contact_stiffness": 1e5}, "a contact stiffness, which would"),
+        (lambda scene: sensitivity(scene, IMU), {"friction": 0.3}, "a friction, which would"),
+        (
+            lambda scene: place({"lf": scene}),
+            {"friction": 0.3, "contact_stiffness": 1e5},
+            "a contact stiffness and a friction, which",
+        ),
+    ],
+)
+def test_a_ground_that_would_change_nothing_is_refused(study, ground, told):
+    with pytest.raises(StudyError, match=told):
+        study(dataclasses.replace(HYQ, **ground))
 
 
 @pytest.mark.parametrize(

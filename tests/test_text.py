@@ -260,7 +260,6 @@ def test_header_names_strike_and_plane(name, changes, line):
 
 def test_header_shows_what_was_set_with_units():
     """Posture, contact and drives; the base with the option that changes it."""
-    joints = Joints(armature={"knee": 0.01}, rotor={"*": Rotor(inertia=1e-5, gear_ratio=9.0)})
     found = header(
         robot="leg",
         base="planar",
@@ -268,13 +267,15 @@ def test_header_shows_what_was_set_with_units():
         posture=Posture(
             reference="standing_on_ball", base_rpy_deg=(0.0, 15.0, 0.0), joints={"knee": -0.2}, joints_deg={"k*": -1.4}
         ),
-        joints=joints,
+        joints=Joints(armature={"knee": 0.01}),
     )
     assert found["posture"] == "standing_on_ball, knee = -0.2 rad, k* = -1.4 deg, base at roll 0, pitch 15, yaw 0 deg"
     assert found["base"] == "moves in the plane only; --base free releases it"
     assert re.fullmatch(r"heel at \(.*\) m, slides, constrained along z \(0 1 0\), restitution 0\.3", found["contact"])
-    settings = "reflected inertia knee = 0.01 kg m²; rotor of *: 1e-05 kg m², gear ratio 9"
-    assert found["joint model"] == f"geared (every joint has the reflected inertia of its drive); {settings}"
+    geared = "geared (every joint has the reflected inertia of its drive)"
+    assert found["joint model"] == f"{geared}; reflected inertia knee = 0.01 kg m²"
+    rotor = Joints(rotor={"*": Rotor(inertia=1e-5, gear_ratio=9.0)})
+    assert header(robot="leg", contact="heel", joints=rotor)["joint model"] == f"{geared}; rotor of *: 1e-05 kg m², gear ratio 9"
     assert "1 moving body" in header(robot="beam", contact="pivot")["robot"]
 
 

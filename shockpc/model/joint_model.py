@@ -42,7 +42,7 @@ class Rotor(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Joints(Record):
-    """The drives as a scene states them; patterns are joint names or globs, later ones go over earlier ones, rotors over armature.
+    """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
 
     Attributes:
         model: all joints free (whatever the file says), geared, or locked; by default as the file and the drives say.
@@ -74,7 +74,7 @@ class JointModel(NamedTuple):
             zero without a spring.
         drive_stiffness: (nv,) of the spring between the joint and its rotor [N m/rad, N/m]; infinite where they are rigidly joined.
         rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero where there is none or it is not known.
-        drives: where the drives are from, such as "drives of go2, derived"; empty if they are the scene's or the file's.
+        drives: where the drives are from, such as "drives of go2, derived"; empty if no joint has them.
         unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a drive, a spring or a lock.
     """
 
@@ -109,14 +109,16 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     rotor, drive_stiffness, stiffness = drives.rotor.copy(), drives.drive_stiffness.copy(), drives.stiffness.copy()
     for name, k in robot.springs.items():
         stiffness[robot.joint(name).v] = k
-    known = drives.known | (armature > 0.0) | (stiffness > 0.0)
+    known, by_default = drives.known | (armature > 0.0) | (stiffness > 0.0), drives.known.copy()
     if joints.model == "free" or joints.drives == "none" or robot.model.armature.any():
         known[:] = True
     locked = np.zeros(nv, dtype=bool)
     given = {pattern: (inertia, np.inf) for pattern, inertia in joints.armature.items()}
+    reflected = {k for pattern in joints.armature for k in _velocities(robot, pattern)}
     for pattern, motor in joints.rotor.items():
-        if pattern in given:
-            raise SceneError(f'"{pattern}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
+        if both := reflected.intersection(_velocities(robot, pattern)):
+            name = next(joint.name for joint in robot.joints if min(both) in range(nv)[joint.v])
+            raise SceneError(f'"{name}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
         k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
         given |= {name: (_ratio(robot, name, motor) ** 2 * motor.inertia, k) for name in _names(robot, pattern, motor)}
     for pattern, (inertia, k) in given.items():
@@ -127,7 +129,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
             )
         own = _velocities(robot, pattern)
         armature[own], rotor[own] = (inertia, 0.0) if np.isinf(k) else (0.0, inertia)
-        drive_stiffness[own], known[own] = k, True
+        drive_stiffness[own], known[own], by_default[own] = k, True, False
     for pattern, k in joints.stiffness.items():
         own = _velocities(robot, pattern)
         stiffness[own], known[own] = _positive("the stiffness of joint", pattern, k), True
@@ -151,8 +153,9 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     unknown = robot.actuated_dofs & ~known & ~locked
     for mimic in robot.mimics:
         unknown[robot.joint(mimic.joint).v] = False
+    label = drives.label if (by_default & ~locked).any() else ""
     name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
-    return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, drives.label, unknown)
+    return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown)
 
 
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:

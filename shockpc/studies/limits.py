@@ -25,6 +25,7 @@ from shockpc.robot.record import Joint, Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.columns import Column, column
 from shockpc.studies.joint_scan import JointScan, excess
+from shockpc.studies.question import refuse_ground
 from shockpc.toml import LARGEST
 from shockpc.trace import Trace
 
@@ -165,6 +166,7 @@ def limits(
     trace = trace or Trace()
     if not 0.0 < max <= LARGEST:
         raise StudyError(f"a bound of {max:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}")
+    refuse_ground(scene, friction=False)  # what is feasible depends on the friction
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot
     text = f"shock@{target.label}" if isinstance(target, Point) else target

@@ -1,4 +1,4 @@
-"""What several studies ask for: a point that moves, and the strike angle."""
+"""What several studies ask for: a point that moves, the strike angle, and scenes in which nothing is given that has no effect."""
 
 import numpy as np
 
@@ -6,9 +6,9 @@ from shockpc.errors import StudyError
 from shockpc.landing import Landing
 from shockpc.places import Place, point_place
 from shockpc.robot.record import Robot
-from shockpc.scene import Point
+from shockpc.scene import Point, Scene
 
-__all__ = ["moving_point", "strike_angle"]
+__all__ = ["moving_point", "refuse_ground", "strike_angle"]
 
 
 def moving_point(robot: Robot, point: Point) -> Place:
@@ -28,3 +28,22 @@ def strike_angle(landing: Landing) -> float:
     """Angle of the base's velocity in the plane, from straight down towards forward [rad]."""
     velocity = landing.before.velocity
     return float(np.arctan2(velocity @ landing.plane.forward, -velocity[2]))
+
+
+def refuse_ground(scene: Scene, *, friction: bool = True) -> None:
+    """Refuse what a study of contacts that stick and are rigid would ignore.
+
+    Args:
+        scene: a landing of the study.
+        friction: whether a coefficient of friction has no effect either.
+
+    Raises:
+        StudyError: the scene gives a contact stiffness, or a friction.
+    """
+    given = {"contact stiffness": scene.contact_stiffness, "friction": scene.friction if friction else None}
+    ignored = [name for name, value in given.items() if value is not None]
+    if ignored:
+        raise StudyError(
+            f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: this study is of the impulse of "
+            "contacts that stick; leave it out, or use shockpc analyze, sweep, check or compare"
+        )

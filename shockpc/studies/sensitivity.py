@@ -34,7 +34,7 @@ from shockpc.result import ShockProfile
 from shockpc.robot.record import Joint, Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.columns import Column, column
-from shockpc.studies.question import strike_angle
+from shockpc.studies.question import refuse_ground, strike_angle
 from shockpc.trace import Trace
 
 __all__ = ["Effect", "Kind", "Sensitivity", "sensitivity"]
@@ -164,6 +164,7 @@ def sensitivity(scene: Scene, target: str | Point, robot: Robot | None = None, t
         ShockError: the landing cannot be computed.
     """
     trace = trace or Trace()
+    refuse_ground(scene)
     profile = shock_profile(scene, robot, trace)
     text = f"shock@{target.label}" if isinstance(target, Point) else target
     asked = column(profile, text, lambda entry: entry.compute is not None and not entry.posed and entry.worse != "neither")

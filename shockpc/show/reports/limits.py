@@ -66,6 +66,10 @@ def _warnings(found: JointLimits) -> list[str]:
             f"warning: in {found.scan.inaccurate} of {n} postures the equations are ill-conditioned; "
             "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
         )
+    if found.profile.scene.friction is not None:
+        warnings.append(
+            "warning: the friction counts in the column feasible alone; the number bounded is that of contacts that stick"
+        )
     own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
     if own or every:
         warnings.append(

@@ -25,6 +25,7 @@ from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.mounting import Mounting, best_mounting
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.studies.place.search import best_places
+from shockpc.studies.question import refuse_ground
 
 __all__ = ["Margin", "PlaceStudy", "SensorPlace", "place"]
 
@@ -166,6 +167,8 @@ def place(
     if not landings:
         raise StudyError("no landing is given, so there is no shock to compare places by; give at least one scene")
     scenes = list(landings.values())
+    for scene in scenes:
+        refuse_ground(scene)
     if robot is None:
         robots = {name: robot_of(scene) for name, scene in landings.items()}
         (first, robot), *_ = robots.items()
