@@ -107,6 +107,7 @@ def test_restitution_acts_along_the_normal_alone(along):
     assert profile.friction.state == ("sticks",)
     np.testing.assert_allclose(profile.value("slip", "contact")[0], [0.0, 0.0, -0.5 * profile.approach[0, 2]], atol=1e-12)
     assert (profile.friction.impact is None) == (along == "normal")
+    assert profile.value("friction_solutions", "robot").tolist() == [1.0]
 
 
 def test_an_answer_that_gains_energy_is_refused(capfd, here):
@@ -195,6 +196,17 @@ def test_torques_in_a_loop(name):
     rate = quantity("joint", "delta_qd").compute
     expected = np.where(np.arange(len(names)) == 0, 0.01 * profile.stiffness.peaks(rate, profile.places("joint"))[0], 0.0)
     np.testing.assert_allclose(profile.value("peak_torque", "joint"), expected, rtol=1e-8)
+
+
+def test_peaks_of_every_segment_are_refined():
+    """A sample where one segment ends exceeds the samples of the next, but not its maximum: no time has more than the peak."""
+    feet = tuple(Contact(frame=frame, restitution=1.0, restitution_along="directions") for frame in ("FL_foot", "RR_foot"))
+    scene = Scene(robot="go2", contact=feet, strike=Strike(strike_angle_deg=20.0), contact_stiffness=K, tangential_stiffness=5e4)
+    profile = shock_profile(scene)
+    found = profile.stiffness
+    force = found.motion.at(np.linspace(0.0, found.motion.duration, 20001)).force
+    dense = [np.linalg.norm(force[:, found.number == c], axis=1).max() for c in range(2)]
+    assert np.all(profile.value("peak_force", "contact") >= np.array(dense) * (1.0 - 1e-12))
 
 
 def with_drives(profile, **drives):

@@ -53,6 +53,9 @@ SMALLEST_PIVOT = 1e-7
 DEPENDENT = 1e-13
 """Share of the lengths of its rows below which the frequency of a mode is rounding: the rows are dependent, its forces constant."""
 
+NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 16
+"""Share of the largest squared sample from which a local maximum is refined; the largest number of these in a segment."""
+
 MOST_EVENTS = 2000
 """Bound of the number of events of a motion."""
 
@@ -221,8 +224,8 @@ class Motion(NamedTuple):
             outputs: (m, k, n) G; for the acceleration of a point its Jacobian.
             forces: (m, k, r) P, zero by default.
 
-        Returns: (m,) lengths and (m,) times [s]. Each oscillation is sampled thirty times, and the largest sample refined to
-            rounding. Where two maxima differ by less than 1 %, the smaller one may be returned.
+        Returns: (m,) lengths and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local maxima of the
+            samples are refined to rounding.
 
         Raises:
             ArithmeticError: the frequencies lie too far apart to sample the motion.
@@ -230,13 +233,11 @@ class Motion(NamedTuple):
         m, k, n = outputs.shape
         G = outputs.reshape(m * k, n) @ self.to_velocity
         P = np.zeros((m * k, len(self.elements.rows))) if forces is None else forces.reshape(m * k, -1)
-        largest, when, width = np.full(m, -1.0), np.zeros(m), np.zeros(m)
-        which, harmonics = np.zeros(m, dtype=int), list[tuple[Array, Array, Array]]()
-        for number, segment in enumerate(self.segments):
+        largest, when = np.full(m, -1.0), np.zeros(m)
+        for segment in self.segments:
             output = P @ segment.forces - G @ segment.F.T
             constant, modal = (output @ segment.rest).reshape(m, k), (output @ segment.U).reshape(m, k, -1)
             cosine, sine = modal * segment.zeta, modal * segment.upsilon
-            harmonics.append((constant, cosine, sine))
             amplitude = np.abs(cosine) + np.abs(sine)
             rate = float(rate_of_change(segment.sigma, amplitude.reshape(m * k, -1), np.abs(constant).ravel()).max(initial=0.0))
             t = _samples(segment.length, 0.2 / max(rate, 1e-300))
@@ -244,17 +245,20 @@ class Motion(NamedTuple):
             waves = np.concatenate([cosine, sine], axis=2).reshape(m * k, -1)
             value = constant.ravel() + np.hstack([np.cos(angle), np.sin(angle)]) @ waves.T
             square = (value * value).reshape(len(t), m, k).sum(axis=2)
-            best = square.argmax(axis=0)
-            height = square[best, np.arange(m)]
-            better = height > largest
-            largest, which = np.where(better, height, largest), np.where(better, number, which)
-            when, width = np.where(better, t[best], when), np.where(better, t[1], width)
-        for number in np.unique(which):
-            mine, segment = np.flatnonzero(which == number), self.segments[number]
-            low, high = np.maximum(when[mine] - width[mine], 0.0), np.minimum(when[mine] + width[mine], segment.length)
-            constant, cosine, sine = (part[mine] for part in harmonics[number])
-            largest[mine], when[mine] = _refined(segment.sigma, constant, cosine, sine, when[mine], low, high)
-            when[mine] += segment.start
+            # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
+            border = np.full((1, m), -1.0)
+            local = (square > np.concatenate([border, square[:-1]])) & (square >= np.concatenate([square[1:], border]))
+            highest = np.argsort(np.where(local, -square, 1.0), axis=0)[:MOST_MAXIMA]
+            height = np.take_along_axis(np.where(local, square, -1.0), highest, axis=0)
+            rank, mine = np.nonzero(height >= NEAR_MAXIMUM * np.maximum(square.max(axis=0), largest * np.abs(largest)))
+            start = t[highest[rank, mine]]
+            low, high = np.maximum(start - t[1], 0.0), np.minimum(start + t[1], segment.length)
+            length, at = _refined(segment.sigma, constant[mine], cosine[mine], sine[mine], start, low, high)
+            refined, times = np.full((2, *height.shape), -1.0)
+            refined[rank, mine], times[rank, mine] = length, segment.start + at
+            best = refined.argmax(axis=0), np.arange(m)
+            when = np.where(refined[best] > largest, times[best], when)
+            largest = np.maximum(refined[best], largest)
         return largest, when
 
 

@@ -82,7 +82,7 @@ def _sliding(
             return _none(places, vector)
         from shockpc.ground import friction_of
 
-        return np.asarray(read(friction_of(impact.landing), places))[None, None]
+        return np.asarray(read(friction_of(impact.landing), places), dtype=float)[None, None]
 
     return Quantity(key, of, title, unit, "greater", compute, missing=NO_FRICTION, vector=vector, posed=True)
 
