@@ -31,8 +31,9 @@ FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
 
 @pytest.fixture(autouse=True)
 def _no_figures(monkeypatch):
-    """Drawing them takes longer than all else; other tests look at them."""
+    """Drawing them takes longer than all else, in pages as well; other tests look at them."""
     monkeypatch.setattr(shockpc.show.figure.style, "render", lambda name, draw: {})
+    monkeypatch.setattr(shockpc.show.reports.report, "plotly", lambda: None)
 
 
 def document(capfd, *words):

@@ -266,7 +266,9 @@ WRITTEN = {
     "strike 3.723 m/s, −40.06 deg from the vertical, robot rotates at (0, 5, 0) rad/s": {
         "strike": Strike(angular_velocity=(0.0, 5.0, 0.0))
     },
-    "joint model: free (zero reflected inertia; a stiff gearbox changes the results considerably)": {},
+    "joint model: free (zero reflected inertia; a stiff gearbox changes the results considerably)": {
+        "joints": Joints(drives="none")
+    },
     "peak acceleration for a pulse half-sine:5ms": {"pulse": "half-sine:5ms"},
     "contact that moves perpendicular to the plane": {"plane": "xy"},
 }

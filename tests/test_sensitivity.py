@@ -127,7 +127,7 @@ def test_derivatives_against_landings_beside_the_given_one(target):
             np.testing.assert_allclose(*pairs, rtol=1e-8, atol=1e-14 * np.nanmax(np.abs(here[known])))
 
 
-@pytest.mark.parametrize("number", [8, 10, 12, 14, 17, 18, 63])
+@pytest.mark.parametrize("number", [10, 12, 17, 18, 23, 26, 63])
 def test_joint_values_against_other_postures(number):
     """Joints of every kind, followers and joint velocities before the impact, in random landings."""
     robot, scene = random_landing(number)
