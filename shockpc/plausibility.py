@@ -1,8 +1,8 @@
-"""What a landing on level ground cannot be, and numbers that look as if they were meant in another unit."""
+"""What a landing on flat ground cannot be, and numbers that look as if they were meant in another unit."""
 
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,12 +78,12 @@ class Levels(NamedTuple):
 
     @property
     def below(self) -> np.ndarray:
-        """Whether (N,) other links are so far below the contacts that level ground meets them first."""
+        """Whether (N,) other links are so far below the contacts that flat ground meets them first."""
         return np.asarray(self.contacts.min(axis=1) - self.core[:, self.others].min(axis=1, initial=np.inf) > self.slack)
 
 
 def on_ground(landing: Landing) -> list[int]:
-    """Numbers of the contacts and standing feet on level ground: those that have its normal."""
+    """Numbers of the contacts and standing feet on flat ground: those that have the normal of the first."""
     return [k for k, block in enumerate((*landing.contacts, *landing.stance)) if block.normal @ landing.up > 1.0 - 1e-9]
 
 
@@ -94,7 +94,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
         landing: names the contacts and the standing feet.
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) their origins, from the base [m].
-        points: (N, c, 3) of the contacts and standing feet on level ground, from the base [m].
+        points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
     """
     robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
     shapes, pieces = [shape for own in outline.shapes for shape in own], outline.pieces
@@ -132,7 +132,7 @@ def _by_body(robot: Robot) -> tuple[tuple[np.ndarray, Array, Array, float], ...]
 
 
 def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
-    """Warnings about geometry below the contacts, and about contacts and standing feet that level ground cannot touch together.
+    """Warnings about geometry below the contacts, and about contacts and standing feet that flat ground cannot touch together.
 
     A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the least semi-axis of
     their ellipsoids.
@@ -140,6 +140,7 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     state, up = landing.state, landing.up
     if not (level := on_ground(landing)):
         return
+    along = "" if up[2] > 1.0 - 1e-9 else " (along the ground's normal)"
     outline = body_outline(landing.robot)
     shapes = [shape for own in outline.shapes for shape in own]
     names = [landing.blocks[k].frame for k in level]
@@ -154,14 +155,15 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     if below:
         low = max(below.values())
         text = (
-            f"{listed(below, 4)} {'reach up to' if len(below) > 1 else 'reaches'} {low:.2g} m below the contact point; "
+            f"{listed(below, 4)} {'reach up to' if len(below) > 1 else 'reaches'} {low:.2g} m{along} below the contact point; "
             "strike the lowest point with --contact-point lowest"
         )
         yield Diagnostic("height", "+".join(below), low, text)
     first, last = names[int(np.argmin(lowest))], names[int(np.argmax(lowest))]
     low = max(lowest) - min(lowest)
     if low > slack:
-        text = f'"{last}" is {low:.2g} m above "{first}", so level ground cannot touch both; change the posture, or leave one out'
+        text = f'"{last}" is {low:.2g} m{along} above "{first}", so flat ground cannot touch both; '
+        text += "change the posture, or leave one out"
         yield Diagnostic("height", last, low, text)
     if landing.base != "fixed" and here.below[0]:
         low, others, remedy = float(here.depth[0]), here.others, "change the posture, or name what strikes"
@@ -171,7 +173,8 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
         if surface[own].min(initial=np.inf) <= surface[others].min() + slack:
             others, remedy = own, "it moves with the contact, so strike it: --contact with its name, --contact-point lowest"
         k = int(np.argmin(np.where(others, surface, np.inf)))
-        text = f'"{first}": {low:.2g} m of the robot is below the contact, so level ground meets "{shapes[k].link}" first; {remedy}'
+        meets = f'so flat ground meets "{shapes[k].link}" first'
+        text = f'"{first}": {low:.2g} m of the robot{along} is below the contact, {meets}; {remedy}'
         yield Diagnostic("height", first, low, text)
 
 
@@ -240,14 +243,22 @@ def _masses(landing: PosedLanding) -> Iterator[Diagnostic]:
         yield Diagnostic("unit", "armature", most, text)
 
 
-def pulled(landing: PosedLanding, pull: Array) -> Iterator[Diagnostic]:
-    """Warnings of contacts and standing feet that the ground would have to pull. Args: pull (n,) of each [N s]."""
-    for block, size in zip(landing.blocks, pull.tolist(), strict=False):
+def pulled(landing: PosedLanding, pull: Array, friction: Sequence[str] | None) -> Iterator[Diagnostic]:
+    """Warnings of contacts and standing feet that the ground would have to pull.
+
+    Args:
+        landing: names them.
+        pull: (n,) of each [N s].
+        friction: what each does with the friction of the scene: "sticks", "slides" or "separates"; None without friction.
+    """
+    for number, (block, size) in enumerate(zip(landing.blocks, pull.tolist(), strict=False)):
         if size > 0.0:
-            text = (
-                f"{block.name} would have to be pulled down by {size:.3g} N s to keep to the ground; "
-                "a real foot lifts off there, so leave it out"
-            )
+            end = "keep to the ground; a real foot lifts off there, so leave it out"
+            if friction is not None and friction[number] != "sticks":
+                end = (
+                    f"stick; with the friction given it {friction[number]}, so the results with friction are those of this landing"
+                )
+            text = f"{block.name} would have to be pulled by {size:.3g} N s to {end}"
             yield Diagnostic("contact", block.name, -size, text)
 
 
@@ -255,8 +266,10 @@ def slipping(landing: PosedLanding, needed: Array) -> Iterator[Diagnostic]:
     """Warnings of contacts and standing feet that need more friction to stick than the scene gives. Args: needed (n,) [1]."""
     for block, friction in zip(landing.blocks, needed.tolist(), strict=False):
         if landing.scene.friction is not None and friction > landing.scene.friction:
+            pairs = ((f"{friction:.{n}g}", f"{landing.scene.friction:.{n}g}") for n in range(3, 18))
+            needed_text, given_text = next(pair for pair in pairs if pair[0] != pair[1])
             text = (
-                f"{block.name} needs a friction of {friction:.3g} to stick and slides at {landing.scene.friction:g}; the results "
+                f"{block.name} needs a friction of {needed_text} to stick and slides at {given_text}; the results "
                 "with friction are those of this landing, the others those of contacts that stick"
             )
             yield Diagnostic("contact", block.name, friction, text)

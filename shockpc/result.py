@@ -537,7 +537,7 @@ class ShockProfile:
                 *redundant(landing, self.choice),
                 *strained(joints, max(float(self._contact_impulses.max()), float(np.linalg.norm(self.total_impulse)))),
                 *data,
-                *pulled(landing, self.value("pull", "contact")),
+                *pulled(landing, self.value("pull", "contact"), None if self.friction is None else self.friction.state),
                 *slipping(landing, self.value("friction_needed", "contact")),
                 *gained(robot, self.energy_lost, self.v_in * float(np.linalg.norm(self.total_impulse))),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),

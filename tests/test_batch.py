@@ -85,7 +85,7 @@ def test_what_redundant_contacts_leave_undetermined_is_none():
 def test_landings_that_level_ground_does_not_allow_are_named(capfd):
     """HyQ with one knee bent has the other feet below the contact."""
     text = good(capfd, "batch", "hyq", "--contact", "l?_foot", "--set", "lf_kfe_joint=-130")
-    assert "level ground does not allow 1 landing, as the warnings say: hyq lf_foot" in text
+    assert "flat ground does not allow 1 landing, as the warnings say: hyq lf_foot" in text
 
 
 def test_each_robot_lands_on_each_foot_alone_in_its_standing_posture(dogs):

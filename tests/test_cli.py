@@ -378,3 +378,12 @@ def test_a_stage_that_takes_long_is_named_on_a_terminal(slow, shown, monkeypatch
     with progress.ShownTrace().stage("reading"):
         time.sleep(0.2)
     assert terminal.getvalue() == shown
+
+
+@pytest.mark.parametrize(
+    ("words", "missing"), [(("--contact-stiffness", "1e5"), "--out"), (("--out", "out"), "--contact-stiffness")]
+)
+def test_a_spectrum_that_would_not_be_drawn_is_refused(capfd, here, words, missing):
+    ended = run(capfd, "analyze", "go2", "--contact", "FL_foot", "--spectrum", *words)
+    assert ended.code != 0
+    assert f"give {missing} too" in ended.err

@@ -289,7 +289,7 @@ def test_postures_that_level_ground_does_not_allow_are_named(capfd):
     assert inside == expected
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 5)
-    assert f"level ground does not allow {expected.count(False)} of {len(expected)} postures at the scene's strike" in text
+    assert f"flat ground does not allow {expected.count(False)} of {len(expected)} postures at the scene's strike" in text
 
 
 def test_command(capfd, tmp_path):
@@ -310,3 +310,8 @@ def test_command(capfd, tmp_path):
     outcome = run(capfd, *words[:-5], 0.1, "--range", "12")
     assert (outcome.code, outcome.out) == (2, "")
     assert '"12" is not 2 values with ":" between them, such as -30:75' in outcome.err
+
+
+def test_the_only_place_of_a_quantity_need_not_be_named():
+    found = limits(HYQ, "lf_kfe_joint", "friction_needed", 0.6, joint_range=SPAN, step=0.1, robot=known_robot("hyq"))
+    assert found.target.name == "friction_needed@lf_foot"

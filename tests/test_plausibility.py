@@ -1,6 +1,7 @@
-"""What level ground cannot touch, limbs that are straight because no posture is known, and numbers in another unit: warned of."""
+"""What flat ground cannot touch, limbs that are straight because no posture is known, and numbers in another unit: warned of."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -250,3 +251,25 @@ def test_a_link_without_geometry_names_those_of_its_body_that_have_some():
     refused(
         SceneError, ['"left_sole" has no collision geometry', 'of its body, "left_foot" has some'], shock_profile, landing, robot
     )
+
+
+# Friction
+
+
+def test_friction_that_is_not_enough_differs_in_print():
+    needed = shock_profile(Scene(robot="go2", contact="FL_foot")).value("friction_needed", "contact")[0]
+    found = shock_profile(Scene(robot="go2", contact="FL_foot", friction=(1.0 - 1e-6) * needed))
+    (text,) = (str(one) for one in found.health.warnings if "friction" in str(one))
+    at_stick, given = map(float, re.findall(r"0\.\d+", text))
+    assert 0.0 < at_stick - given < 1e-5
+
+
+def test_a_contact_that_slides_is_not_told_to_be_left_out():
+    """It would be pulled only if it stuck; with friction it is pushed."""
+    strike = Strike(strike_angle_deg=-60.0)
+    plain, slides = (
+        shock_profile(Scene(robot="hyq", contact="lf_foot", strike=strike, friction=friction)) for friction in (None, 0.3)
+    )
+    assert ["so leave it out" in str(one) for one in plain.health.warnings] == [True]
+    assert slides.value("impulse_friction", "contact")[0, 2] > 0.0
+    assert ["it slides, so the results with friction" in str(one) for one in slides.health.warnings] == [True]

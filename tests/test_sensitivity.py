@@ -229,8 +229,9 @@ def test_a_number_that_is_zero():
     ("target", "error", "text"),
     [
         ("shok@trunk_imu", UnknownName, 'no quantity "shok".*nearest: "shock"'),
-        ("copc.x@base_link", UnknownName, "no quantity"),
-        ("shock", StudyError, "shock of what. Write shock@POINT"),
+        ("copc.x@base_link", StudyError, "copc.x .* cannot be used here: neither of its directions is worse"),
+        ("delta_qd", StudyError, "delta_qd of what. Write delta_qd@JOINT"),
+        ("peak_force@lf_foot", StudyError, "peak_force .* cannot be used here: it is of friction or of finite stiffness"),
         ("shock@world", UnknownName, 'no frame "world"'),
         ("shock_max@base_link", StudyError, "greatest shock over the body is computed in double precision"),
         ("peak_g@trunk_imu", StudyError, "peak_g needs the duration of the impact"),

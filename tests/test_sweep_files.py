@@ -4,6 +4,7 @@ import contextlib
 import csv
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -282,3 +283,11 @@ def test_cluster_that_loses_a_worker_writes_the_same_bytes(stick, tmp_path):
         code, _, err = done(process)
         assert (code, err) == (0, "")
     assert files(clustered) == files(local)
+
+
+def test_numbers_in_double_precision_are_said_to_be_unproven(capfd, tmp_path):
+    """And where nothing that is varied has an option of `analyze`, what is varied stands alone."""
+    varied = ("--vary", "mass:base=5:10:2", "--friction", "0.2", "--quantity", "slip", "--out", tmp_path / "out")
+    text = good(capfd, "sweep", "go2", "--contact", "FL_foot", *varied)
+    assert re.search(r"most severe for slip@FL_foot: mass:base = \d+ kg$", text, re.MULTILINE)
+    assert "2 landings; in double precision, not proven: slip@FL_foot" in text

@@ -35,11 +35,15 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, file_names, scene_files
         from shockpc.cli.scenes import scenes_from
+        from shockpc.errors import StudyError
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text
         from shockpc.show.files import write_file
         from shockpc.show.reports.landing import landings_report
     loaded, scenes = scenes_from(robot, options, trace)
+    if spectrum and (output.out is None or any(scene.contact_stiffness is None for scene in scenes)):
+        missing = "--out" if output.out is None else "--contact-stiffness"
+        raise StudyError(f"--spectrum draws a figure of a landing on contacts of finite stiffness; give {missing} too")
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]

@@ -50,7 +50,7 @@ def sweep(
     greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
     quantity: tuple[str, ...] = QUANTITY,
     feasible: bool = _in_computed(
-        "Leave out the numbers of landings that level ground does not allow: it would pull a contact, meets another link first, or "
+        "Leave out the numbers of landings that flat ground does not allow: it would pull a contact, meets another link first, or "
         "gives too little friction."
     ),
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),

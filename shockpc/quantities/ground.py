@@ -69,7 +69,7 @@ def _with_friction(entry: Quantity) -> Quantity:
 
     missing = "; or ".join(filter(None, [NO_FRICTION, entry.missing]))
     title = f"{entry.title}, with friction"
-    return entry._replace(key=f"{entry.key}_friction", title=title, compute=compute, missing=missing, posed=True)
+    return entry._replace(key=f"{entry.key}_friction", title=title, compute=compute, missing=missing, posed=True, unproven=True)
 
 
 def _sliding(
@@ -84,7 +84,7 @@ def _sliding(
 
         return np.asarray(read(friction_of(impact.landing), places), dtype=float)[None, None]
 
-    return Quantity(key, of, title, unit, "greater", compute, missing=NO_FRICTION, vector=vector, posed=True)
+    return Quantity(key, of, title, unit, "greater", compute, missing=NO_FRICTION, vector=vector, posed=True, unproven=True)
 
 
 def _stiff(
@@ -100,7 +100,9 @@ def _stiff(
         return np.asarray(read(compliant_landing(impact.landing), impact, places))[None, None]
 
     worse: Literal["greater", "neither"] = "neither" if unit == "s" else "greater"
-    return Quantity(key, of, title, unit, worse, compute, missing="; or ".join(filter(None, [NO_STIFFNESS, missing])), posed=True)
+    return Quantity(
+        key, of, title, unit, worse, compute, missing="; or ".join(filter(None, [NO_STIFFNESS, missing])), posed=True, unproven=True
+    )
 
 
 def _peak(entry: Quantity, scale: float = 1.0, part: int = 0) -> "Callable[[CompliantLanding, Impact, Places], Array]":
@@ -122,7 +124,9 @@ def _after(entry: Quantity, when: str, title: str, time: "Callable[[CompliantLan
         return np.asarray(entry.compute(found.impact_at(time(found)), places))
 
     missing = "; or ".join(filter(None, [NO_STIFFNESS, entry.missing]))
-    return entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}", compute=compute, missing=missing, posed=True)
+    return entry._replace(
+        key=f"{entry.key}_{when}", title=f"{entry.title}, {title}", compute=compute, missing=missing, posed=True, unproven=True
+    )
 
 
 def _along(found: "CompliantLanding", impact: Impact, places: Places) -> Array:

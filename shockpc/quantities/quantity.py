@@ -29,6 +29,7 @@ class Quantity(NamedTuple):
         missing: why a value may be missing.
         vector: whether a value is a vector (3,), which counts by its length where one number is needed.
         posed: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
+        unproven: whether it is computed in one posture at a time, but in double precision.
         shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
         signed: whether a value, or a component of a vector, may be negative; then "greater" means farther from zero.
     """
@@ -43,6 +44,7 @@ class Quantity(NamedTuple):
     missing: str = ""
     vector: bool = False
     posed: bool = False
+    unproven: bool = False
     shared: bool = False
     signed: bool = False
 
@@ -52,7 +54,8 @@ class Quantity(NamedTuple):
         remarks = {
             "vector": self.vector,
             "of either sign": self.signed,
-            "computed with a proof": self.posed,
+            "computed with a proof": self.posed and not self.unproven,
+            "in double precision, not proven": self.unproven,
             "of least norm where rows are redundant": self.shared,
         }
         return "; ".join(

@@ -73,7 +73,7 @@ def _moment_size(impact: Impact, values: Array) -> Any:
 
 @functools.lru_cache(maxsize=1)
 def _levels(impact: Impact) -> Levels | None:
-    """Heights of the robot's geometry, from doubles; None where no contact is on level ground."""
+    """Heights of the robot's geometry, from doubles; None where no contact is on flat ground."""
     if not (level := on_ground(impact.landing)):
         return None
     state = impact.state
@@ -82,7 +82,7 @@ def _levels(impact: Impact) -> Levels | None:
 
 
 def _depth(impact: Impact, places: Places) -> Array:
-    """How far (N, 1, 1) the geometry of other links reaches below the lowest contact or standing foot on level ground [m]."""
+    """How far (N, 1, 1) the geometry of other links reaches below the lowest contact or standing foot on flat ground [m]."""
     del places
     here = _levels(impact)
     return np.asarray(_one((np.full(len(impact.state.J), np.nan) if here is None else here.depth)[:, None]))
@@ -112,8 +112,8 @@ ROBOT = (
     Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
         UNKNOWN),
     Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
-        missing="the robot has no geometry, or no contact is on level ground"),
-    Quantity("feasible", "robot", "whether level ground allows the landing", "1", "less", _feasible),
+        missing="the robot has no geometry, or no contact is on flat ground"),
+    Quantity("feasible", "robot", "whether flat ground allows the landing", "1", "less", _feasible),
     Quantity("rank", "robot", "independent contact and closure rows", "1", posed=True),
     Quantity("rows", "robot", "contact and closure rows", "1", posed=True),
     Quantity("error_bound", "robot", "proven error of the jumps, for the robot as loaded", "1", "greater", posed=True),

@@ -20,7 +20,7 @@ from shockpc.printed import listed
 from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.contacts import STANDS
 from shockpc.quantities.quantity import Quantity, evaluate
-from shockpc.quantities.table import Selection, quantity, select
+from shockpc.quantities.table import Selection, quantity, select, selections
 from shockpc.result import ShockProfile
 from shockpc.scene import points_at
 from shockpc.studies.question import moving_point
@@ -142,15 +142,33 @@ def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]
         UnknownName: there is no such quantity, or no such place of its kind.
         StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
     """
-    selection, places = selected(profile.landing, text, allowed)
+    entry = selections().get(text.partition("@")[0])
+    if entry is not None and not allowed(entry.quantity):
+        raise StudyError(
+            f"{entry.name} ({entry.quantity.title}) cannot be used here: {_refused(entry.quantity)}; choose another quantity"
+        )
+    selection, places = selected(profile.landing, text)
     key, kind = selection.name, selection.quantity.of.upper()
     if selection.quantity.shared and profile.redundant:
         raise StudyError(f"{key} is not determined, because contacts or loops are redundant; choose another quantity")
-    if "@" not in text and kind != "ROBOT":
+    if "@" not in text and kind != "ROBOT" and len(places) != 1:
         raise StudyError(f"{key} of what? Write {key}@{kind}, such as {key}@{places[0].name if places else kind}")
     if len(places) > 1:
         raise StudyError(f'"{text}" means {listed((place.name for place in places), 6)}; name one of them')
     return Column(selection, places[0])
+
+
+def _refused(quantity: Quantity) -> str:
+    """Why a study of one number does not take a quantity."""
+    if quantity.unproven:
+        return "it is of friction or of finite stiffness, which is computed in one posture at a time and in double precision alone"
+    if quantity.posed or quantity.compute is None:
+        return "it is computed in one posture at a time"
+    return (
+        "neither of its directions is worse"
+        if quantity.worse == "neither"
+        else f"the {quantity.worse} value of it is the worse one"
+    )
 
 
 class Postures(NamedTuple):

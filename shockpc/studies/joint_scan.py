@@ -37,7 +37,7 @@ class JointScan:
     Args:
         landing: in the scene's posture.
         target: the number; of one that may be negative the magnitude.
-        feasible: the column that tells whether level ground allows a landing.
+        feasible: the column that tells whether flat ground allows a landing.
         joints: that are moved.
         values: to which they are moved, ascending [rad, m].
         fine: to which the value is found beyond which a loop cannot be closed [rad, m].
@@ -85,7 +85,7 @@ class JointScan:
         return self._each(self._Q, self._at(np.broadcast_to(angles, (len(self._Q), np.shape(angles)[-1]))))
 
     def feasible(self, low: float, high: float) -> np.ndarray:
-        """Whether (n,) level ground allows the landing of every posture at all strike angles of a range [rad]."""
+        """Whether (n,) flat ground allows the landing of every posture at all strike angles of a range [rad]."""
         angles = np.broadcast_to(_range(low, high), (len(self._Q), len(_range(low, high))))
         return np.asarray((self._each(self._Q, self._at(angles, self._feasible)) == 1.0).all(axis=1))
 

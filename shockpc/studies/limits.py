@@ -74,7 +74,7 @@ class StrikeLimits(NamedTuple):
     Attributes:
         strikes: least and greatest strike angle, equal for a single one [rad].
         allowed: values of the joint for which the number is at most the bound for each of these strikes, ascending.
-        feasible: values of the scan, from the first to the last of each run, for which level ground allows all of these landings.
+        feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
         least: least number over the joint's values, of the worst of these strikes [its unit]; NaN if there is none at any value.
         least_at: where that is [rad, m].
     """

@@ -92,7 +92,7 @@ def _notes(batch: Batch) -> Iterable[str]:
         yield f"in the neutral posture, which is taken where no standing one is known: {', '.join(neutral)}"
     refused = [f"{row.robot} {row.contact}" for row in rows if row.values["feasible"] == 0.0]
     if refused:
-        yield f"level ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
+        yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
     warned = [row for row in rows if row.warnings]
     if warned:
         robots = ", ".join(dict.fromkeys(row.robot for row in warned))

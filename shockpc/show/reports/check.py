@@ -107,7 +107,10 @@ def _summary_text(check: Check) -> str:
     text = f"budgets of {count(check.landings, 'landing')}: {check.count('passed')} passed, {failed} exceeded"
     text += f", {warned} exceeded with a warning" if warned else ""
     text += f", {missing} not computed" if missing else ""
-    return text + (f"; jumps {proof_text(check.error_bound)}" if check.error_bound else "")
+    text += f"; jumps {proof_text(check.error_bound)}" if check.error_bound else ""
+    quantities = (outcome.budget.selection for outcome in check.outcomes)
+    unproven = dict.fromkeys(one.name for one in quantities if one.quantity.unproven)
+    return text + (f"; in double precision, not proven: {', '.join(unproven)}" if unproven else "")
 
 
 def _limit_text(budget: Budget) -> str:

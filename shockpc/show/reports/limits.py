@@ -73,7 +73,7 @@ def _warnings(found: JointLimits) -> list[str]:
     own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
     if own or every:
         warnings.append(
-            f"warning: level ground does not allow {own} of {n} postures at the scene's strike, and {every} at some strike of the "
+            f"warning: flat ground does not allow {own} of {n} postures at the scene's strike, and {every} at some strike of the "
             "range: it would have to pull a contact, meets another link first, or needs more friction than given; column feasible"
         )
     return warnings

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.printed import few
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
@@ -100,19 +101,16 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
     """The most severe landings, warnings of what is varied, what was not computed, and the accuracy."""
     for one in summary.extents:
         if one.greatest_row >= 0:
-            options, others = _options(summary.sweep, _most_severe(one))
-            rest = f"   (and {others})" if others else ""
             what = "greatest value" if one.column.selection.quantity.worse == "neither" else "most severe"
-            yield f"{what} for {one.column.name}: {options}{rest}"
+            yield f"{what} for {one.column.name}: {_varied(summary.sweep, _most_severe(one))}"
         if one.best_row >= 0 and one.column.selection.quantity.worse != "neither":
-            options, others = _options(summary.sweep, one.best_row)
-            yield f"least severe that level ground allows: {options}" + (f"   (and {others})" if others else "")
+            yield f"least severe that flat ground allows: {_varied(summary.sweep, one.best_row)}"
     refused, *counts = summary.refused
     if refused:
         causes = ("a contact would have to be pulled", "a contact needs more friction", "another link is below the ground")
         listed = ", ".join(f"{number} because {cause}" for number, cause in zip(counts, causes, strict=True) if number)
         left = "they are left out" if summary.sweep.feasible else "--feasible leaves them out"
-        yield f"warning: level ground does not allow {refused} of {summary.sweep.rows} landings: {listed}; {left}"
+        yield f"warning: flat ground does not allow {refused} of {summary.sweep.rows} landings: {listed}; {left}"
     yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
@@ -120,12 +118,20 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
         if len(summary.messages) > MESSAGES:
             yield f"  and {len(summary.messages) - MESSAGES} other messages, in the column message"
     if summary.proven:
-        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {summary.proven} landings"
+        unproven = [one.column.name for one in summary.extents if one.column.selection.quantity.unproven]
+        but = f"; in double precision, not proven: {few(unproven, 4)}" if unproven else ""
+        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {summary.proven} landings{but}"
     if summary.compared:
         yield (
             f"double precision, compared with a proof in {summary.compared} other landings: off by at most "
             f"{summary.largest_error:.0e} of the point's most severe shock"
         )
+
+
+def _varied(made: Sweep, row: int) -> str:
+    """What was varied in a row: options of `shockpc analyze`, and what has none."""
+    options, others = _options(made, row)
+    return f"{options}   (and {others})" if options and others else options or others
 
 
 def _options(made: Sweep, row: int) -> tuple[str, str]:

@@ -32,7 +32,7 @@ from shockpc.studies.sweep.variation import ATTITUDE, INERTIAL, OF_A_LINK, Varia
 __all__ = ["GROUND", "Chunk", "Sweep", "with_sweep"]
 
 GROUND = ("friction_needed", "pull", "depth", "feasible")
-"""Quantities of every row that tell whether level ground allows the landing."""
+"""Quantities of every row that tell whether flat ground allows the landing."""
 
 ROWS = 16384
 """Largest number of rows of a part."""
@@ -68,7 +68,7 @@ class Sweep:
         robot: its robot.
         variations: what differs between rows.
         computed: the computed columns.
-        feasible: whether rows that level ground does not allow keep the numbers of `GROUND` alone.
+        feasible: whether rows that flat ground does not allow keep the numbers of `GROUND` alone.
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
@@ -159,7 +159,7 @@ class Sweep:
 
     @property
     def feasible_column(self) -> Column:
-        """The column that tells whether level ground allows the landing."""
+        """The column that tells whether flat ground allows the landing."""
         return next(column for column in self.computed if column.selection.name == "feasible")
 
     @functools.cached_property

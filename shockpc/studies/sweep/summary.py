@@ -39,7 +39,7 @@ class Extent(NamedTuple):
         percentiles: the values at `PERCENTILES`, as `percentile` takes them.
         least_row: row of the least one.
         greatest_row: row of the greatest one; −1 if no row could be computed.
-        best_row: row of the best value among the landings that level ground allows; −1 if there is none.
+        best_row: row of the best value among the landings that flat ground allows; −1 if there is none.
         span: the least and the greatest finite value; wider where they differ by rounding alone.
         counts: number of rows in each of equal intervals between these.
         values: (rows,) all of them where they are drawn as a curve or a map; None otherwise.
@@ -59,7 +59,7 @@ class Extent(NamedTuple):
 
 
 class Refused(NamedTuple):
-    """Numbers of rows that level ground does not allow, each counted for its first cause.
+    """Numbers of rows that flat ground does not allow, each counted for its first cause.
 
     Attributes:
         rows: all of them.
@@ -85,7 +85,7 @@ class SweepSummary(NamedTuple):
         ranked: number of rows of which they are.
         messages: why rows could not be computed, with the number of such rows, most frequent first.
         failed: number of rows that could not be computed.
-        refused: number of rows that level ground does not allow.
+        refused: number of rows that flat ground does not allow.
         proven: number of rows that asked for a proof and have one.
         compared: number of other rows that were proven as well.
         largest_error: how far double precision was off there at most, relative to the most severe shock of the same point.
