@@ -6,7 +6,7 @@ point, the wrench through a joint) is, of unit accelerations and unit forces, th
 """
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,15 @@ from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiffness import Elements, attach_rotors, simulate_landing
+from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SolveError
 from shockpc.exact.proof import motion as size_of
 from shockpc.ground import contact_rows, jumps_of
 from shockpc.impact import DoubleImpact, Impact
 from shockpc.landing import PosedLanding
+from shockpc.model.rows import block_point
 from shockpc.places import Place
+from shockpc.scene import GRAVITY
 
 __all__ = ["DAMPING", "SPECTRUM", "CompliantLanding", "compliant_landing"]
 
@@ -32,14 +35,15 @@ DAMPING = (0.0, 0.05)
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
 
-LEAST_MOTION = 1e-9
-"""Share of the fastest body's jump below which a body counts as moved by it, where jumps are compared."""
-
 LEAST_HELD = 1e-6
 """Share of the velocities before the impact from which what locked joints and loops take off them is no rounding."""
 
-PART = 0.01
-"""Share of the elastic energy of a mode from which springs of joints take part in it."""
+MANY_EVENTS = 100
+"""Number of times that contacts change their state, above which durations are not reliable."""
+
+GRAVITY_SHARE, DEEP = 0.05, 0.1
+"""Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
+which on the model without gravity and with frozen geometry is doubtful."""
 
 
 class _Columns(DoubleImpact):
@@ -98,6 +102,7 @@ class CompliantLanding:
             self.number,
             np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
         )
+        self._velocity = velocity
         try:
             self.motion = simulate_landing(M, elements, velocity, until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
@@ -165,7 +170,11 @@ class CompliantLanding:
     @functools.cached_property
     def forces(self) -> tuple[Array, Array]:
         """Peak force (c,) of each contact, tangential parts included [N], and when (c,) it is reached [s]."""
-        selected = np.stack([np.diag(1.0 * (self.number == c)) for c in range(len(self.landing.contacts))])
+        return self._force_peaks(self.number >= 0)
+
+    def _force_peaks(self, counted: np.ndarray) -> tuple[Array, Array]:
+        """Peak (c,) of the force of each contact along the elements that are counted (r,), and when (c,) it is reached."""
+        selected = np.stack([np.diag(1.0 * (counted & (self.number == c))) for c in range(len(self.landing.contacts))])
         return self._peak(np.zeros((*selected.shape[:2], self.full.shape[1])), selected)
 
     @functools.cached_property
@@ -191,21 +200,57 @@ class CompliantLanding:
 
     @functools.cached_property
     def difference(self) -> float:
-        """Largest difference between the jumps of a body at the end and in the impulse model, relative to the latter [1]."""
+        """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
         equation = self._rows.equation
         plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)
         impulsive = jumps_of(self.landing, equation.full(plain.delta_qd))[0, ..., 3]
         own = self.impact_at(self.motion.duration).jumps[0, ..., 3]
         lengths = self.landing.robot.rotation_lengths
         difference, size = size_of(np.stack([own - impulsive, impulsive], axis=-1), lengths).T
-        return float(np.max(difference / np.maximum(size, LEAST_MOTION * size.max())))
+        return float(difference.max() / size.max())
+
+    @property
+    def agrees_by_construction(self) -> bool:
+        """Whether the jumps at the end are those of the impulse model for every stiffness, unless a contact slips."""
+        elements = self.motion.elements
+        return bool(np.all(elements.restitution == 0.0) and np.ptp(elements.stiffness) == 0.0)
 
     @functools.cached_property
-    def springs_count(self) -> float | None:
-        """Time from which springs in joints count: a quarter of a period of the slowest mode that they take part in [s]."""
-        modes = self.motion.modes
-        slow = modes.frequency[(modes.participation[self.number < 0].sum(axis=0) > PART) & (modes.frequency > 0.0)]
-        return float(0.25 / slow.min()) if slow.size else None
+    def _compression(self) -> Array:
+        """Largest compression (c,) of each contact along its normal [m]."""
+        stiffness = self.motion.elements.stiffness[self.motion.elements.normal]
+        order = np.argsort(self.number[self.motion.elements.normal])
+        return np.asarray(self._force_peaks(self.motion.elements.normal)[0] / stiffness[order])
+
+    def warnings(self) -> Iterator[Diagnostic]:
+        """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
+        rows = self.motion.elements.rows[self.motion.elements.normal]
+        duration = float(self.duration.max()) if self.motion.separated else self.motion.duration
+        approach = float(-(rows @ self._velocity).min())
+        if (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
+            text = (
+                f"gravity is left out, and in the {1e3 * duration:.3g} ms of contact it adds {gravity:.3g} m/s to an "
+                f"approach of {approach:.3g} m/s ({100.0 * gravity / approach:.2g} %): real peak forces are larger; "
+                "take stiffer contacts, or simulate the landing with gravity"
+            )
+            yield Diagnostic("contact", "", gravity / approach, text)
+        landing = self.landing
+        state, robot = landing.state, landing.robot
+        coms = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
+        for contact, compression in zip(landing.contacts, self._compression.tolist(), strict=True):
+            reach = np.linalg.norm(coms - block_point(state, contact)[0], axis=1) + robot.gyration
+            if compression > DEEP * (size := float(reach.max())):
+                text = (
+                    f"{contact.name} is compressed by {compression:.3g} m, on a robot that reaches {size:.3g} m from there: the "
+                    "geometry does not stay as at impact, which this model assumes; take a stiffer contact or a lower speed"
+                )
+                yield Diagnostic("contact", contact.name, compression, text)
+        if (events := len(self.motion.events)) > MANY_EVENTS:
+            text = (
+                f"contacts change {events} times between loading, unloading, slipping and open: tiny changes of the landing change "
+                "their order, so durations are not reliable; take restitution above 0, or fewer contacts"
+            )
+            yield Diagnostic("contact", "", float(events), text)
 
     @functools.cached_property
     def force_shares(self) -> Array:

@@ -1,7 +1,7 @@
 """What an analysis gives back: a landing and its proof; every other number is a quantity, computed when it is read."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -37,6 +37,10 @@ if TYPE_CHECKING:
 __all__ = ["Bracket", "ContactImpulse", "JointLoad", "PointShock", "ShockMaps", "ShockProfile", "StanceImpulse"]
 
 R = TypeVar("R")
+
+DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
+"""Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
+the least difference of which one does [1]."""
 
 
 class PointShock(NamedTuple):
@@ -487,8 +491,7 @@ class ShockProfile:
     @cached_property
     def bracket(self) -> tuple[Bracket, ...]:
         """Shock with free, modelled and locked joints: at the heaviest body's centre of mass and at every sensor and point."""
-        heaviest = body_places(self.robot)[int(np.argmax(self.robot.masses))]
-        places = [heaviest, *(place for place in self.landing.points if place.body >= 0)]
+        places = self._bracketed
         free, here, locked = (self.values(quantity("point", key), places) for key in ("shock_free", "shock", "shock_locked"))
         return tuple(Bracket(place.name, _number(free[k]), float(here[k]), _number(locked[k])) for k, place in enumerate(places))
 
@@ -540,6 +543,7 @@ class ShockProfile:
                 *pulled(landing, self.value("pull", "contact"), None if self.friction is None else self.friction.state),
                 *slipping(landing, self.value("friction_needed", "contact")),
                 *gained(robot, self.energy_lost, self.v_in * float(np.linalg.norm(self.total_impulse))),
+                *self._beyond_the_impulse(),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),
                 *(Diagnostic("geometry", robot, None, text) for text in body_outline(self.robot).warnings),
             )
@@ -553,6 +557,31 @@ class ShockProfile:
                 bits=proof.bits,
                 warnings=warnings,
             )
+
+    def _beyond_the_impulse(self) -> Iterator[Diagnostic]:
+        """Warnings where springs in joints, or a finite stiffness of the contacts, make another result than the impulse model."""
+        if self.stiffness is not None:
+            places = self._bracketed
+            impulse, finite = (self.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
+            differs = np.abs(finite - impulse)
+            for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
+                name = places[k].name
+                text = (
+                    f"shock at {name} is {finite[k]:.3g} at the end of contact on {self.scene.contact_stiffness:g} N/m, and "
+                    f"{impulse[k]:.3g} in the impulse model, which the other tables show: that model does not hold there"
+                )
+                yield Diagnostic("contact", name, float(differs[k]), text)
+            yield from self.stiffness.warnings()
+        if math.isfinite(self.spring_time):
+            from shockpc.springs import early_springs
+
+            yield from early_springs(self.spring_time, None if self.stiffness is None else self.stiffness.motion.duration)
+
+    @property
+    def _bracketed(self) -> list[Place]:
+        """The heaviest body's centre of mass, every sensor and every point."""
+        heaviest = body_places(self.robot)[int(np.argmax(self.robot.masses))]
+        return [heaviest, *(place for place in self.landing.points if place.body >= 0)]
 
     @cached_property
     def _contact_impulses(self) -> Array:

@@ -4,15 +4,39 @@ In the instant of an impact a spring gives no impulse, because it has not moved.
 swings on its springs; the motion is that of the generalised eigenproblem K φ = ω² M φ in the geometry at the impact.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.diagnostic import Diagnostic
 from shockpc.landing import PosedLanding
 
-__all__ = ["spring_times"]
+__all__ = ["early_springs", "spring_times"]
 
 TAKES_PART = 0.1
 """Share of the elastic energy of a mode in a spring from which on the spring takes part in it."""
+
+STIFF_CONTACT = 1e-3
+"""Duration of a stiff contact [s], within which a spring acts as rigid where it counts."""
+
+
+def early_springs(time: float, duration: float | None) -> Iterator[Diagnostic]:
+    """A warning where springs count within the contact, while the impulse model leaves them out.
+
+    Args:
+        time: from which on the first spring counts [s].
+        duration: of the contact [s]; None where the landing gives no stiffness of the contacts.
+    """
+    if time < (STIFF_CONTACT if duration is None else duration):
+        within = (
+            f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact" if duration is None else f"the {1e3 * duration:.3g} ms of contact"
+        )
+        remedy = "a rotor behind such a spring acts as rigid: leave the stiffness out, lock the joint, or give --contact-stiffness"
+        text = f"springs of joints count after {1e3 * time:.2g} ms, within {within}, but the impulse model leaves them free; " + (
+            remedy if duration is None else "see the jumps at the end of contact"
+        )
+        yield Diagnostic("contact", "springs", time, text)
 
 
 def spring_times(landing: PosedLanding) -> Array:

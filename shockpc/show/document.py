@@ -157,7 +157,7 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
             for k in range(len(modes.frequency))
         ],
         "compression": stiffness.compressed,
-        "springs_count": stiffness.springs_count,
+        "springs_count": profile.spring_time if math.isfinite(profile.spring_time) else None,
         "spectra": _spectra(profile, stiffness),
     }  # fmt: skip
 

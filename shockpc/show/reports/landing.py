@@ -295,7 +295,7 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
         return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]
 
     header = ("contact", "duration [ms]", "peak force [N]", "at [ms]")
-    title = f"contacts of {_stiffness(profile)} (frozen geometry; double precision, not proven)"
+    title = f"contacts of {_stiffness(profile)} (frozen geometry, without gravity; double precision, not proven)"
     sheets = [Sheet(title, header, rows("contact", "duration", "peak_force", "peak_force_time"))]
     if points := rows("point", "peak_acceleration", "peak_acceleration_time"):
         sheets.append(Sheet("peak accelerations on these contacts", ("point", "peak [g]", "at [ms]"), points))
@@ -348,8 +348,10 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
     if stiffness := profile.stiffness:
         percent = max(100.0 * stiffness.difference, 0.1)
         within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
-        springs = "" if stiffness.springs_count is None else f"; springs count after {1e3 * stiffness.springs_count:.3g} ms"
-        return [f"impulse model: {within}{springs} (jumps of the bodies at the end of contact, {_stiffness(profile)})"]
+        how = f"jumps of the bodies at the end of contact, {_stiffness(profile)}, relative to the largest"
+        if stiffness.agrees_by_construction and percent < 1.0:
+            how += "; with restitution 0 they agree by construction, which is no evidence for the impulse model"
+        return [f"impulse model: {within} ({how})"]
     if (sliding := profile.friction) is None:
         return []
     name, n = f"friction {profile.scene.friction:g}", sliding.solutions
