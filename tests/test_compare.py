@@ -220,3 +220,11 @@ def test_bad_arguments_are_refused(capfd, words, told):
     outcome = run(capfd, "compare", *words)
     assert (outcome.code, outcome.out) == (2, "")
     assert told in outcome.err
+
+
+def test_a_quantity_at_no_place_of_all_designs_is_refused(capfd):
+    """The sensors of two robots have different names, so there would be no table."""
+    words = ("go2", "anymal_b", "--contact", "[FL][LF]_[fF]*", "--friction", "0.2", "--quantity", "shock_friction")
+    ended = run(capfd, "compare", *words)
+    assert ended.code != 0
+    assert all(word in ended.err for word in ("shock_friction", '"imu"', '"imu_link"', "matched by name"))

@@ -10,6 +10,7 @@ import numpy as np
 
 from shockpc.errors import SceneError, SolveError, StudyError
 from shockpc.places import Kind
+from shockpc.printed import listed
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import Selection
 from shockpc.result import ShockProfile
@@ -143,14 +144,32 @@ def compare(designs: Iterable[Design], quantities: Sequence[str] = ()) -> Compar
         quantities: what is compared besides the standard ones: QUANTITY or QUANTITY@PLACES, as `selected` takes it.
 
     Raises:
-        ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a place that is named.
+        ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a place that is named; or a quantity
+            has no value at any place that all of them have.
     """
     every = tuple(designs)
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
     profiles = tuple(map(_profile, every))
-    differences = [_differences(profiles, text) for text in dict.fromkeys((*quantities, *STANDARD))]
-    return Comparison(every, profiles, tuple(one for one in differences if one.rows), _unmatched(profiles))
+    differences = {text: _differences(profiles, text) for text in dict.fromkeys((*quantities, *STANDARD))}
+    for text in quantities:
+        if not differences[text].rows:
+            raise StudyError(_nothing(every, profiles, text))
+    return Comparison(every, profiles, tuple(one for one in differences.values() if one.rows), _unmatched(profiles))
+
+
+def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], text: str) -> str:
+    """Why a quantity cannot be compared: designs without a place in common, or values that are missing."""
+    found = [selected(profile.landing, text) for profile in profiles]
+    quantity, names = found[0][0].quantity, [[place.name for place in places] for _, places in found]
+    if quantity.of in ("robot", "contact"):
+        apart, rule = len(set(map(len, names))) > 1, "their number has to be the same"
+    else:
+        apart, rule = not set(names[0]).intersection(*names[1:]), "they are matched by name"
+    if not apart:
+        return f'"{text}" has no value at any {quantity.of} that the designs have in common: {quantity.missing or "undefined there"}; leave it out'
+    owned = ", ".join(f"of {design.label} {listed(own, 4) or 'none'}" for design, own in zip(designs, names, strict=True))
+    return f'"{text}" cannot be compared, because the designs have no {quantity.of}s in common: {owned}; {rule}'
 
 
 def _profile(design: Design) -> ShockProfile:
