@@ -167,7 +167,8 @@ def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], text: 
     else:
         apart, rule = not set(names[0]).intersection(*names[1:]), "they are matched by name"
     if not apart:
-        return f'"{text}" has no value at any {quantity.of} that the designs have in common: {quantity.missing or "undefined there"}; leave it out'
+        why = quantity.missing or "it is not defined there"
+        return f'"{text}" has no value at any {quantity.of} that the designs have in common: {why}; leave it out'
     owned = ", ".join(f"of {design.label} {listed(own, 4) or 'none'}" for design, own in zip(designs, names, strict=True))
     return f'"{text}" cannot be compared, because the designs have no {quantity.of}s in common: {owned}; {rule}'
 
