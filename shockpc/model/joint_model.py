@@ -114,10 +114,12 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         known[:] = True
     locked = np.zeros(nv, dtype=bool)
     given = {pattern: (inertia, np.inf) for pattern, inertia in joints.armature.items()}
-    reflected = {k for pattern in joints.armature for k in _velocities(robot, pattern)}
+    reflected = [set(_velocities(robot, pattern)) for pattern in joints.armature]
     for pattern, motor in joints.rotor.items():
-        if both := reflected.intersection(_velocities(robot, pattern)):
-            name = next(joint.name for joint in robot.joints if min(both) in range(nv)[joint.v])
+        driven = set(_velocities(robot, pattern))
+        # A rotor of one joint is an exception to an armature of several; else it is not clear which is meant.
+        if unclear := next((both for others in reflected if (both := driven & others) and not driven < others), None):
+            name = next(joint.name for joint in robot.joints if min(unclear) in range(nv)[joint.v])
             raise SceneError(f'"{name}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
         k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
         given |= {name: (_ratio(robot, name, motor) ** 2 * motor.inertia, k) for name in _names(robot, pattern, motor)}
