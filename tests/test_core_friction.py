@@ -197,3 +197,15 @@ def test_a_contact_that_the_ground_would_have_to_pull_opens():
 def test_what_has_no_meaning_is_refused(mu, e, speed):
     with pytest.raises(ValueError, match="friction"):
         one(np.eye(3), [speed, 0.0, -1.0], mu, e)
+
+
+def test_a_residual_of_rounding_is_a_solution():
+    """Mobilities of 1e-5 and 1e4 1/kg: the rounding of the impulses alone is above the bound of the residual."""
+    A = np.array([[10179.971761, 18.672221, 13.519989], [18.672221, 0.05610025, 0.03253520], [13.519989, 0.03253520, 0.02070861]])
+    mu, velocity = 0.320460279780903, np.array([0.69667286, 0.5975474, -1.92595067])
+    (found,) = solve_friction(A, velocity[None], np.array([mu]), np.zeros(1))
+    slip = velocity + A @ found.impulse[0]
+    assert found.state == ("slides",)
+    assert slip[2] == pytest.approx(0.0, abs=1e-12)
+    normal = found.impulse[0, 2]
+    np.testing.assert_allclose(found.impulse[0, :2], -mu * normal * slip[:2] / np.linalg.norm(slip[:2]), atol=1e-9 * normal)

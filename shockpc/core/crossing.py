@@ -106,8 +106,8 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[floa
             return horizon, None
         a = b
     raise ArithmeticError(
-        f"nothing changes within {a:.3g} s, {MOST_SAMPLES // 25} periods of the fastest mode; take the stiffest springs as rigid, "
-        "or end the motion earlier"
+        f"nothing changes within {a:.3g} s, {MOST_SAMPLES // 25} periods of the fastest mode; take the stiffest springs as rigid"
+        + (", or end the motion earlier" if horizon < np.inf else "")
     )
 
 

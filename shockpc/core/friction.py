@@ -28,7 +28,7 @@ CLOSE = 1e-9
 """Share of the velocities and impulses below which two of them are the same."""
 
 CONVERGED = 1e-10
-"""Residual below which impulses of several contacts count as a solution."""
+"""Residual, besides that of rounding, below which impulses count as a solution."""
 
 
 class FrictionImpact(NamedTuple):
@@ -78,7 +78,7 @@ def solve_friction(A: Array, velocity: Array, friction: Array, restitution: Arra
     for impulse in impulses:
         solution = problem.describe(np.reshape(impulse, (-1, 3)))
         near = [np.abs(solution.velocity - other.velocity).max() <= 1e3 * CLOSE * problem.speed for other in solutions]
-        if solution.residual <= CONVERGED and not any(near):
+        if solution.residual <= CONVERGED + problem.rounding(solution.impulse) and not any(near):
             solutions.append(solution)
     return tuple(sorted(solutions, key=lambda solution: solution.gains_energy))
 
@@ -172,6 +172,10 @@ class _Problem:
     def error(self, R: Array) -> float:
         """The size of a residual as a velocity, relative to those of the contacts."""
         return float(np.abs(R.reshape(-1, 3) / self.mass[:, None]).max()) / self.speed
+
+    def rounding(self, impulse: Array) -> float:
+        """What the rounding of impulses (m, 3) alone may contribute to `error`."""
+        return 4.0 * float(np.finfo(float).eps * (np.abs(impulse).max(axis=1) / self.mass).max()) / self.speed
 
     def newton(self, impulse: Array) -> Array:
         """Newton's method from impulses (m, 3), as far as it gets nearer; contacts that do not press take no impulse."""

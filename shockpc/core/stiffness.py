@@ -317,10 +317,13 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
         if hit is None:
             break
         if len(events) == MOST_EVENTS or simultaneous > 4 * len(W):
-            raise ArithmeticError(
-                f"elements change {len(events)} times in {time:.3g} s, too often to follow them; "
-                "take a softer contact or a larger restitution, or end the motion earlier"
+            remedies = (
+                ["take springs of joints that are stiffer than the contacts as rigid"] if np.any(elements.contact < 0) else []
             )
+            remedies += ["take a softer contact or a larger restitution"]
+            remedies += ["end the motion earlier"] if until is not None else []
+            text = f"elements change {len(events)} times in {time:.3g} s, too often to follow them; "
+            raise ArithmeticError(text + ", or ".join(remedies))
         element = int(watched.element[hit])
         events.append(Event(time, element, EVENTS[state.switch(element, int(watched.kind[hit]))]))
     return Motion(elements, tuple(segments), tuple(events), state.separated, to_velocity)

@@ -33,7 +33,11 @@ def draw_time(profile: ShockProfile) -> Figure:
     t = np.unique(
         np.concatenate([np.linspace(0.0, motion.duration, SAMPLES), ends, np.nextafter(ends, np.inf)]).clip(0.0, ends[-1])
     )
+    # At the end all contacts are open, and without restitution the force drops to zero in that instant.
+    t = np.append(t, t[-1])
     force = motion.at(t).force
+    if motion.separated:
+        force[-1] = 0.0
     size = [np.linalg.norm(force[:, found.number == c], axis=1) for c in range(len(profile.landing.contacts))]
     normal = force[:, motion.elements.normal]
     panels: list[tuple[str, list[str], Array]] = [("force [N]", [place.name for place in places], np.array(size))]
@@ -59,7 +63,7 @@ def draw_time(profile: ShockProfile) -> Figure:
     rows[0].axvline(1e3 * found.compressed, color=INK, linewidth=0.6, linestyle=":")
     rows[-1].set_xlabel("time after touchdown [ms]")
     rows[-1].set_xlim(0.0, 1e3 * motion.duration)
-    words = "dashed: along the normal; dotted: end of compression; frozen geometry, double precision, not proven"
+    words = "dashed: along the normal; dotted: end of compression; frozen geometry, no gravity, double precision, not proven"
     figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
     return figure
 
@@ -68,7 +72,7 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
     """Draw the shock response spectrum of each point, without damping and with 5 %."""
     found, points = _compliant(profile), [place for place in profile.places("point") if place.body >= 0]
     figure = new_chart(7.2, 3.8, f"Shock response spectrum, {printable(profile.robot.name)} landing on {contact_name(profile)}")
-    axes = figure.add_subplot(xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest acceleration [g]")
+    axes = figure.add_subplot(xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest along an axis [g]")
     assert DELTA_V.compute is not None
     for line, damping in zip(("solid", "dashed"), DAMPING, strict=True):
         response = found.spectrum(DELTA_V.compute, points, damping) / GRAVITY
