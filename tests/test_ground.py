@@ -14,6 +14,7 @@ from shockpc.compliance import CompliantLanding
 from shockpc.paper.landings import scene as paper_scene
 from shockpc.quantities.table import quantity
 from shockpc.scene import GRAVITY
+from shockpc.show.figure.time import draw_time
 
 K = 1e5
 BOX = urdf(link("box", mass="2"), name="box")
@@ -288,6 +289,21 @@ def test_a_headline_that_finite_stiffness_contradicts():
     assert contact_warnings(joints=soft) == []
     assert any("acts as rigid" in text for text in contact_warnings(joints=stiff))
     assert not any("shock at" in text for text in contact_warnings(contact_stiffness=1e6))
+
+
+def test_many_changes_of_the_contacts_are_a_warning():
+    """Joint springs of 2e9 N m/rad open and close the contact hundreds of times; without them it opens once."""
+    many = contact_warnings(contact_stiffness=K, joints=Joints(stiffness={"*": 2e9}))
+    assert any("durations are not reliable" in text for text in many)
+    assert not any("durations" in text for text in contact_warnings(contact_stiffness=K))
+
+
+def test_the_force_over_time_ends_at_zero():
+    """A contact without restitution opens at its largest force."""
+    profile = shock_profile(Scene(robot="go2", contact=(Contact(frame="FL_foot"),), contact_stiffness=K))
+    force = draw_time(profile).axes[0].lines[0].get_ydata()
+    assert force[-1] == 0.0
+    assert force[-2] > 10.0
 
 
 def test_files_over_time(capfd, here):
