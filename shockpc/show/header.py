@@ -9,10 +9,11 @@ from shockpc.model.columns import Base
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.robot.record import WORLD, Robot
+from shockpc.studies.columns import Column
 
 __all__ = [
     "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
-    "proof_text", "shown_as", "strike_text", "vector_text", "warning_lines",
+    "proof_text", "proven_text", "shown_as", "strike_text", "vector_text", "warning_lines",
 ]  # fmt: skip
 
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
@@ -158,6 +159,13 @@ def vector_text(values: Iterable[float]) -> str:
 def proof_text(bound: float) -> str:
     """How far the jumps are proven, and of what: not how far a real robot agrees with its file."""
     return f"proven to {bound:.0e} of each body's motion, for the robot as loaded"
+
+
+def proven_text(number: int, columns: Iterable[Column]) -> str:
+    """How many landings of a table are proven, and which of its columns are not."""
+    unproven = [column.name for column in columns if column.selection.quantity.unproven]
+    but = f"; in double precision, not proven: {few(unproven, 4)}" if unproven else ""
+    return f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(number, 'landing')}{but}"
 
 
 def warning_lines(profile: ShockProfile) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.show.header import JOINT_MODELS, count, shown_as
+from shockpc.show.header import JOINT_MODELS, count, proven_text, shown_as
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.columns import Column
@@ -153,7 +153,7 @@ def _closing(found: Found, comparison: Comparison | None) -> Iterator[str]:
         yield f"loops: closing them changes positions of the table by at most {by:.2g} rad (m), rates by {rates:.2g} rad/s (m/s)"
     proven = int(np.sum(columns["proven"]))
     if proven:
-        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(proven, 'landing')}"
+        yield proven_text(proven, made.computed)
     compared = columns["double_error"][~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])]
     if compared.size and any(column.shock for column in made.computed):
         yield (

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.printed import few
 from shockpc.show.document import record
+from shockpc.show.header import proven_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sweep.rows import Sweep
@@ -118,9 +118,7 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
         if len(summary.messages) > MESSAGES:
             yield f"  and {len(summary.messages) - MESSAGES} other messages, in the column message"
     if summary.proven:
-        unproven = [one.column.name for one in summary.extents if one.column.selection.quantity.unproven]
-        but = f"; in double precision, not proven: {few(unproven, 4)}" if unproven else ""
-        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {summary.proven} landings{but}"
+        yield proven_text(summary.proven, [one.column for one in summary.extents])
     if summary.compared:
         yield (
             f"double precision, compared with a proof in {summary.compared} other landings: off by at most "
