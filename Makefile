@@ -22,10 +22,10 @@ gallery: paper .venv/.dev
 	@cp out/anymal_b/shock.svg robots/gallery/anymal_b.svg
 	@cp out/paper/figure*.svg robots/gallery/
 	@"$(BIN)/shockpc" sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:200" --vary strike-angle=0:75:16 --at imu_link --format csv --out out/sweep
-	@"$(BIN)/shockpc" compare go2 --contact FL_foot --armature "*=0.02" --change "mass:*_calf=0.9x" --out out/compare > /dev/null
+	@"$(BIN)/shockpc" compare go2 --contact FL_foot --change "mass:*_calf=0.9x" --out out/compare > /dev/null
 	@"$(BIN)/shockpc" limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1 --range -150:0 --out out/limits > /dev/null
 	@"$(BIN)/shockpc" sensitivity anymal_b --contact LF_FOOT --at imu_link --out out/sensitivity > /dev/null
-	@"$(BIN)/shockpc" place anymal_b --armature "*=0.05" --vary strike-angle=-30:75:8 --out out/place > /dev/null
+	@"$(BIN)/shockpc" place anymal_b --vary strike-angle=-30:75:8 --out out/place > /dev/null
 	@cp out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
 
 test: .venv/.dev

@@ -13,7 +13,7 @@ _in_robots = group("Robots")
 
 @command(
     "Land many robots on each of their feet, and rank them.",
-    'shockpc batch anymal_c go2 solo12 --armature "*=0.05"',
+    "shockpc batch anymal_c go2 solo12",
     more=(
         "Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With"
         " --contact, only matching feet strike; a scene lands as it says. Ends with exit code 3 if some landings cannot"

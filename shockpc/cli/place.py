@@ -17,7 +17,7 @@ _in_landings, _in_region, _in_sensors = group("Landings"), group("Where a sensor
 
 @command(
     "Find where on a body a sensor sees least shock.",
-    'shockpc place anymal_b --armature "*=0.05" --vary strike-angle=-30:75:4',
+    "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
         "A robot without --contact lands on each of its feet alone. What counts is the greatest shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
