@@ -9,18 +9,20 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import shockpc
-from shockpc.compliance import DAMPING, SPECTRUM, CompliantLanding
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.places import Kind
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import quantities_of, quantity
 from shockpc.result import ShockProfile
 from shockpc.scene import GRAVITY, Scene, scene_table
+
+if TYPE_CHECKING:
+    from shockpc.compliance import CompliantLanding
 
 __all__ = ["document", "headed", "json_text", "record"]
 
@@ -162,8 +164,10 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def _spectra(profile: ShockProfile, stiffness: CompliantLanding) -> dict[str, Any]:
+def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
     """The shock response spectra of the points [g]."""
+    from shockpc.compliance import DAMPING, SPECTRUM
+
     points = [place for place in profile.places("point") if place.body >= 0]
     compute = quantity("point", "delta_v").compute
     assert compute is not None
