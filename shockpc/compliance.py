@@ -108,6 +108,7 @@ class CompliantLanding:
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}") from None
         self._peaks: dict[Any, tuple[Array, Array]] = {}
+        self._impacts: dict[float, DoubleImpact] = {}
 
     @functools.cached_property
     def _columns(self) -> _Columns:
@@ -189,9 +190,14 @@ class CompliantLanding:
         first = self.motion.first("unloads")[self.motion.elements.normal]
         return float(first[np.isfinite(first)].max())
 
-    @functools.cache  # noqa: B019
     def impact_at(self, time: float) -> DoubleImpact:
         """The jumps from the impact until a time [s], for the scene's own strike alone; without impulses."""
+        if time not in self._impacts:
+            self._impacts[time] = self._impact_at(time)
+        return self._impacts[time]
+
+    def _impact_at(self, time: float) -> DoubleImpact:
+        """As `impact_at`."""
         delta = np.full((1, len(self._rows.basis), 4), np.nan)
         delta[0, :, 3] = self._rows.basis @ self.motion.at(np.array([time])).jump[0, : self._free.shape[1]]
         equation = self._rows.equation

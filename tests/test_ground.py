@@ -1,7 +1,9 @@
 """Landings with friction and on contacts of finite stiffness, from the command line: closed forms, consistency and refusals."""
 
+import gc
 import json
 import math
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 from commands import good, run
 from robot_texts import joint, link, urdf
 
-from shockpc import Contact, Joints, Point, Rotor, Scene, SceneError, SolveError, Strike, shock_profile
+from shockpc import Contact, Joints, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
 from shockpc.compliance import CompliantLanding
 from shockpc.paper.landings import scene as paper_scene
 from shockpc.quantities.table import quantity
@@ -363,3 +365,13 @@ def test_a_sweep_takes_them_as_columns(capfd, here):
     landings = [replace(ANYMAL, friction=0.3, strike=Strike(strike_angle_deg=angle)) for angle in (0.0, 10.0, 20.0)]
     shocks = [shock_profile(scene).value("shock_friction", "point")[0] for scene in landings]
     assert [float(word) for word in row.split()[2:5]] == pytest.approx(sorted(shocks), abs=5e-5)
+
+
+def test_a_landing_on_springs_is_not_kept_in_memory():
+    """Its impacts at several times are its own: a sweep of many such landings needs the memory of one."""
+    compliant = CompliantLanding(resolve(Scene(robot="anymal_b", contact="LF_FOOT", contact_stiffness=1e5), load_robot("anymal_b")))
+    assert compliant.impact_at(1e-3) is compliant.impact_at(1e-3)
+    kept = weakref.ref(compliant)
+    del compliant
+    gc.collect()
+    assert kept() is None

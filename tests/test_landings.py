@@ -313,6 +313,9 @@ def test_rows_in_parts_are_continued(here, capfd):
         ("q_LF_KFE,vz\n0.1,fast\n0.1,-1\n", 'column vz has to hold numbers'),
         ("q_LF_KFE,vz\n0.1,-1\n0.1,fast\n", 'row 1, column vz: "fast" is not a number'),
         ("vz,vz\n-1,-1\n", 'two columns "vz"'),
+        ("q_LF_KFE,name\n0.1,a\n0.2\n", "row 1 has 1 cells, and the header 2"),
+        ("q_LF_KFE,vz\n0.1,-1,3\n", "row 0 has 3 cells, and the header 2"),
+        ("q_LF_KFE,friction\n0.1,ice\n", "column friction has to hold numbers"),
         ("vz\n", "has no rows"),
         ("", "has no rows"),
     ],
@@ -320,5 +323,29 @@ def test_rows_in_parts_are_continued(here, capfd):
 def test_files_that_are_no_table(here, capfd, text, message):
     (here / "log.csv").write_text(text)
     outcome = run(capfd, "landings", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
+    assert outcome.code == 2
+    assert message in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"LF_KFE": np.array([1j, 2.0])}, "LF_KFE is complex128 of shape (2,)"),
+        ({"LF_KFE": np.float64(1.0)}, "LF_KFE is float64 of shape ()"),
+        ({"LF_KFE": np.zeros(2, dtype="datetime64[s]")}, "column LF_KFE has to hold numbers"),
+        (
+            {"name": np.array(["LF_KFE", "LF_HFE"]), "position": np.zeros((3, 1))},
+            "position has shape (3, 1), and name has 2 joints",
+        ),
+        (None, "cannot be read"),
+    ],
+)
+def test_arrays_that_are_no_table(here, capfd, arrays, message):
+    """Numbers that would lose a part, and a file that is no archive."""
+    if arrays is None:
+        (here / "log.npz").write_bytes(b"PK\x03\x04 not an archive")
+    else:
+        np.savez(here / "log.npz", **arrays)
+    outcome = run(capfd, "landings", here / "log.npz", "anymal_b", "--contact", "LF_FOOT")
     assert outcome.code == 2
     assert message in outcome.err

@@ -7,7 +7,6 @@ from typing import Literal
 from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import QUANTITY, ROBOT, OutputOptions, SceneOptions
 from shockpc.cli.parse import JointModelName, joint_models, path, renaming
-from shockpc.cli.process import print_error
 
 __all__ = ["landings"]
 
@@ -60,6 +59,7 @@ def landings(
     from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import one_scene
+    from shockpc.cli.write_parts import written_parts
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
     from shockpc.scene import Scene, scene_text
@@ -83,25 +83,13 @@ def landings(
         sys.stdout.write(scene_text(made.case(made.row_named(command_)), Path.cwd()))
         return 0
     ranked = None if rank is None else made.column(rank)
-    finished = done = 0
-    parts = Parts(made, output.out, rows) if output.out is not None and rows else None
-    try:
+    if output.out is not None and rows:
+        parts = Parts(made, output.out, rows)
+        with written_parts(parts, executor(jobs, cluster), resume, "landings"):
+            found = Found.read(made, parts.column)
+    else:
         with executor(jobs, cluster) as workers:
-            if parts is None:
-                found = compute(made, workers, progress("landings computed", made.rows))
-            else:
-                parts.prepare(resume)
-                written = parts.write(workers)
-                done = next(written)
-                advance = progress("landings computed", made.rows, done)
-                for n in written:
-                    done += n
-                    advance(parts=n)
-                found = Found.read(made, parts.column)
-        finished = 1
-    finally:
-        if parts is not None and done and not finished:
-            print_error(f"{done} of {made.rows} rows are complete in {output.out}; the same command with --resume continues")
+            found = compute(made, workers, progress("landings computed", made.rows))
     comparison = None
     if made.table.measured:
         scenes: dict[str, Scene] = {} if models else {made.first.joint_model.name: scene}

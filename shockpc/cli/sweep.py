@@ -61,8 +61,8 @@ def sweep(
     wait: bool = _in_run("Wait for workers if the cluster has none yet."),
     resume: bool = _in_run("Continue a sweep that was interrupted; parts that are damaged are computed again."),
 ) -> int:
-    from shockpc.cli.progress import progress
     from shockpc.cli.scenes import scenes_from
+    from shockpc.cli.write_parts import written_parts
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
     from shockpc.show.files import write_folder
@@ -95,22 +95,9 @@ def sweep(
         prove=prove,
     )
     parts = Parts(made, out, format_)
-    done, finished = 0, False
-    try:
-        with executor(jobs, cluster, print_error if wait else None) as workers:
-            parts.prepare(resume)
-            written = parts.write(workers)
-            done = next(written)
-            advance = progress("rows computed", made.rows, done)
-            for rows in written:
-                done += rows
-                advance(parts=rows)
+    with written_parts(parts, executor(jobs, cluster, print_error if wait else None), resume, "rows"):
         summary = summarise(made, parts.column)
         report = sweep_report(summary)
         write_folder(out, report.files())
         sys.stdout.write(report.text("table"))
-        finished = True
-    finally:
-        if done and not finished:
-            print_error(f"{done} of {made.rows} rows are complete in {out}; the same command with --resume continues")
     return SolveError.exit_code if summary.failed else 0

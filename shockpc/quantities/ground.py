@@ -1,12 +1,13 @@
 """What follows from a coefficient of friction, or from a finite stiffness of the contacts; in double precision, without a proof."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
+from shockpc.landing import PosedLanding
 from shockpc.places import Kind
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from shockpc.ground import FrictionResult
 
 __all__ = ["GROUND"]
-
-NO_FRICTION = "the scene gives no friction"
-NO_STIFFNESS = "the scene gives no contact stiffness"
 
 DELTA_V, JUMPS = POINTS[0], tuple(
     entry for entry in (*POINTS, *BODIES, *JOINTS) if (entry.of, entry.key) in {
@@ -51,40 +49,43 @@ SLIDING: dict[Kind, Sequence[str]] = {
 """Quantities that exist for an impact with friction, which is not linear in the strike."""
 
 
-def _none(places: Places, vector: bool) -> Array:
-    """No value (1, 1, n) or (1, 1, n, 3) at some places."""
-    return np.full((1, 1, len(places), 3) if vector else (1, 1, len(places)), np.nan)
+def _where_given(
+    entry: Quantity, key: Literal["friction", "contact_stiffness"], read: Callable[[PosedLanding, Impact, Places], Any]
+) -> Quantity:
+    """A quantity that exists where the scene gives a key. Args: read, its values as those of `Quantity.compute`."""
+
+    def compute(impact: Impact, places: Places) -> Array:
+        if getattr(impact.landing.scene, key) is None:
+            return np.full((1, 1, len(places), 3) if entry.vector else (1, 1, len(places)), np.nan)
+        return np.asarray(read(impact.landing, impact, places))
+
+    missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
+    return entry._replace(compute=compute, missing=missing, posed=True, unproven=True)
 
 
 def _with_friction(entry: Quantity) -> Quantity:
     """A quantity of the impact with friction; as proven where all contacts stick."""
 
-    def compute(impact: Impact, places: Places) -> Array:
-        if impact.landing.scene.friction is None:
-            return _none(places, entry.vector)
+    def read(landing: PosedLanding, impact: Impact, places: Places) -> Any:
         from shockpc.ground import friction_of
 
         assert entry.compute is not None
-        return np.asarray(entry.compute(friction_of(impact.landing).impact or impact, places))
+        return entry.compute(friction_of(landing).impact or impact, places)
 
-    missing = "; or ".join(filter(None, [NO_FRICTION, entry.missing]))
-    title = f"{entry.title}, with friction"
-    return entry._replace(key=f"{entry.key}_friction", title=title, compute=compute, missing=missing, posed=True, unproven=True)
+    return _where_given(entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction"), "friction", read)
 
 
 def _sliding(
-    key: str, of: Kind, title: str, unit: str, read: "Callable[[FrictionResult, Places], Array]", vector: bool = False
+    key: str, of: Kind, title: str, unit: str, read: "Callable[[FrictionResult, Places], Any]", vector: bool = False
 ) -> Quantity:
     """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
 
-    def compute(impact: Impact, places: Places) -> Array:
-        if impact.landing.scene.friction is None:
-            return _none(places, vector)
+    def values(landing: PosedLanding, impact: Impact, places: Places) -> Array:
         from shockpc.ground import friction_of
 
-        return np.asarray(read(friction_of(impact.landing), places), dtype=float)[None, None]
+        return np.asarray(read(friction_of(landing), places), dtype=float)[None, None]
 
-    return Quantity(key, of, title, unit, "greater", compute, missing=NO_FRICTION, vector=vector, posed=True, unproven=True)
+    return _where_given(Quantity(key, of, title, unit, "greater", vector=vector), "friction", values)
 
 
 def _stiff(
@@ -92,41 +93,33 @@ def _stiff(
 ) -> Quantity:
     """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
 
-    def compute(impact: Impact, places: Places) -> Array:
-        if impact.landing.scene.contact_stiffness is None:
-            return _none(places, False)
+    def values(landing: PosedLanding, impact: Impact, places: Places) -> Array:
         from shockpc.compliance import compliant_landing
 
-        return np.asarray(read(compliant_landing(impact.landing), impact, places))[None, None]
+        return np.asarray(read(compliant_landing(landing), impact, places))[None, None]
 
     worse: Literal["greater", "neither"] = "neither" if unit == "s" else "greater"
-    return Quantity(
-        key, of, title, unit, worse, compute, missing="; or ".join(filter(None, [NO_STIFFNESS, missing])), posed=True, unproven=True
-    )
+    return _where_given(Quantity(key, of, title, unit, worse, missing=missing), "contact_stiffness", values)
 
 
 def _peak(entry: Quantity, scale: float = 1.0, part: int = 0) -> "Callable[[CompliantLanding, Impact, Places], Array]":
     """The peak, or with part 1 its time, of what a quantity gives of accelerations and forces."""
-    assert entry.compute is not None
-    return lambda found, impact, places: found.peaks(entry.compute, places)[part] / (1.0 if part else scale)  # type: ignore[arg-type]
+    compute = entry.compute
+    assert compute is not None
+    return lambda compliant, impact, places: compliant.peaks(compute, places)[part] / (1.0 if part else scale)
 
 
 def _after(entry: Quantity, when: str, title: str, time: "Callable[[CompliantLanding], float]") -> Quantity:
     """A quantity of the jumps from the impact until a time of a landing on contacts of finite stiffness."""
 
-    def compute(impact: Impact, places: Places) -> Array:
-        if impact.landing.scene.contact_stiffness is None:
-            return _none(places, entry.vector)
+    def values(landing: PosedLanding, impact: Impact, places: Places) -> Any:
         from shockpc.compliance import compliant_landing
 
-        found = compliant_landing(impact.landing)
+        compliant = compliant_landing(landing)
         assert entry.compute is not None
-        return np.asarray(entry.compute(found.impact_at(time(found)), places))
+        return entry.compute(compliant.impact_at(time(compliant)), places)
 
-    missing = "; or ".join(filter(None, [NO_STIFFNESS, entry.missing]))
-    return entry._replace(
-        key=f"{entry.key}_{when}", title=f"{entry.title}, {title}", compute=compute, missing=missing, posed=True, unproven=True
-    )
+    return _where_given(entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}"), "contact_stiffness", values)
 
 
 def _along(found: "CompliantLanding", impact: Impact, places: Places) -> Array:

@@ -9,6 +9,7 @@ position and velocity those of ROS's JointState.
 import csv
 import itertools
 import re
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -108,7 +109,8 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
     """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may be (n, k).
 
     Raises:
-        StudyError: the file cannot be read, has no rows, a name twice, or a cell that is no number among numbers.
+        StudyError: the file cannot be read, has no rows, a name twice, a cell that is no number among numbers, or a column that
+            holds neither real numbers nor texts.
     """
     path = usable_path(str(path))
     try:
@@ -118,12 +120,17 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
             case ".parquet":
                 columns = _read_parquet(path)
             case ".npz":
-                with np.load(path, allow_pickle=False) as file:
+                with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                     columns = {name: file[name] for name in file.files}
             case _:
                 raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
-    except (OSError, ValueError, EOFError) as refusal:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as refusal:
         raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
+    for name, values in columns.items():
+        if values.ndim == 0 or values.dtype.kind not in "fiubOUSM":
+            raise StudyError(
+                f'table "{path}": {name} is {values.dtype} of shape {values.shape}; columns hold real numbers or texts'
+            )
     if not columns or min(map(np.size, columns.values())) == 0:
         raise StudyError(f'table "{path}" has no rows')
     return columns
@@ -141,15 +148,19 @@ def _read_csv(path: Path) -> dict[str, np.ndarray]:
     texts = [k for k, cell in enumerate(first) if _number(cell) is None and cell.strip()]
     numbers = [k for k in range(len(header)) if k not in texts]
     try:
-        values = np.loadtxt(path, delimiter=",", skiprows=1, usecols=numbers, ndmin=2, quotechar='"', encoding="utf-8-sig")
+        chosen = numbers if texts else None
+        values = np.loadtxt(path, delimiter=",", skiprows=1, usecols=chosen, ndmin=2, quotechar='"', encoding="utf-8-sig")
+        rows: list[list[str]] = []
+        if texts:
+            with path.open(encoding="utf-8-sig", newline="") as file:
+                rows = [row for row in itertools.islice(csv.reader(file), 1, None) if row]
+        if values.shape[1] != len(numbers) or any(len(row) != len(header) for row in rows):
+            raise ValueError("its rows and its header differ in length")
+        columns: dict[str, np.ndarray] = {header[k]: values[:, place] for place, k in enumerate(numbers)}
+        columns |= {header[k]: np.array([row[k].strip() for row in rows]) for k in texts}
     except (ValueError, IndexError):
         _refuse_cell(path, header, numbers)
         raise
-    columns: dict[str, np.ndarray] = {header[k]: values[:, place] for place, k in enumerate(numbers)}
-    if texts:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [row for row in itertools.islice(csv.reader(file), 1, None) if row]
-        columns |= {header[k]: np.array([row[k].strip() for row in rows]) for k in texts}
     return {name: columns[name] for name in header}
 
 
@@ -227,7 +238,11 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
     if {"name", "position"} <= columns.keys() and columns["position"].ndim == 2:
         names = [str(name) for name in columns.pop("name").ravel()]
         for key, prefix in (("position", "q_"), ("velocity", "before_")):
-            values = columns.pop(key, np.zeros((0, 0)))
+            values = columns.pop(key, np.zeros((0, len(names))))
+            if values.ndim != 2 or values.shape[1] != len(names):
+                raise StudyError(
+                    f"{key} has shape {values.shape}, and name has {len(names)} joints; they have to be rows of as many"
+                )
             columns |= {prefix + name: values[:, k] for k, name in enumerate(names) if values.size}
         columns.pop("effort", None)
     found: dict[str, Any] = {}
@@ -291,7 +306,7 @@ class _Reader:
         return Rows(
             np.array([f"{name:g}" if isinstance(name, float) else str(name) for name in names.tolist()]),
             Q, motion, tuple(self.positions), tuple(self.moving),
-            self.texts.get("contact"), None if friction is None else friction.astype(float), measured, given, missing,
+            self.texts.get("contact"), None if friction is None else self._finite("friction", friction), measured, given, missing,
         )  # fmt: skip
 
     def _read(self, name: str, values: np.ndarray) -> None:
@@ -334,8 +349,10 @@ class _Reader:
     def _finite(self, name: str, values: np.ndarray) -> Array:
         """A column of finite numbers."""
         try:
+            if values.dtype.kind == "M":
+                raise ValueError
             numbers = values.astype(float)
-        except ValueError:
+        except (ValueError, TypeError):
             raise StudyError(f"column {name} has to hold numbers") from None
         if (wrong := np.flatnonzero(~np.isfinite(numbers))).size:
             raise StudyError(f"row {wrong[0]}, column {name}: {numbers[wrong[0]]} is not a finite number; leave the row out")
