@@ -18,8 +18,10 @@ paper: .venv/.run
 
 # The pictures of the README.
 gallery: paper .venv/.dev
-	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --out out/anymal_b > /dev/null
-	@cp out/anymal_b/shock.svg robots/gallery/anymal_b.svg
+	@"$(BIN)/shockpc" analyze go2 --contact FL_foot --out out/go2 > /dev/null
+	@cp out/go2/shock.svg robots/gallery/go2.svg
+	@chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1300,860 \
+		--virtual-time-budget=15000 --screenshot=robots/gallery/report.png "file://$(CURDIR)/out/go2/report.html"
 	@cp out/paper/figure*.svg robots/gallery/
 	@"$(BIN)/shockpc" sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:200" --vary strike-angle=0:75:16 --at imu_link --format csv --out out/sweep
 	@"$(BIN)/shockpc" compare go2 --contact FL_foot --change "mass:*_calf=0.9x" --out out/compare > /dev/null
