@@ -16,8 +16,6 @@ from shockpc.places import Place
 from shockpc.quantities.quantity import Quantity
 from shockpc.solve import UNPHYSICAL, body_speeds, greatest_motion
 
-__all__ = ["AT_REST", "SENSITIVE", "Health", "data_sensitivity", "double_error", "nearly_singular", "redundant", "strained"]
-
 SENSITIVE = 1e-9
 """A result that a change of the data in their last digits moves by more than this share carries a warning."""
 

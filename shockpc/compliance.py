@@ -25,8 +25,6 @@ from shockpc.model.rows import block_point
 from shockpc.places import Place
 from shockpc.scene import GRAVITY
 
-__all__ = ["DAMPING", "SPECTRUM", "CompliantLanding", "compliant_landing"]
-
 SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
 """Natural frequencies of the shock response spectrum [Hz]."""
 

@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-__all__ = ["Diagnostic"]
-
 
 class Diagnostic(NamedTuple):
     """A warning; `str` gives its text.

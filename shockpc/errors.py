@@ -16,8 +16,6 @@ from collections.abc import Iterable
 
 from shockpc.printed import printable
 
-__all__ = ["OutputError", "RobotError", "SceneError", "ShockError", "SolveError", "StudyError", "UnknownName", "refusal"]
-
 
 class ShockError(Exception):
     """Root of the tree. The text says what was found, what it means and what to change.

@@ -18,8 +18,6 @@ from typing import Any, TypeVar
 
 from shockpc.errors import StudyError
 
-__all__ = ["executor", "in_order", "processes"]
-
 S = TypeVar("S")
 T = TypeVar("T")
 

@@ -21,8 +21,6 @@ from shockpc.model.contact import across
 from shockpc.model.rows import Block, Equation
 from shockpc.solve import independent_rows
 
-__all__ = ["ContactRows", "FrictionResult", "contact_rows", "friction_of", "jumps_of"]
-
 
 class FrictionResult(NamedTuple):
     """A landing with Coulomb friction; contacts, then standing feet.

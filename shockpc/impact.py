@@ -19,8 +19,6 @@ from shockpc.model.motion import twist_before
 from shockpc.model.rows import Block, Equation, block_axes, block_point, block_wrenches, slices_of
 from shockpc.places import Place, joint_places
 
-__all__ = ["DoubleImpact", "Impact"]
-
 
 class Impact:
     """An impact in N postures for S strikes each; arrays of doubles, or of balls with N = S = 1.

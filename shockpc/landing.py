@@ -27,8 +27,6 @@ from shockpc.robot.record import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths
 from shockpc.trace import Trace
 
-__all__ = ["Landing", "PosedLanding", "contact_velocity", "following", "pulse_of", "resolve", "with_loops"]
-
 
 @dataclass(frozen=True, eq=False)
 class Landing:

@@ -4,8 +4,6 @@ import os
 import stat
 from pathlib import Path
 
-__all__ = ["inputs", "read_file", "usable_path"]
-
 LARGEST_FILE = 64 * 2**20
 """Bytes of the largest file that is read."""
 

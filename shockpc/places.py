@@ -9,8 +9,6 @@ from shockpc.robot.landmarks import sensors
 from shockpc.robot.record import Robot
 from shockpc.scene import Point
 
-__all__ = ["Kind", "Place", "body_places", "joint_places", "point_place", "point_places"]
-
 Kind = Literal["robot", "body", "point", "joint", "contact"]
 
 

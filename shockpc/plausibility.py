@@ -17,8 +17,6 @@ from shockpc.printed import few, listed
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
 
-__all__ = ["Levels", "gained", "heights", "implausible", "levels", "on_ground", "pulled", "saturated", "slipping"]
-
 LEVEL, SHARE = 0.02, 0.01
 """Heights that differ by less than 2 cm [m] plus a hundredth of the robot's size are taken as equal, since meshes of round feet
 are that uneven."""

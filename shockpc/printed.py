@@ -3,8 +3,6 @@
 import re
 from collections.abc import Iterable, Sequence
 
-__all__ = ["few", "listed", "message", "printable", "visible"]
-
 _COMMANDS = ((re.compile("^( *):(?=:)"), r"\1\\x3a"), (re.compile(r"(?i)##(?=\[|vso\[)"), r"#\\x23"))
 """How lines begin, or what they contain, that CI runners take for commands, and what is printed instead."""
 

@@ -28,8 +28,6 @@ from shockpc.scene import Scene, robot_of
 from shockpc.solve import solve_exactly
 from shockpc.trace import Trace
 
-__all__ = ["impact_jumps", "joined", "needs_proof", "profile_of", "shock_maps", "shock_profile"]
-
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from shockpc.compliance import CompliantLanding
     from shockpc.ground import FrictionResult
 
-__all__ = ["Bracket", "ContactImpulse", "JointLoad", "PointShock", "ShockMaps", "ShockProfile", "StanceImpulse"]
 
 R = TypeVar("R")
 

@@ -29,26 +29,6 @@ from shockpc.robot.load import shared_robot
 from shockpc.robot.record import Robot
 from shockpc.toml import checked, inline, reading, toml_lines
 
-__all__ = [
-    "GRAVITY",
-    "PLANES",
-    "Point",
-    "Scene",
-    "Strike",
-    "check_scene",
-    "plane_of",
-    "point_at",
-    "points_at",
-    "read_scene",
-    "record_schema",
-    "robot_of",
-    "scene_from",
-    "scene_schema",
-    "scene_table",
-    "scene_text",
-    "with_paths",
-]
-
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]: converts a drop height to a speed."""
 

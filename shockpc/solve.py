@@ -14,8 +14,6 @@ from shockpc.model.rows import Block, Equation, block_axes, row_jacobian, row_te
 from shockpc.printed import few, listed
 from shockpc.robot.record import Robot
 
-__all__ = ["UNPHYSICAL", "body_speeds", "greatest_motion", "independent_rows", "solve_exactly", "speeds_left"]
-
 UNPHYSICAL = 1e6
 """Motion relative to the strike beyond which it is that of a singular posture, and not physically plausible [1]."""
 

@@ -12,8 +12,6 @@ from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.landing import PosedLanding
 
-__all__ = ["early_springs", "spring_times"]
-
 TAKES_PART = 0.1
 """Share of the elastic energy of a mode in a spring from which on the spring takes part in it."""
 

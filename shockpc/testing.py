@@ -10,8 +10,6 @@ from shockpc.show.tables import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
 
-__all__ = ["assert_shock"]
-
 
 def assert_shock(
     scene: Scene | str | os.PathLike[str],

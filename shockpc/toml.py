@@ -21,8 +21,6 @@ import numpy as np
 
 from shockpc.paths import read_file
 
-__all__ = ["LARGEST", "checked", "inline", "reading", "toml_lines", "unknown_key"]
-
 LARGEST = 1e12
 """Largest number of a record, in whatever unit: beyond it squares run out of range."""
 

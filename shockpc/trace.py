@@ -4,8 +4,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["Trace"]
-
 
 class Trace:
     """Collects the stages of one run.

@@ -1,42 +1,16 @@
 """What linters cannot tell: public names, and what is imported before it is needed. For the rest see pyproject.toml."""
 
 import fnmatch
-import importlib
-import inspect
 import json
-import pkgutil
 from pathlib import Path
 
-import pytest
 from commands import python
 
 import shockpc
 
 PACKAGE = Path(shockpc.__file__).parent
-MODULES = [
-    "shockpc",
-    *(
-        found.name
-        for found in pkgutil.walk_packages([str(PACKAGE)], "shockpc.")
-        if found.name not in ("shockpc.__main__", "shockpc.robot.xacro_child")
-    ),
-]
 HEAVY = {"numpy", "pinocchio", "flint", "scipy", "trimesh", "collada", "matplotlib", "shapely", "pydantic", "mujoco"}
 HEAVY |= {"clarabel", "rich"}
-
-
-@pytest.mark.parametrize("name", MODULES)
-def test_exported_members(name):
-    """`__all__` holds the public functions and classes of a module, and constants."""
-    module = importlib.import_module(name)
-    listed = getattr(module, "__all__", [])
-    public = {
-        each: value for each, value in vars(module).items() if each[0] != "_" and inspect.isroutine(value) | inspect.isclass(value)
-    }
-    defined = {each for each, value in public.items() if value.__module__ == name}
-    assert defined <= set(listed)
-    assert [each for each in listed if not hasattr(module, each)] == []
-    assert len(set(listed)) == len(listed)
 
 
 def test_names_of_the_package_are_those_of_their_modules():

@@ -16,8 +16,6 @@ from shockpc.robot.catalogue import SETS
 from shockpc.robot.landmarks import each_foot
 from shockpc.scene import robot_of as scene_robot
 
-__all__ = ["FAMILIES", "OBLIQUE", "Case", "Family", "Link", "bent", "box", "chain", "known_robot", "landing", "robot_of"]
-
 BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)
 OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))
 X, Y, Z = np.eye(3)

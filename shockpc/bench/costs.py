@@ -33,8 +33,6 @@ from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
 
-__all__ = ["COSTS", "PEERS", "many_system", "postures"]
-
 ANALYZE = ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT")
 COMMANDS = {
     "import pinocchio": ("-c", "import pinocchio"),

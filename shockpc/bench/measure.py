@@ -12,8 +12,6 @@ from shockpc.bench.cases import Case
 from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
 from shockpc.exact.proof import Proof
 
-__all__ = ["ACCURATE", "OUTCOMES", "Result", "measure", "timed"]
-
 ACCURATE = 1e-9
 """Largest error of a result that counts as accurate, relative to the motion of each body."""
 

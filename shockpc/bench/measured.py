@@ -10,8 +10,6 @@ from shockpc.show.tables import Sheet
 from shockpc.studies.landings.comparison import compare_measured
 from shockpc.studies.landings.table import read_table
 
-__all__ = ["measured_landings"]
-
 SPRINGS, MOTORS = ("knee_joint_*", "heel_spring_*"), ("hip_*", "knee_left", "knee_right", "toe_*")
 
 MODELS = {

@@ -15,8 +15,6 @@ from shockpc.model.rows import block_axes, block_point
 from shockpc.profile import impact_jumps
 from shockpc.quantities.table import QUANTITIES
 
-__all__ = ["DIRECT", "PROVEN", "Method", "Prepared", "System", "UnsuitedError", "all_quantities", "double_jumps", "system_of"]
-
 PROVEN = "shockpc, proven"
 WORLD_AXES = pin.LOCAL_WORLD_ALIGNED
 

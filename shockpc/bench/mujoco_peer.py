@@ -16,7 +16,6 @@ try:
 except ImportError:
     mujoco = None
 
-__all__ = ["MUJOCO", "batch_in_mujoco"]
 
 KINDS = {"free": "FREE", "ball": "BALL", "prismatic": "SLIDE", "revolute": "HINGE", "continuous": "HINGE"}
 """MuJoCo's joint for a kind of ours."""

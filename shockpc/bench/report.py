@@ -23,8 +23,6 @@ from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Cell, Lines, Sheet
 
-__all__ = ["PARTS", "bench_report", "suite_report"]
-
 PARTS = (*FAMILIES, *COSTS)
 """Parts of the suite."""
 

@@ -18,8 +18,6 @@ from shockpc.compliance import CompliantLanding
 from shockpc.core.spatial import Array
 from shockpc.show.tables import Cell, Sheet
 
-__all__ = ["STIFFNESSES", "stiff_contacts"]
-
 STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
 """Of the contact [N/m]."""
 

@@ -7,8 +7,6 @@ from shockpc.cli.declare import command
 from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import scene_file
 
-__all__ = ["analyze"]
-
 
 @command(
     "Compute the shock of a landing on every body of a robot.",

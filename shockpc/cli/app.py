@@ -11,8 +11,6 @@ from typer.core import TyperCommand
 from shockpc import __version__
 from shockpc.cli.declare import EXIT_CODES, Help
 
-__all__ = ["COMMANDS", "GroupedCommand", "app_for"]
-
 COMMANDS = (
     "analyze", "batch", "bench", "check", "compare", "landings", "limits", "paper", "place", "quantities", "robots", "schema",
     "sensitivity", "sweep",

@@ -6,8 +6,6 @@ from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import QUANTITY, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import robot_name
 
-__all__ = ["batch"]
-
 _in_robots = group("Robots")
 
 

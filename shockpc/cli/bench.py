@@ -8,8 +8,6 @@ from shockpc.cli.declare import argument, command
 from shockpc.cli.options import SceneOptions, in_output
 from shockpc.cli.parse import out_folder, robot_name
 
-__all__ = ["bench"]
-
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 

@@ -11,8 +11,6 @@ from shockpc.cli.options import in_output
 from shockpc.cli.parse import out_folder, path, writable
 from shockpc.cli.process import print_error
 
-__all__ = ["EPILOG", "check", "report"]
-
 FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
 """Formats that stand alone on standard output."""

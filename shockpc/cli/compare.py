@@ -4,8 +4,6 @@ from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import QUANTITY, OutputOptions, SceneOptions
 from shockpc.cli.parse import robot_name
 
-__all__ = ["compare"]
-
 _in_designs = group("Designs")
 
 

@@ -17,8 +17,6 @@ from typing import Any, NamedTuple, TypeAlias, get_args
 import typer
 from typer.models import OptionInfo
 
-__all__ = ["EXIT_CODES", "Help", "argument", "command", "group"]
-
 Parser: TypeAlias = Callable[[str], Any]
 Command: TypeAlias = Callable[..., int | None]
 

@@ -12,8 +12,6 @@ from shockpc.errors import ShockError, SolveError
 from shockpc.paths import inputs
 from shockpc.printed import visible
 
-__all__ = ["entry", "main"]
-
 DEFECT = 70
 """An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's own code would be 1, which means that a budget is exceeded."""
 INTERRUPTED = 130

@@ -8,8 +8,6 @@ from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import QUANTITY, ROBOT, OutputOptions, SceneOptions
 from shockpc.cli.parse import JointModelName, joint_models, path, renaming
 
-__all__ = ["landings"]
-
 _in_table, _in_run, _in_joints = group("Table"), group("How it is computed, and where it is written"), group("Joint model")
 
 

@@ -6,8 +6,6 @@ from shockpc.cli.declare import command, group
 from shockpc.cli.options import FRAME, ROBOT, TARGET, OutputOptions, SceneOptions, target_of
 from shockpc.cli.parse import Span, finite, span
 
-__all__ = ["limits"]
-
 _in_question = group("Question")
 
 

@@ -23,11 +23,6 @@ from shockpc.cli.parse import (
 )
 from shockpc.errors import StudyError
 
-__all__ = [
-    "EXPLAIN", "FRAME", "PACKAGE", "QUANTITY", "ROBOT", "TARGET", "XACRO", "OutputOptions", "SceneOptions", "in_output",
-    "target_of",
-]  # fmt: skip
-
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
 in_output = group("Output")

@@ -17,7 +17,6 @@ from shockpc.show.html import INSTALL, plotly
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
 
-__all__ = ["emit", "file_names", "scene_files", "write_report"]
 
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""

@@ -3,8 +3,6 @@
 from shockpc.cli.declare import argument, command
 from shockpc.cli.options import OutputOptions, in_output
 
-__all__ = ["paper"]
-
 
 @command(
     "Recompute the figures of the paper and check its claims.",

@@ -9,34 +9,6 @@ import typer
 from shockpc.errors import OutputError
 from shockpc.paths import usable_path
 
-__all__ = [
-    "JointModelName",
-    "Motor",
-    "Setting",
-    "Span",
-    "Variable",
-    "Vector",
-    "box",
-    "definition",
-    "drives",
-    "finite",
-    "folder",
-    "joint_models",
-    "out_folder",
-    "path",
-    "plane",
-    "renaming",
-    "robot_name",
-    "rotor",
-    "scene_file",
-    "setting",
-    "span",
-    "stiffness",
-    "variable",
-    "vector",
-    "writable",
-]
-
 Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
 Setting: TypeAlias = tuple[str, float]

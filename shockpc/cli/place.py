@@ -10,7 +10,6 @@ from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name
 if TYPE_CHECKING:
     from shockpc.scene import Scene
 
-__all__ = ["place"]
 
 _in_landings, _in_region, _in_sensors = group("Landings"), group("Where a sensor may be"), group("Sensors")
 

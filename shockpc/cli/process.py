@@ -10,8 +10,6 @@ from typing import Any, TextIO
 from shockpc.errors import OutputError
 from shockpc.printed import message, visible
 
-__all__ = ["command", "prepare", "print_error", "received", "write_stdout"]
-
 command: list[str] = []
 """The words of the command that runs."""
 

@@ -10,8 +10,6 @@ from shockpc.cli.process import received
 from shockpc.printed import printable
 from shockpc.trace import Trace
 
-__all__ = ["ShownTrace", "progress"]
-
 SLOW = 1.0
 """Time after which a stage is named [s]."""
 

@@ -3,8 +3,6 @@
 from shockpc.cli.declare import argument, command
 from shockpc.cli.options import OutputOptions
 
-__all__ = ["quantities"]
-
 
 @command(
     "List the numbers that a landing has.",

@@ -9,8 +9,6 @@ from shockpc.cli.parse import robot_name
 if TYPE_CHECKING:
     from shockpc.robot.record import Robot
 
-__all__ = ["robots"]
-
 
 @command(
     "List the robots known by name, or check and show one.",

@@ -15,8 +15,6 @@ from shockpc.robot.record import Robot
 from shockpc.scene import Scene, Strike, check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.trace import Trace
 
-__all__ = ["is_scene_file", "one_scene", "scenes_from"]
-
 T = TypeVar("T")
 Record = TypeVar("Record", Contact, Posture, Joints, Scene, Strike)
 

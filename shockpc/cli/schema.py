@@ -5,8 +5,6 @@ from typing import Literal
 
 from shockpc.cli.declare import argument, command
 
-__all__ = ["schema"]
-
 
 @command("Print the JSON Schema of scenes, or of budgets, for editors.", "shockpc schema > scene.schema.json")
 def schema(

@@ -5,8 +5,6 @@ import sys
 from shockpc.cli.declare import command, group
 from shockpc.cli.options import EXPLAIN, FRAME, ROBOT, TARGET, OutputOptions, SceneOptions, in_output, target_of
 
-__all__ = ["sensitivity"]
-
 _in_question = group("Question")
 
 

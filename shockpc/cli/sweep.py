@@ -9,8 +9,6 @@ from shockpc.cli.options import QUANTITY, ROBOT, SceneOptions
 from shockpc.cli.parse import Variable, out_folder, variable
 from shockpc.cli.process import print_error
 
-__all__ = ["sweep"]
-
 _in_varied, _in_computed = group("What varies"), group("What is computed")
 _in_run = group("How it is computed, and where it is written")
 

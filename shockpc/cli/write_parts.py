@@ -8,8 +8,6 @@ from shockpc.cli.process import print_error
 from shockpc.cli.progress import progress
 from shockpc.show.parts import Parts
 
-__all__ = ["written_parts"]
-
 
 @contextmanager
 def written_parts(parts: Parts, executor: AbstractContextManager[Executor | None], resume: bool, noun: str) -> Iterator[None]:

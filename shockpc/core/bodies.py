@@ -9,8 +9,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["body_jumps", "in_body_axes"]
-
 
 def body_jumps(
     J: Array, own: Sequence[slice], parent: Sequence[int], position: Array, delta_qd: Array, bodies: Sequence[int] | None = None

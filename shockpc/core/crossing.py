@@ -11,8 +11,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["MOST_SAMPLES", "Signals", "first_crossing", "rate_of_change"]
-
 MOST_SAMPLES = 2**18
 """Bound of the number of samples, from which the frequencies lie too far apart."""
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["ExtremeDirections", "extreme_directions", "most_severe_directions"]
-
 
 class ExtremeDirections(NamedTuple):
     """The impact directions with the greatest and the least shock at a point.

@@ -13,8 +13,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array, cross_matrix
 
-__all__ = ["Pieces", "greatest_shock", "shock_extremes"]
-
 TINY = 1e-300
 """Divisors are at least this."""
 

@@ -22,8 +22,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["FrictionImpact", "solve_friction"]
-
 CLOSE = 1e-9
 """Share of the velocities and impulses below which two of them are the same."""
 

@@ -16,8 +16,6 @@ import numpy as np
 from shockpc.core.inertia import Inertia, diagonal_of, solve_inertia
 from shockpc.core.spatial import Array
 
-__all__ = ["DATA_TOLERANCE", "TOLERANCE", "RowChoice", "Solution", "choose_rows", "solve_impact", "weakest_columns"]
-
 EPS = float(np.finfo(float).eps)
 
 CLEARLY_INDEPENDENT = 1e-4

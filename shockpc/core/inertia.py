@@ -6,8 +6,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["Inertia", "Momenta", "diagonal_of", "matrix_of", "solve_inertia"]
-
 
 class Momenta(NamedTuple):
     """What H consists of: H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves; on the diagonal also armature.

@@ -11,8 +11,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
 
-__all__ = ["Percussion", "dot", "larger", "norm", "off_plane_share", "percussion", "shock_at", "translation"]
-
 
 class Percussion(NamedTuple):
     """Where the shock of a body is zero, and how fast it grows from there.

@@ -6,8 +6,6 @@ The rigid-body model gives Δv; how long the impact lasts is the weakest input o
 import math
 from typing import NamedTuple
 
-__all__ = ["SHAPES", "Pulse", "peak_acceleration", "pulse_from"]
-
 SHAPES = {"half-sine": math.pi / 2.0, "saw-tooth": 2.0, "haversine": 2.0, "rectangle": 1.0}
 """Peak over mean acceleration of each shape."""
 

@@ -9,8 +9,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-__all__ = ["Array", "Plane", "cross_matrix", "freeze", "jump_at", "plane_from", "quaternion_of", "read_only", "velocity_at"]
-
 Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
 
 

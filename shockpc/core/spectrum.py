@@ -6,8 +6,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
-__all__ = ["SAMPLES_A_PERIOD", "shock_response"]
-
 SAMPLES_A_PERIOD = 20.0
 """Least number of samples in a period of an oscillator; between them a maximum exceeds the largest sample by less than 1.3 %."""
 

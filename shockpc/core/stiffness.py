@@ -35,8 +35,6 @@ import numpy as np
 from shockpc.core.crossing import MOST_SAMPLES, Signals, first_crossing, rate_of_change
 from shockpc.core.spatial import Array
 
-__all__ = ["Elements", "Event", "History", "Modes", "Motion", "Segment", "attach_rotors", "simulate_landing"]
-
 OPEN, LOADING, UNLOADING = range(3)
 
 UNLOADS, RELOADS, REVERSES, SLIPS, OPENS, CLOSES = range(6)

@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["one_thread"]
-
 SINGLE = 80
 """Size of a matrix up to which linear algebra libraries use one thread by themselves."""
 

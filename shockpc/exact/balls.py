@@ -8,20 +8,6 @@ from flint import arb, arb_mat
 
 from shockpc.core.spatial import Array
 
-__all__ = [
-    "BallMatrix",
-    "Balls",
-    "PrecisionError",
-    "SingularError",
-    "balls",
-    "cross_matrix",
-    "entries",
-    "matrix",
-    "radii",
-    "rotation_matrix",
-    "to_double",
-]
-
 Balls: TypeAlias = np.ndarray[Any, np.dtype[Any]]
 """An array of balls; what is written for doubles takes it as well."""
 

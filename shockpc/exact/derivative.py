@@ -16,8 +16,6 @@ from shockpc.exact.proof import Proof
 from shockpc.exact.solution import BallImpact
 from shockpc.robot.record import Robot
 
-__all__ = ["Path", "derivatives", "displaced"]
-
 STEP = 2.0**-100
 BITS = 256
 

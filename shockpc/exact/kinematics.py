@@ -16,8 +16,6 @@ from shockpc.exact.balls import Balls, balls, cross_matrix, entries, matrix, rot
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.record import Joint, Robot
 
-__all__ = ["Data", "body_coms", "body_inertia", "data_of", "forward_kinematics", "joint_inertia", "shift"]
-
 Numbers: TypeAlias = list[float]
 
 EYE, EYE_6 = matrix(np.eye(3)), matrix(np.eye(6))

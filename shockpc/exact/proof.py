@@ -19,8 +19,6 @@ from shockpc.exact.sensitivity import last_digits_changed
 from shockpc.exact.solution import BallImpact
 from shockpc.landing import PosedLanding
 
-__all__ = ["Proof", "motion", "round_velocities"]
-
 T = TypeVar("T")
 
 LEAST_BITS, MOST_BITS = 128, 8192

@@ -9,8 +9,6 @@ from shockpc.exact.kinematics import Data, data_of
 from shockpc.landing import PosedLanding
 from shockpc.model.motion import Motion
 
-__all__ = ["last_digits_changed"]
-
 STEPS = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 """Changes of a datum in units in the last place; a decimal file's last digit is as large as a few of them."""
 

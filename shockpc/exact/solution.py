@@ -23,8 +23,6 @@ from shockpc.landing import PosedLanding
 from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import Block, block_wrenches, row_jacobian
 
-__all__ = ["BallImpact"]
-
 BASE = {"free": [True] * 6, "planar": [True, True, False, False, False, True], "fixed": [False] * 6}
 """Which velocities of a floating base are free: along the plane's first and second axis and its normal, then about them."""
 

@@ -22,8 +22,6 @@ from shockpc.model.rows import Block, point_at, row_jacobian
 from shockpc.printed import few
 from shockpc.robot.record import Loop, Robot
 
-__all__ = ["Assembly", "Closure", "Place", "all_loops", "assemble", "closure_block", "closure_gap", "follow", "loop_of"]
-
 CLOSED, SEEN, DIGITS = 1e-12, 1e-9, 1e-4
 """A loop is closed when its gap is below the first share of the robot's size: what rounding leaves. A gap above the second is
 reported. Up to the third one may be left by lengths with six digits, of which differences decide."""

@@ -12,8 +12,6 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.errors import SceneError
 from shockpc.robot.record import Robot
 
-__all__ = ["Base", "free_columns"]
-
 Base = Literal["free", "planar", "fixed"]
 
 

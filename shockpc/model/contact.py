@@ -16,17 +16,6 @@ from shockpc.robot.geometry import Shape, body_outline
 from shockpc.robot.landmarks import feet, is_foot
 from shockpc.robot.record import Robot
 
-__all__ = [
-    "Contact",
-    "across",
-    "contact_block",
-    "foot_contact",
-    "landing_frames",
-    "locate_lowest_point",
-    "match_contacts",
-    "unit_directions",
-]
-
 FAR = 0.1
 """How far a link reaches below its frame, as a share of the height of the robot's frames, where the frame is none of a foot."""
 

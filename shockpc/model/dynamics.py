@@ -16,8 +16,6 @@ from shockpc.core.inertia import Inertia, Momenta, matrix_of
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.robot.record import Robot
 
-__all__ = ["PINOCCHIO", "Design", "Dynamics", "dynamics"]
-
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
 

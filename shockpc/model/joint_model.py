@@ -22,8 +22,6 @@ from shockpc.robot.drives import Drive, drives_of, read_drives
 from shockpc.robot.record import Drives, Robot
 from shockpc.toml import LARGEST
 
-__all__ = ["JointModel", "Joints", "Rotor", "joint_model", "without_springs"]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Rotor(Record):

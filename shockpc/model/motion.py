@@ -10,8 +10,6 @@ from shockpc.model.dynamics import Dynamics
 from shockpc.model.rows import NO_AXES, Block, block_axes, block_wrenches
 from shockpc.robot.record import Robot
 
-__all__ = ["Motion", "approach_speeds", "com_velocity", "twist_before"]
-
 
 class Motion(NamedTuple):
     """A motion before an impact: one, or one for each of N postures, with a leading axis (N, …).

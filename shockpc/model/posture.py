@@ -18,19 +18,6 @@ from shockpc.robot.limits import LIMIT_SLACK
 from shockpc.robot.mjcf import qpos_order
 from shockpc.robot.record import Joint, Robot
 
-__all__ = [
-    "Posture",
-    "check_rotations",
-    "configuration",
-    "configuration_from_mujoco",
-    "held_joints",
-    "outside_limits",
-    "reference_name",
-    "set_joints",
-    "set_many",
-    "settable_joints",
-]
-
 Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
 """Where the scalar part of a quaternion stands."""
 

@@ -15,19 +15,6 @@ from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
 from shockpc.robot.geometry import Shape
 
-__all__ = [
-    "Block",
-    "Equation",
-    "block_axes",
-    "block_point",
-    "block_wrenches",
-    "point_at",
-    "row_jacobian",
-    "row_terms",
-    "row_tolerance",
-    "slices_of",
-]
-
 NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
 
 

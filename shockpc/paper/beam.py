@@ -10,8 +10,6 @@ from shockpc import ShockProfile, Strike
 from shockpc.paper.claim import ROUNDING, Panel, PaperFigure
 from shockpc.paper.landings import along, land
 
-__all__ = ["BEAM", "beam"]
-
 BEAM = PaperFigure(
     1,
     "a slender beam on a slider",

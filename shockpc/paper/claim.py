@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 from shockpc import ShockProfile
 from shockpc.paper.landings import land
 
-__all__ = ["ROUNDING", "Claim", "Options", "Panel", "PaperFigure"]
-
 ROUNDING = 1e-11
 """Bound on rounding errors in lengths and shocks of order 1."""
 

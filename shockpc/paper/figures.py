@@ -9,8 +9,6 @@ from shockpc.paper.leg import LEG
 from shockpc.paper.quadruped import QUADRUPED
 from shockpc.paper.skippy import SKIPPY
 
-__all__ = ["FIGURES", "paper_figures"]
-
 FIGURES = (BEAM, LEG, SKIPPY, QUADRUPED)
 DRAWN = "the paper that can be drawn (figure 4 is a photograph; the claim in its caption is listed with figure 2)"
 

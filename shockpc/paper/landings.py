@@ -10,8 +10,6 @@ from shockpc import Scene, ShockProfile, read_scene, shock_profile
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import own_robots_folder
 
-__all__ = ["along", "land", "largest", "middle_lines", "scene"]
-
 ORIGIN, X, Z = np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 SEGMENT = (-0.4 * Z, ORIGIN)
 MIDDLE_LINES: dict[str, dict[str, tuple[Array, Array]]] = {

@@ -13,8 +13,6 @@ from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
 from shockpc.paper.landings import along, land, largest, middle_lines
 from shockpc.paper.quadruped import ANGLES, quadruped
 
-__all__ = ["LEG", "cases", "reductions"]
-
 OPEN: Options = {
     "lower leg at −15°": {"lower_leg": -15.0},
     "A, B and C struck at 0°, 30° and 60°": {"strikes": (0.0, 30.0, 60.0)},

@@ -11,8 +11,6 @@ from shockpc import Joints, ShockProfile
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
 from shockpc.paper.landings import along, land
 
-__all__ = ["ANGLES", "QUADRUPED", "quadruped"]
-
 QUADRUPED = PaperFigure(
     5,
     "a quadruped on its hind leg",

@@ -12,8 +12,6 @@ from shockpc.paper.claim import Options, Panel, PaperFigure
 from shockpc.paper.landings import land, largest, middle_lines
 from shockpc.scene import GRAVITY
 
-__all__ = ["ASSUMED", "SKIPPY", "above_contact", "skippy"]
-
 SKIPPY = PaperFigure(
     3,
     "Skippy",

@@ -15,8 +15,6 @@ from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
 
-__all__ = ["BODIES", "ROUNDED", "translations"]
-
 ROUNDED = 1e-9
 """Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths
 with ten digits or so, and their rounding rotates bodies by as much."""

@@ -17,8 +17,6 @@ from shockpc.model.rows import NO_AXES, Block, block_point, slices_of
 from shockpc.quantities.quantity import Places, Quantity, reach
 from shockpc.solve import independent_rows
 
-__all__ = ["CONTACTS", "friction_needed", "pull"]
-
 STRUCTURAL = 1e-26
 """Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from shockpc.compliance import CompliantLanding
     from shockpc.ground import FrictionResult
 
-__all__ = ["GROUND"]
 
 DELTA_V, JUMPS = POINTS[0], tuple(
     entry for entry in (*POINTS, *BODIES, *JOINTS) if (entry.of, entry.key) in {

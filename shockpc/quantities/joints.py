@@ -9,8 +9,6 @@ from shockpc.core.spatial import Array
 from shockpc.impact import Impact
 from shockpc.quantities.quantity import Places, Quantity
 
-__all__ = ["JOINTS"]
-
 AXES = "the joint has more than one axis"
 REDUNDANT = "contacts or loops are redundant, so the impulse through a joint is not determined"
 

@@ -13,8 +13,6 @@ from shockpc.impact import Impact
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
 from shockpc.scene import GRAVITY
 
-__all__ = ["POINTS", "directions", "point_velocity", "shock", "world_position"]
-
 
 def _r(impact: Impact, places: Places) -> Any:
     """The points (N or 1, n, 3) in their bodies' frames [m]."""

@@ -9,8 +9,6 @@ from shockpc.core.spatial import Array
 from shockpc.impact import Impact
 from shockpc.places import Kind, Place
 
-__all__ = ["Places", "Quantity", "evaluate", "largest_jump", "largest_shock", "reach"]
-
 Places: TypeAlias = Sequence[Place]
 
 

@@ -13,8 +13,6 @@ from shockpc.plausibility import Levels, levels, on_ground
 from shockpc.quantities.contacts import friction_needed, pull
 from shockpc.quantities.quantity import Places, Quantity
 
-__all__ = ["ROBOT"]
-
 DRIVEN = "a motor holds the rate of a joint and does work"
 
 UNKNOWN = "the base is fixed, a foot stands or a contact has its own velocity, so the energy before the impact is not determined"

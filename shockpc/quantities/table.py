@@ -16,8 +16,6 @@ from shockpc.quantities.points import POINTS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.robot import ROBOT
 
-__all__ = ["QUANTITIES", "Selection", "quantities_of", "quantity", "select", "selections"]
-
 QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 

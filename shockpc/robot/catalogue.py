@@ -13,18 +13,6 @@ from typing import NamedTuple
 
 from shockpc.errors import RobotError, UnknownName
 
-__all__ = [
-    "SETS",
-    "CatalogueEntry",
-    "catalogue",
-    "closing_scene",
-    "data_folder",
-    "find_robot",
-    "find_srdf",
-    "own_robots_folder",
-    "robots_of_set",
-]
-
 SETS: dict[str, tuple[str, ...]] = {
     "quadrupeds": (
         "a1", "anymal_b", "anymal_b_kinova", "anymal_c", "b1", "b1_z1", "centauro", "go1", "go2", "hyq", "laikago",

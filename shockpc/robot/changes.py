@@ -15,8 +15,6 @@ from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.record import Drives, Robot
 
-__all__ = ["Change", "Property", "changed", "links_with_mass", "read_changes", "varied_bodies"]
-
 Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
 """What can be changed."""
 

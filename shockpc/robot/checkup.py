@@ -17,8 +17,6 @@ from shockpc.robot.limits import inertia_fault
 from shockpc.robot.record import Robot, RobotSource
 from shockpc.robot.urdf import vector
 
-__all__ = ["Finding", "check_robot"]
-
 _HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
 _SEVERAL = 3  # links of different masses, of which one or two may look like anything
 _LIGHT = 1e-6  # of the whole robot

@@ -12,8 +12,6 @@ from typing import Any, NoReturn, TypeVar
 
 from shockpc.paths import inputs
 
-__all__ = ["LIMITS", "in_child"]
-
 T = TypeVar("T")
 
 SECONDS, MEMORY, ANSWER = 15, 2**30, 2**28

@@ -17,8 +17,6 @@ from shockpc.robot.catalogue import own_robots_folder
 from shockpc.robot.record import Drives, Robot
 from shockpc.toml import LARGEST, checked, reading
 
-__all__ = ["Drive", "catalogue_drives", "default_drives", "drives_of", "read_drives"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:

@@ -19,8 +19,6 @@ from shockpc.errors import RobotError
 from shockpc.paths import read_file
 from shockpc.printed import listed
 
-__all__ = ["OpenFolders", "open_folders", "parse_xml", "read_text", "read_xml", "shared_xml"]
-
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")

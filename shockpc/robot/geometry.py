@@ -27,20 +27,6 @@ from shockpc.robot.record import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf import vector
 
-__all__ = [
-    "HalfSpaces",
-    "Kind",
-    "Outline",
-    "Shape",
-    "Unread",
-    "body_outline",
-    "drawn_outline",
-    "facets",
-    "half_spaces",
-    "inertia_box",
-    "outline",
-]
-
 Kind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
 """Reads a mesh by its name in the file, and the corners of its hull."""

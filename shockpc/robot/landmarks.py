@@ -8,8 +8,6 @@ import pinocchio as pin
 
 from shockpc.robot.record import Robot
 
-__all__ = ["STANDING", "each_foot", "feet", "is_foot", "is_imu", "sensors", "standing_posture"]
-
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""
 

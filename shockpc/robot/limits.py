@@ -7,8 +7,6 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 
-__all__ = ["LEVELS", "LIMIT_SLACK", "LINKS", "POINT", "inertia_fault", "refuse_number", "refuse_tree"]
-
 LINKS = 2000
 LEVELS = 600
 LIMIT_SLACK = 1e-4  # rad, m; lets a posture rest on a limit that a file states in rounded decimals

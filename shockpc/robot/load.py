@@ -23,8 +23,6 @@ from shockpc.robot.source import YourdfpyRobot, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
 from shockpc.robot.urdf import build_urdf
 
-__all__ = ["load_robot", "shared_robot"]
-
 _MEMORY = 8 * 2**30  # bytes; 511 velocities
 _KEPT = 16
 _SOURCES: dict[Hashable, RobotSource] = {}

@@ -16,8 +16,6 @@ from shockpc.core.spatial import Array
 from shockpc.paths import LARGEST_FILE
 from shockpc.robot.files import parse_xml
 
-__all__ = ["Mesh", "hull", "hull_corners", "read_mesh"]
-
 FORMATS = ("stl", "obj", "dae", "ply", "msh")
 """Suffixes of the files that are read."""
 

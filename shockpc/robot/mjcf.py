@@ -21,8 +21,6 @@ from shockpc.robot.names import matches
 from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
 
-__all__ = ["RobotBodies", "build_mjcf", "qpos_order", "qvel_order", "robot_bodies"]
-
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
 _WRAPPED_JOINT = 1  # mjtWrap

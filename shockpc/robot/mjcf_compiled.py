@@ -21,8 +21,6 @@ from shockpc.robot.child import LIMITS, in_child
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
 from shockpc.robot.record import RobotSource
 
-__all__ = ["Compiled", "MeshFile", "compiled", "insert_includes"]
-
 # Sections and attributes that change no mass and no motion, some of which name files.
 _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
 _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from shockpc.errors import UnknownName
 from shockpc.printed import listed
 
-__all__ = ["match", "matches"]
-
 
 def matches(pattern: str, names: Iterable[str]) -> tuple[str, ...]:
     """The names that a pattern means, each once, in their order; none if it means nothing."""

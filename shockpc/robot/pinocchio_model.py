@@ -13,8 +13,6 @@ from shockpc.robot.files import OpenFolders
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.record import Robot, RobotSource
 
-__all__ = ["build_pinocchio"]
-
 _JOINTS = re.compile(
     r"JointModel(FreeFlyer|Spherical|Planar|Composite|[RP][XYZ]|RUB[XYZ]|(Revolute|RevoluteUnbounded|Prismatic)Unaligned)"
 )

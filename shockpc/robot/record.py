@@ -18,8 +18,6 @@ from shockpc.robot.files import OpenFolders
 from shockpc.robot.limits import POINT, inertia_fault
 from shockpc.robot.names import match
 
-__all__ = ["WORLD", "Body", "Drives", "Frame", "Joint", "Loop", "Mimic", "Robot", "RobotSource"]
-
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 

@@ -21,8 +21,6 @@ from shockpc.printed import listed
 from shockpc.robot.files import shared_xml
 from shockpc.robot.record import Robot
 
-__all__ = ["SecondReading", "second_reading"]
-
 TOLERANCE = 1e-12
 """Difference up to which numbers agree, relative to their size where that is above 1."""
 

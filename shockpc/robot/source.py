@@ -14,8 +14,6 @@ from shockpc.robot.mjcf_compiled import insert_includes
 from shockpc.robot.record import RobotSource
 from shockpc.robot.xacro import expand_xacro
 
-__all__ = ["YourdfpyRobot", "read_source", "source_of_yourdfpy"]
-
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {
     "sdf": "an SDF file, which Pinocchio's wheel cannot read; convert it to URDF, for example with sdf2urdf.py of pysdf",

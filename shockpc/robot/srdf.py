@@ -15,8 +15,6 @@ from shockpc.errors import RobotError
 from shockpc.robot.files import read_xml
 from shockpc.robot.urdf import vector
 
-__all__ = ["read_srdf"]
-
 
 def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
     """Read the postures (nq,) of an SRDF, and add its rotors' reflected inertia to the model; other robots' joints are skipped."""

@@ -7,8 +7,6 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 
-__all__ = ["add_joint", "axis_joint", "rotation"]
-
 
 def axis_joint(kind: str, axis: Array) -> Any:
     """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""

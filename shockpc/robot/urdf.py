@@ -19,8 +19,6 @@ from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.record import WORLD, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint
 
-__all__ = ["build_urdf", "vector"]
-
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _Order: TypeAlias = dict[str, tuple[str, str]]

@@ -24,8 +24,6 @@ from shockpc.printed import listed
 from shockpc.robot.files import OpenFolders, parse_xml, read_text
 from shockpc.robot.limits import LINKS
 
-__all__ = ["expand_xacro"]
-
 SECONDS = 10.0
 MEMORY = 2**30
 _CHILD = Path(__file__).with_name("xacro_child.py")

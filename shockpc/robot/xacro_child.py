@@ -15,8 +15,6 @@ import sys
 import types
 from typing import Any, cast
 
-__all__ = ["main"]
-
 # Of what xacro offers to expressions, all but `type` and `vars`, which lead to the methods of any class; and all of `math`.
 _PYTHON = (
     "list dict map len str float int bool min max round sorted range abs all any complex divmod enumerate filter frozenset hash"

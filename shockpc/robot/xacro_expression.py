@@ -10,8 +10,6 @@ from collections import ChainMap
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["evaluate"]
-
 LARGEST = 10**6
 """Bits of a power, characters of a text, items of a list or a range."""
 _OPERATORS: dict[type[ast.AST], Any] = {

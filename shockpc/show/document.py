@@ -24,7 +24,6 @@ from shockpc.scene import GRAVITY, Scene, scene_table
 if TYPE_CHECKING:
     from shockpc.compliance import CompliantLanding
 
-__all__ = ["document", "headed", "json_text", "record"]
 
 PATHS = {
     "most_severe": "most_severe.shock",

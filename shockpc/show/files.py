@@ -11,8 +11,6 @@ from pathlib import Path
 from shockpc.errors import OutputError
 from shockpc.paths import inputs, read_file
 
-__all__ = ["MANIFEST", "check_folder", "destination", "write_file", "write_folder"]
-
 MANIFEST = ".shockpc-files"
 """In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""
 

@@ -11,11 +11,6 @@ from shockpc.result import ShockProfile
 from shockpc.robot.record import WORLD, Robot
 from shockpc.studies.columns import Column
 
-__all__ = [
-    "UNITS", "angle_text", "base_text", "contact_name", "count", "header_lines", "joint_model_text", "posture_text",
-    "proof_text", "proven_text", "shown_as", "strike_text", "vector_text", "warning_lines",
-]  # fmt: skip
-
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 

@@ -27,8 +27,6 @@ from shockpc.show.tables import Sheet, as_csv
 from shockpc.studies.landings.study import Landings
 from shockpc.studies.sweep.rows import Chunk, Sweep, with_sweep
 
-__all__ = ["Format", "Parts"]
-
 Format = Literal["parquet", "csv"]
 
 

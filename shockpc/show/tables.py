@@ -10,8 +10,6 @@ from typing import NamedTuple
 from shockpc.printed import message, printable
 from shockpc.show.header import count
 
-__all__ = ["Cell", "Lines", "Row", "Sheet", "as_csv", "as_markdown", "as_text", "escaped", "largest", "rounded"]
-
 Cell = str | float | None
 """Content of a table: a text, a number, or nothing, for which NaN stands as well."""
 

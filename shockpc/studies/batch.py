@@ -22,8 +22,6 @@ from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.columns import selected
 
-__all__ = ["Batch", "BatchRow", "Failure", "Read", "batch", "landings_on_each_foot"]
-
 Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
 """From a robot's name or file to the robot and its landings."""
 

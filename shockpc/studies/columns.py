@@ -25,20 +25,6 @@ from shockpc.result import ShockProfile
 from shockpc.scene import points_at
 from shockpc.studies.question import moving_point
 
-__all__ = [
-    "Column",
-    "Postures",
-    "column",
-    "columns",
-    "double_difference",
-    "percentile",
-    "places_at",
-    "postures",
-    "proven_columns",
-    "selected",
-    "values_of",
-]
-
 SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
 """Quantities by which the error of double precision is measured, and the shock that it is relative to."""
 

@@ -19,8 +19,6 @@ from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.columns import selected
 
-__all__ = ["Comparison", "Design", "Difference", "Differences", "Unmatched", "compare", "design_with"]
-
 STANDARD = ("shock_com", "shock_max", "shock", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 """Quantities that are always compared."""
 

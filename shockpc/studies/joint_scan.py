@@ -17,8 +17,6 @@ from shockpc.solve import UNPHYSICAL
 from shockpc.studies.columns import BLOCK, Column, Postures, postures
 from shockpc.studies.question import strike_angle
 
-__all__ = ["JointScan", "excess"]
-
 Read: TypeAlias = Callable[[Postures, slice], Array]
 
 ANGLES, AGAIN, ROUNDS = 43, 12, 6

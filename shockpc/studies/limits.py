@@ -29,8 +29,6 @@ from shockpc.studies.question import refuse_ground
 from shockpc.toml import LARGEST
 from shockpc.trace import Trace
 
-__all__ = ["Interval", "JointLimits", "StrikeLimits", "limits"]
-
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
 

@@ -8,8 +8,6 @@ from shockpc.places import Place, point_place
 from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene
 
-__all__ = ["moving_point", "refuse_ground", "strike_angle"]
-
 
 def moving_point(robot: Robot, point: Point) -> Place:
     """A point on a body.

@@ -37,8 +37,6 @@ from shockpc.studies.columns import Column, column
 from shockpc.studies.question import refuse_ground, strike_angle
 from shockpc.trace import Trace
 
-__all__ = ["Effect", "Kind", "Sensitivity", "sensitivity"]
-
 Kind = Literal["mass", "proportion", "com", "inertia", "armature", "angle", "strike"]
 """What is changed: mass alone, mass and inertia in proportion, centre of mass, inertia, reflected inertia, joint value, strike."""
 

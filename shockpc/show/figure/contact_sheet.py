@@ -10,8 +10,6 @@ from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of
 from shockpc.studies.batch import Batch
 
-__all__ = ["draw_contact_sheet"]
-
 COLUMNS = 8
 """Most pictures in a line."""
 

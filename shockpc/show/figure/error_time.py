@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 from shockpc.printed import printable
 from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
 
-__all__ = ["draw_error_time"]
-
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 FLOOR = 1e-17
 """Errors below this are drawn here."""

@@ -16,8 +16,6 @@ from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import angle_text, count, joint_model_text, posture_text, strike_text
 
-__all__ = ["draw_landing", "draw_panels"]
-
 FOOT, GAP, BAR = 0.8, 0.15, 4.6
 """Room for coordinates and the colour bar, and between panels; smallest width of the bar under panels [inches]."""
 

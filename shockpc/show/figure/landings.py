@@ -8,8 +8,6 @@ from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
 from shockpc.studies.landings.comparison import Agreement, Comparison
 from shockpc.studies.landings.study import Found
 
-__all__ = ["draw_landings"]
-
 ACROSS, MOST = 4, 8
 """Joint models, and distributions, of one figure."""
 

@@ -14,8 +14,6 @@ from matplotlib.ticker import MaxNLocator
 from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
 from shockpc.show.figure.view import Window
 
-__all__ = ["LEFT", "MARGIN", "Page", "Rows", "short"]
-
 Rows = list[tuple[str, ...]]
 """A table of texts, its header first: a sign, a name, and numbers."""
 

@@ -14,8 +14,6 @@ from shockpc.show.figure.silhouette import Region
 from shockpc.show.figure.style import BANDS, EDGES, INK, PAPER, band, faded
 from shockpc.show.figure.view import Field, View, Window
 
-__all__ = ["GOLD", "SIGNS", "Labels", "draw_bodies", "draw_marks", "draw_velocities", "layers", "letter", "outlined", "sign"]
-
 GOLD = "#ffd24d"
 """Of sensors."""
 

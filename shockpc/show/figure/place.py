@@ -20,8 +20,6 @@ from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.header import count, joint_model_text, posture_text
 from shockpc.studies.place.study import PlaceStudy
 
-__all__ = ["draw_place"]
-
 ROOM, FOOT, GAP, PAD = 6.6, 0.85, 0.28, 0.2
 """Largest width and height of the views together, room for coordinates and the colour bar, between views, and around the body in
 each view [inches]."""

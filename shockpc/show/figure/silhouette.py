@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
 
-__all__ = ["Region", "projection", "silhouette", "surface", "to_plane"]
-
 Region: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
 

@@ -15,8 +15,6 @@ from matplotlib import style
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-__all__ = ["BANDS", "CURVES", "EDGES", "INK", "PAPER", "SHOCK", "STYLE", "band", "faded", "new_chart", "render"]
-
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
 

@@ -15,8 +15,6 @@ from shockpc.show.figure.style import BANDS, CURVES, INK, PAPER, SHOCK, band, ne
 from shockpc.studies.sweep.summary import Extent, SweepSummary
 from shockpc.studies.sweep.variation import Variation
 
-__all__ = ["draw_sweep"]
-
 MOST, MAPS = len(CURVES), 4
 """Curves or distributions, and maps, of one figure."""
 

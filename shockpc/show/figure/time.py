@@ -15,8 +15,6 @@ from shockpc.scene import GRAVITY
 from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.header import contact_name
 
-__all__ = ["draw_spectrum", "draw_time"]
-
 CURVES_SHOWN = 6
 """Most curves of a panel, those of the largest peaks."""
 

@@ -9,8 +9,6 @@ from shockpc.show.header import contact_name
 from shockpc.show.reports.sensitivity import effect_words, step_words
 from shockpc.studies.sensitivity import Sensitivity
 
-__all__ = ["draw_tornado"]
-
 MOST = 16
 """Bars."""
 

@@ -15,8 +15,6 @@ from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
 from shockpc.robot.record import Robot
 from shockpc.show.figure.silhouette import Region, silhouette, surface, to_plane
 
-__all__ = ["Drawn", "Field", "View", "Window", "body_shapes", "field_of", "numbered", "view_of", "windows_of"]
-
 FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
 

@@ -3,8 +3,6 @@
 import importlib.util
 from pathlib import Path
 
-__all__ = ["INSTALL", "plotly"]
-
 INSTALL = 'report.html is not written, because it needs Plotly; install it with: pip install "shockpc[html]"'
 
 

@@ -13,8 +13,6 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.robot.geometry import Shape, facets
 
-__all__ = ["Surface", "surfaces"]
-
 FINEST, LONGEST = 1 / 2000, 1 / 30
 """Smallest cell of the grid, and longest edge of a triangle, as shares of the robot's size."""
 

@@ -30,8 +30,6 @@ from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Cell, Lines, Sheet, rounded
 from shockpc.solve import speeds_left
 
-__all__ = ["page"]
-
 MOST_TRIANGLES, MOST_LANDINGS, SAMPLES = 90_000, 40, 400
 """Limits of a page, which keep it below 8 MB; times at which a history is drawn."""
 

@@ -10,8 +10,6 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.batch import Batch, BatchRow
 
-__all__ = ["batch_report"]
-
 
 def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""

@@ -15,8 +15,6 @@ from shockpc.show.tables import Cell, Sheet, as_markdown
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.gate import Check, Outcome
 
-__all__ = ["append_summary", "check_report", "check_sheet", "place_text"]
-
 MOST_COMMANDS = 10
 """Errors of one step that GitHub shows."""
 

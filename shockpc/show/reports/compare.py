@@ -11,8 +11,6 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.compare import Comparison, Differences
 
-__all__ = ["compare_report"]
-
 WIDE = 34
 """Letters in a line under a panel."""
 

@@ -15,8 +15,6 @@ from shockpc.show.header import contact_name, count, header_lines, proof_text, s
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
 
-__all__ = ["accuracy_line", "bodies_sheet", "contacts_sheet", "directions_sheet", "landing_report", "landings_report"]
-
 BODIES = (
     "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]",
     "out of plane [%]",

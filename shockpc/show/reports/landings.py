@@ -14,8 +14,6 @@ from shockpc.studies.columns import Column
 from shockpc.studies.landings.comparison import STATISTICS, Agreement, Comparison
 from shockpc.studies.landings.study import CLOSED_BY, RATES_BY, Found
 
-__all__ = ["agreement_sheet", "landings_report"]
-
 SHORT = 10
 """Landings that are shown on a terminal."""
 

@@ -8,8 +8,6 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.limits import Interval, JointLimits, StrikeLimits
 
-__all__ = ["limits_report"]
-
 MARKS = {"bound": "", "range": "*", "loop": "†"}
 
 ENDS = {"range": "end of the range, not a limit", "loop": "the loop cannot be closed beyond"}

@@ -11,8 +11,6 @@ from shockpc.show.document import record
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 
-__all__ = ["paper_picture", "paper_report"]
-
 OUTCOMES = ("does not hold", "as interpreted", "holds")
 """Outcome of a claim: under its interpretation or not, and whether an alternative interpretation changes that."""
 

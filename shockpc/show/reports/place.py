@@ -10,8 +10,6 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
-__all__ = ["place_report"]
-
 _EQUAL = 1.0 - 1e-6
 """Share of the greatest shock from which others are equal to it; they differ by the rounding of the optimum."""
 

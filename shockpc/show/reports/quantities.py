@@ -6,8 +6,6 @@ from shockpc.show.document import record
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Sheet
 
-__all__ = ["quantities_report"]
-
 COLUMNS = ("key", "of", "unit", "title", "worse", "note")
 
 

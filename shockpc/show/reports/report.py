@@ -10,8 +10,6 @@ from shockpc.show.document import headed, json_text
 from shockpc.show.html import plotly
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped
 
-__all__ = ["Block", "Picture", "Report"]
-
 
 class Picture(NamedTuple):
     """A figure, which is drawn, and matplotlib imported, only if its files are asked for.

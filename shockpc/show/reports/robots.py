@@ -17,8 +17,6 @@ from shockpc.show.header import base_text, count
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Lines, Row, Sheet
 
-__all__ = ["robot_report", "robots_report"]
-
 FEET_WIDTH, POSTURES_WIDTH = 38, 32
 """Characters of these columns, which keep the list within 120 columns of a terminal."""
 

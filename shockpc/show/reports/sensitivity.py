@@ -9,8 +9,6 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sensitivity import Effect, Sensitivity
 
-__all__ = ["effect_words", "sensitivity_report", "step_words"]
-
 PARAMETERS = {
     "mass": "mass (at its CoM)",
     "proportion": "mass and inertia",

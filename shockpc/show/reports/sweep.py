@@ -14,8 +14,6 @@ from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.summary import PERCENTILES, Extent, SweepSummary
 
-__all__ = ["sweep_report"]
-
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
 

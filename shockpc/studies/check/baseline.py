@@ -19,8 +19,6 @@ from shockpc.printed import printable
 from shockpc.quantities.table import select
 from shockpc.scene import scene_table
 
-__all__ = ["SCHEMA", "Baseline", "Key", "baseline_text", "case_record", "read_baseline", "refuse_other_scene", "rounded"]
-
 SCHEMA = "shockpc.baseline/1"
 
 NOTHING = 1e-12

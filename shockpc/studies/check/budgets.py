@@ -17,8 +17,6 @@ from shockpc.scene import Scene, read_scene, record_schema, scene_from, scene_sc
 from shockpc.studies.columns import percentile
 from shockpc.toml import checked, reading, unknown_key
 
-__all__ = ["Budget", "Budgets", "Case", "Vary", "budgets_file", "budgets_schema", "read_budgets"]
-
 STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""
 

@@ -30,8 +30,6 @@ from shockpc.studies.columns import Column, places_at
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
 
-__all__ = ["Check", "Outcome", "check_budgets"]
-
 EXCEEDED, NO_VERDICT = 1, 3
 """Exit codes of a command."""
 

@@ -16,8 +16,6 @@ from shockpc.studies.columns import Column, selected, values_of
 from shockpc.studies.landings.study import Landings, compute, landings
 from shockpc.studies.landings.table import Measured
 
-__all__ = ["Agreement", "Comparison", "compare_measured"]
-
 DRAWS, SEED = 2000, 0
 """Of the bootstrap."""
 

@@ -31,8 +31,6 @@ from shockpc.studies.columns import Column, columns, double_difference, proven_c
 from shockpc.studies.landings.table import Rows, rows_of
 from shockpc.studies.sweep.rows import ROWS, Chunk, with_sweep
 
-__all__ = ["CLOSED_BY", "RATES_BY", "Found", "Landings", "compute", "landings"]
-
 OPEN = 0.1
 """Largest change of a position that the table gives, to close a loop [rad, m]."""
 

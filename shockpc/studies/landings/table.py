@@ -26,8 +26,6 @@ from shockpc.printed import listed
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.robot.record import Joint, Robot
 
-__all__ = ["Measured", "Rows", "read_table", "rows_of"]
-
 DEG = np.pi / 180.0
 
 UNIT_LENGTH = 1e-3

@@ -13,8 +13,6 @@ from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
 from shockpc.studies.place.field import Fields
 
-__all__ = ["Cell", "Optimum", "least_shock"]
-
 ACCURACY = 1e-9
 """Gap between the value at a place and the bound of the set, below which the place counts as the optimum [1]."""
 

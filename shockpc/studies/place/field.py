@@ -10,8 +10,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array, cross_matrix
 
-__all__ = ["Fields", "fields_of"]
-
 CHUNK = 4096
 """Points at which all landings are evaluated together."""
 

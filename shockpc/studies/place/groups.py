@@ -15,8 +15,6 @@ import numpy as np
 from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields
 
-__all__ = ["NODES", "Group", "best_group"]
-
 NODES = 2000
 """Nodes after which the search ends with the best sensors found and the bound proven so far."""
 

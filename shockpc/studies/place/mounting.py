@@ -14,8 +14,6 @@ import numpy as np
 
 from shockpc.core.spatial import Array, cross_matrix
 
-__all__ = ["Mounting", "best_mounting"]
-
 GAP = 1e-3
 """Gap at which the search ends, as a share of the longest vector."""
 

@@ -12,8 +12,6 @@ from shockpc.robot.record import Robot
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.search import box
 
-__all__ = ["Box", "Region", "region_of"]
-
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 """Lower and upper corner of a box in the body's frame [m]."""
 

@@ -17,8 +17,6 @@ from shockpc.robot.geometry import HalfSpaces
 from shockpc.studies.place.cone import Cell, Optimum, least_shock
 from shockpc.studies.place.field import Fields
 
-__all__ = ["best_places", "box"]
-
 INSIDE = 1e-7
 """Depth inside a set, above which a place is not allowed [m]; cone programs leave their half-spaces by less."""
 

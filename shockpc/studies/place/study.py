@@ -27,8 +27,6 @@ from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.studies.place.search import best_places
 from shockpc.studies.question import refuse_ground
 
-__all__ = ["Margin", "PlaceStudy", "SensorPlace", "place"]
-
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
 

@@ -14,8 +14,6 @@ from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
 
-__all__ = ["applied", "armature_set", "scene_grid"]
-
 REFLECTED = "kg m² (kg if prismatic), such as 0.01:0.1"
 """What a reflected inertia is given in."""
 

@@ -29,8 +29,6 @@ from shockpc.studies.columns import Column, columns, double_difference, proven_c
 from shockpc.studies.sweep.case import applied, armature_set
 from shockpc.studies.sweep.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
 
-__all__ = ["GROUND", "Chunk", "Sweep", "with_sweep"]
-
 GROUND = ("friction_needed", "pull", "depth", "feasible")
 """Quantities of every row that tell whether flat ground allows the landing."""
 

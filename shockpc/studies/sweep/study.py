@@ -13,11 +13,8 @@ from shockpc.scene import Point, Scene, plane_of, robot_of
 from shockpc.studies.columns import Column, selected
 from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied, armature_set
-from shockpc.studies.sweep.rows import GROUND, Sweep, with_sweep
+from shockpc.studies.sweep.rows import GROUND, Sweep
 from shockpc.studies.sweep.variation import Variation, each_of, variation
-
-__all__ = ["sweep", "with_sweep"]
-
 
 MOST_ROWS = 10**8
 """Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""

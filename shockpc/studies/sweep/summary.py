@@ -13,8 +13,6 @@ from shockpc.studies.columns import Column, percentile
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.variation import Variation
 
-__all__ = ["PERCENTILES", "Extent", "Refused", "SweepSummary", "summarise"]
-
 PERCENTILES = (5, 95, 99)
 """Of a sample, besides its median."""
 

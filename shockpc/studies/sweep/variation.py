@@ -14,8 +14,6 @@ from shockpc.model.posture import settable_joints
 from shockpc.robot.changes import links_with_mass
 from shockpc.robot.record import Joint, Robot
 
-__all__ = ["ATTITUDE", "INERTIAL", "OF_A_LINK", "Variation", "each_of", "variation"]
-
 STRIKE = {"strike-angle": "deg", "speed": "m/s"}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
