@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 
-_COMMANDS = ((re.compile("^( *):(?=:)"), r"\1\\x3a"), (re.compile(r"(?i)##(?=\[|vso\[)"), r"#\\x23"))
+_COMMANDS = (("^( *):(?=:)", r"\1\\x3a"), (r"(?i)##(?=\[|vso\[)", r"#\\x23"))
 """How lines begin, or what they contain, that CI runners take for commands, and what is printed instead."""
 
 
@@ -28,7 +28,7 @@ def printable(text: str, most: int | None = None) -> str:
     text = visible(text)
     if "::" in text or "##" in text:
         for command, instead in _COMMANDS:
-            text = command.sub(instead, text)
+            text = re.sub(command, instead, text)
     if most is None or len(text) <= most:
         return text
     return f"{text[: most // 2]}…{text[len(text) - (most - 1 - most // 2) :]}"

@@ -25,7 +25,7 @@ LARGEST = 1e12
 """Largest number of a record, in whatever unit: beyond it squares run out of range."""
 
 
-_DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}""")
+_DEEP_KEY = r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}"""
 
 
 @contextmanager
@@ -44,7 +44,7 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
     data = read_file(path, f"{what} file", error)
     try:
         text = data.decode("utf-8-sig")
-        if _DEEP_KEY.search(text):
+        if re.search(_DEEP_KEY, text):
             raise ValueError("a key of many parts, for which the time grows with the square of their number")
         yield tomllib.loads(text)
     except error as refusal:

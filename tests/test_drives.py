@@ -10,9 +10,9 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Rotor, Scene, SceneError, Strike, UnknownName, load_robot, resolve, shock_profile
 from shockpc.model.joint_model import joint_model
-from shockpc.robot.catalogue import catalogue
+from shockpc.robot.catalogue import catalogue, own_robots_folder
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot.drives import catalogue_drives, drives_of
+from shockpc.robot.drives import catalogue_drives, drives_of, read_drives
 from shockpc.springs import spring_times
 
 GO2 = Contact(frame="FL_foot")
@@ -26,15 +26,17 @@ def land(robot, joints, **scene):
 
 
 def test_every_drive_is_of_joints_of_its_robots_and_says_where_it_is_from():
-    """Each drive of robots/drives.toml names robots and joints that exist, with its status."""
-    names, read = {entry.name for entry in catalogue()}, set()
+    """Each drive of robots/drives.toml is valid, is read, and names robots and joints that exist, with its status."""
+    names, read, all_drives = {entry.name for entry in catalogue()}, set(), set()
     for name in sorted(names):
+        all_drives.update(catalogue_drives(name))
         for drive in catalogue_drives(name):
             drives_of(known_robot(name), [drive], "drives")
             assert drive.status is not None
             assert drive.source
             assert set(drive.robot) <= names
             read.add(name)
+    assert all_drives == set(read_drives(own_robots_folder() / "drives.toml"))
     assert {"solo8", "solo12", "bolt", "go1", "go2", "g1", "icub", "hyq", "anymal_b", "a1"} <= read
 
 

@@ -1,6 +1,7 @@
 """What the package costs: analyses, commands, many postures against Pinocchio and MuJoCo, and rows of sweeps."""
 
 import math
+import os
 import subprocess
 import sys
 import tempfile
@@ -93,7 +94,9 @@ def _process_time(arguments: tuple[str, ...]) -> float:
     with tempfile.TemporaryDirectory() as folder:
         words = [folder if word == "FOLDER" else word for word in arguments]
         start = time.perf_counter()
-        done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False)
+        # An installed package is compiled once, not in each process.
+        env = os.environ | {"PYTHONDONTWRITEBYTECODE": ""}
+        done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False, env=env)
         seconds = time.perf_counter() - start
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no output"])[-1]

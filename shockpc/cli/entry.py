@@ -1,6 +1,7 @@
 """The `shockpc` command: runs the command line and ends with its exit code. The library's root error is caught here, once."""
 
 import contextlib
+import gc
 import io
 import os
 import sys
@@ -23,6 +24,8 @@ def entry() -> None:
     prepare()
     # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Libraries make many objects while they are imported, none of them garbage; searching them takes a twentieth of a short run.
+    gc.set_threshold(100_000)
     # A result that is not finite is refused or reported where it arises; NumPy's lines about it help nobody.
     warnings.simplefilter("ignore")
     code = main(sys.argv[1:])

@@ -15,7 +15,6 @@ from shockpc.model import Record
 from shockpc.printed import listed, printable
 from shockpc.robot.landmarks import standing_posture
 from shockpc.robot.limits import LIMIT_SLACK
-from shockpc.robot.mjcf import qpos_order
 from shockpc.robot.record import Joint, Robot
 
 Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
@@ -123,6 +122,8 @@ def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
         RobotError: the robot is not of an MJCF.
         SceneError: another number of coordinates, one that is not finite, or a quaternion of length zero.
     """
+    from shockpc.robot.mjcf import qpos_order
+
     order, size = qpos_order(robot)
     q = np.asarray(pin.normalize(robot.model, _numbers(qpos, (size,), "qpos")[order]))
     if not pin.isNormalized(robot.model, q, 1e-9):

@@ -86,15 +86,17 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
     return file.drive
 
 
-@functools.cache
-def _all_drives() -> tuple[Drive, ...]:
-    """The drives of robots/drives.toml."""
-    return read_drives(own_robots_folder() / "drives.toml")
-
-
+@functools.lru_cache(maxsize=16)
 def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
-    """The drives that are known of a robot of the catalogue, with those of simulation models."""
-    return () if name is None else tuple(drive for drive in _all_drives() if name in drive.robot)
+    """The drives of robots/drives.toml that are known of a robot of the catalogue, with those of simulation models."""
+    tables = (own_robots_folder() / "drives.toml").read_text(encoding="utf-8").split("[[drive]]")[1:]
+    # Those of other robots are not parsed: together they would take as long as a robot's file.
+    if not (own := [table for table in tables if f'"{name}"' in table]):
+        return ()
+    import tomllib
+
+    drives = [checked(table, Drive, "", []) for table in tomllib.loads("[[drive]]".join(["", *own]))["drive"]]
+    return tuple(drive for drive in drives if name in drive.robot)
 
 
 def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:

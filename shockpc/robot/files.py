@@ -20,7 +20,7 @@ from shockpc.paths import read_file
 from shockpc.printed import listed
 
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
-_MARKS_AND_BLANKS = re.compile(rb"\s*+(\xef\xbb\xbf\s*+)*+")
+_MARKS_AND_BLANKS = rb"\s*+(\xef\xbb\xbf\s*+)*+"
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
 
@@ -168,7 +168,7 @@ def read_text(path: Path, what: str = "robot file") -> str:
         RobotError: as `read_file`; or it is empty, or no text.
     """
     data = read_file(path, what, RobotError)
-    start = _MARKS_AND_BLANKS.sub(b"", data, count=1)
+    start = re.sub(_MARKS_AND_BLANKS, b"", data, count=1)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
     try:

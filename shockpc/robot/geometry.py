@@ -22,7 +22,6 @@ from shockpc.paths import read_file
 from shockpc.printed import few, listed
 from shockpc.robot.files import shared_xml
 from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
-from shockpc.robot.mjcf_compiled import compiled
 from shockpc.robot.record import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf import vector
@@ -252,6 +251,8 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
 
 def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | Unread]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
+    from shockpc.robot.mjcf_compiled import compiled
+
     found = compiled(source)
     m = found.model
     for number in range(m.ngeom):

@@ -5,8 +5,8 @@ import functools
 import os
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -16,12 +16,13 @@ from shockpc.errors import RobotError
 from shockpc.printed import listed
 from shockpc.robot.drives import default_drives
 from shockpc.robot.limits import LIMIT_SLACK, refuse_number
-from shockpc.robot.mjcf import RobotBodies, build_mjcf, robot_bodies
-from shockpc.robot.pinocchio_model import build_pinocchio
 from shockpc.robot.record import Mimic, Robot, RobotSource
 from shockpc.robot.source import YourdfpyRobot, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
 from shockpc.robot.urdf import build_urdf
+
+if TYPE_CHECKING:
+    from shockpc.robot.mjcf import RobotBodies
 
 _MEMORY = 8 * 2**30  # bytes; 511 velocities
 _KEPT = 16
@@ -59,6 +60,8 @@ def load_robot(
     if isinstance(robot, pin.Model):
         if xacro or packages or frames:
             raise RobotError("xacro, packages and frames have no effect on a pinocchio.Model; leave them out")
+        from shockpc.robot.pinocchio_model import build_pinocchio
+
         label = f"{robot.name} (pinocchio.Model)"
         with _naming(label):
             return _finished(build_pinocchio(robot, label, geometry), None if srdf is None else Path(srdf).expanduser())
@@ -98,7 +101,11 @@ def shared_robot(
 def _robot_of(source: RobotSource, frames: Sequence[str]) -> Robot:
     """The robot of a file."""
     with _naming(source.path.name):
-        return _built(source, robot_bodies(source, frames) if source.kind == "mjcf" else None)
+        if source.kind != "mjcf":
+            return _built(source, None)
+        from shockpc.robot.mjcf import robot_bodies
+
+        return _built(source, robot_bodies(source, frames))
 
 
 @contextlib.contextmanager
@@ -111,9 +118,13 @@ def _naming(file: str) -> Iterator[None]:
 
 
 @functools.lru_cache(maxsize=_KEPT)
-def _built(source: RobotSource, bodies: RobotBodies | None) -> Robot:
+def _built(source: RobotSource, bodies: "RobotBodies | None") -> Robot:
     """The robot of a file, or of some bodies of an MJCF. Messages do not name the file."""
-    return _finished(build_urdf(source) if bodies is None else build_mjcf(source, bodies), source.srdf)
+    if bodies is None:
+        return _finished(build_urdf(source), source.srdf)
+    from shockpc.robot.mjcf import build_mjcf
+
+    return _finished(build_mjcf(source, bodies), source.srdf)
 
 
 def _finished(robot: Robot, srdf: Path | None) -> Robot:
@@ -147,6 +158,8 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
     """The mimic joints, each after those that it follows, without leaders that are fixed."""
     if not robot.mimics:
         return ()
+    from graphlib import CycleError, TopologicalSorter
+
     freedom = {joint.name: joint.v.stop - joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
         for name in (mimic.joint, *mimic.leaders):

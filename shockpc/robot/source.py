@@ -10,9 +10,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from shockpc.errors import RobotError
 from shockpc.robot.catalogue import find_robot, find_srdf
 from shockpc.robot.files import open_folders, parse_xml, read_text, shared_xml
-from shockpc.robot.mjcf_compiled import insert_includes
 from shockpc.robot.record import RobotSource
-from shockpc.robot.xacro import expand_xacro
 
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {
@@ -48,6 +46,8 @@ def read_source(
     warnings: tuple[str, ...] = ()
     prefixed = dict.fromkeys(f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:"))
     if root.tag == "robot" and (path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root))):
+        from shockpc.robot.xacro import expand_xacro
+
         text, warnings = expand_xacro(text, folders, xacro or {})
         root = shared_xml(text, path.name)
     elif xacro:
@@ -60,6 +60,8 @@ def read_source(
         if srdf is not None:
             remedy = "leave it out, or write its postures as <key> elements of a <keyframe>"
             raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {remedy}")
+        from shockpc.robot.mjcf_compiled import insert_includes
+
         return RobotSource(name, "mjcf", insert_includes(parse_xml(text, path.name), folders), robot_name, None, folders, warnings)
     if root.tag != "robot":
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")

@@ -1,7 +1,6 @@
 """Files of results: each is complete before it gets its name, and those of an earlier run do not remain beside the new ones."""
 
 import contextlib
-import hashlib
 import os
 import re
 import stat
@@ -14,7 +13,7 @@ from shockpc.paths import inputs, read_file
 MANIFEST = ".shockpc-files"
 """In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""
 
-_RESULT = re.compile(
+_RESULT = (
     "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|correlations|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
     r"profile|quantities|report|robots?|sensitivity|sheet|shock|spectrum|summary|sweep|time)\.(csv|html|json|md|png|svg|xml)"
 )
@@ -82,7 +81,7 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
         write_file(folder / name, content)
     for digest, name in re.findall("(?m)^([0-9a-f]{64})  (.+)$", listed):
         path = real / name
-        if name not in files and _RESULT.fullmatch(name) and os.path.realpath(path) == str(path) and path.is_relative_to(real):
+        if name not in files and re.fullmatch(_RESULT, name) and os.path.realpath(path) == str(path) and path.is_relative_to(real):
             with contextlib.suppress(OutputError, OSError):
                 if _digest(read_file(path, "file", OutputError, output=True)) == digest:
                     path.unlink()
@@ -121,4 +120,6 @@ def _encoded(content: str | bytes) -> bytes:
 
 
 def _digest(content: bytes) -> str:
+    import hashlib
+
     return hashlib.sha256(content).hexdigest()

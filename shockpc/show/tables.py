@@ -1,6 +1,5 @@
 """Tables, and how they are written: aligned for a terminal, Markdown for a report, CSV for a spreadsheet."""
 
-import csv
 import io
 import math
 import re
@@ -16,7 +15,7 @@ Cell = str | float | None
 Row = tuple[Cell, ...]
 
 
-_MARKUP = re.compile(
+_MARKUP = (
     r"[\\`*|~$]|\](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|^[#+=]|^-(?=[ -])|(?i:(?<=http)|(?<=https)|(?<=ftp)):(?=//)|(?i:(?<=www))\."
 )
 _FORMULA = tuple("=+-@＝＋－＠")
@@ -94,6 +93,8 @@ def as_csv(sheet: Sheet) -> str:
     are escapes.
     """
     out = io.StringIO()
+    import csv
+
     csv.writer(out, lineterminator="\n").writerows([_exact(cell) for cell in row] for row in (sheet.header, *sheet.rows))
     return out.getvalue()
 
@@ -102,7 +103,7 @@ def escaped(text: str) -> str:
     """A text that Markdown shows as it is: neither HTML nor markup, links, references, formulas or new cells."""
     import html  # a table of all entities, which no other format needs
 
-    return _MARKUP.sub(r"\\\g<0>", html.escape(printable(text), quote=False))
+    return re.sub(_MARKUP, r"\\\g<0>", html.escape(printable(text), quote=False))
 
 
 def largest(rows: list[Row], most: int | None, noun: str, sizes: Sequence[float] = ()) -> tuple[list[Row], tuple[str, ...]]:

@@ -1,6 +1,5 @@
 """A result, described once: the text, the Markdown document, CSV, JSON and the files of a folder are made from that."""
 
-import pkgutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -28,6 +27,8 @@ class Picture(NamedTuple):
 
     def draw(self) -> Any:
         """The figure of matplotlib."""
+        import pkgutil
+
         return pkgutil.resolve_name(f"shockpc.show.figure.{self.drawn_by}")(*self.arguments)
 
     def files(self) -> dict[str, bytes]:
