@@ -12,7 +12,9 @@ Every error has the exit code of a command that it ends: 2 for bad arguments or 
 0 (done) and 1 (a budget is exceeded) belong to no error, and 70 to any other exception: an error in shockpc itself.
 """
 
+import re
 from collections.abc import Iterable
+from typing import Any
 
 from shockpc.printed import printable
 
@@ -24,7 +26,8 @@ class ShockError(Exception):
         text: the message.
         blocks: names of the contacts, standing feet and loops concerned.
         bodies: names of the bodies concerned.
-        joints: names of the joints concerned.
+        joints: names or globs of the joints concerned.
+        rows: numbers of the rows concerned: of a table, or of the equation.
 
     Attributes: as the arguments; the tuples are empty where nothing of their kind is the cause.
     """
@@ -32,10 +35,26 @@ class ShockError(Exception):
     exit_code = 2
 
     def __init__(
-        self, text: str = "", *, blocks: Iterable[str] = (), bodies: Iterable[str] = (), joints: Iterable[str] = ()
+        self,
+        text: str = "",
+        *,
+        blocks: Iterable[str] = (),
+        bodies: Iterable[str] = (),
+        joints: Iterable[str] = (),
+        rows: Iterable[int] = (),
     ) -> None:
-        self.blocks, self.bodies, self.joints = tuple(blocks), tuple(bodies), tuple(joints)
+        self.blocks, self.bodies, self.joints, self.rows = tuple(blocks), tuple(bodies), tuple(joints), tuple(rows)
         super().__init__(text)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the text has in quotation marks: names of any kind, such as of links and files, and values as they were given."""
+        return tuple(re.findall('"([^"]*)"', str(self)))
+
+    @property
+    def data(self) -> dict[str, tuple[Any, ...]]:
+        """The arguments beside the text, for an error that reports this one."""
+        return {key: getattr(self, key) for key in ("blocks", "bodies", "joints", "rows")}
 
 
 class UnknownName(ShockError):

@@ -233,16 +233,21 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
             raise SceneError(f"a contact stiffness of {one:g} N/m has to be above zero")
     for contact, block in zip(scene.contact, blocks, strict=True):
         if contact.kind == "flat":
-            raise SceneError(f'contact "{contact.frame}" is flat, and {option} is for contacts at a point; make its kind "point"')
+            raise SceneError(
+                f'contact "{contact.frame}" is flat, and {option} is for contacts at a point; make its kind "point"',
+                blocks=[contact.frame],
+            )
         if mu is not None and not contact.sticks:
             raise SceneError(
                 f'contact "{contact.frame}" slides without friction, and a friction is given; leave out --slide (give it the '
-                "directions x, y and z), or the friction"
+                "directions x, y and z), or the friction",
+                blocks=[contact.frame],
             )
         if not contact.sticks and not (len(block.forces) == 1 and abs(block.forces[0] @ block.normal) > 1.0 - 1e-9):
             raise SceneError(
                 f'contact "{contact.frame}" has a stiffness, so it has to be held in all directions, or in that of the ground\'s '
-                "normal alone (--slide)"
+                "normal alone (--slide)",
+                blocks=[contact.frame],
             )
     if k is None:
         return
@@ -250,13 +255,15 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
         raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
     if own := [contact.frame for contact in scene.contact if contact.velocity is not None]:
         raise SceneError(
-            f'contact "{own[0]}" has its own velocity, and a contact stiffness needs that of the whole robot; give that instead'
+            f'contact "{own[0]}" has its own velocity, and a contact stiffness needs that of the whole robot; give that instead',
+            blocks=own,
         )
     if scene.base == "fixed" or not robot.free_base:
         raise SceneError("a contact stiffness needs a base that moves: a fixed one would press on the contact without end")
     if scene.stance:
         raise SceneError(
-            f'"{scene.stance[0]}" stands already, and how it is loaded is not known; a contact stiffness needs no stance'
+            f'"{scene.stance[0]}" stands already, and how it is loaded is not known; a contact stiffness needs no stance',
+            blocks=scene.stance,
         )
 
 
@@ -379,7 +386,8 @@ def with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array,
     if opening.max() > 1e-9 * np.abs(rates).max():
         worst = max(zip(blocks, slices_of(blocks), strict=True), key=lambda held: float(opening[held[1]].max()))[0]
         raise SceneError(
-            f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that the loop allows, or fewer of them"
+            f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that the loop allows, or fewer of them",
+            blocks=[worst.frame],
         )
     return rates
 
@@ -390,7 +398,8 @@ def _refuse_twice(blocks: tuple[Block, ...]) -> None:
         if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
             raise SceneError(
                 f"{one.name} and {other.name} are at one point of one body, which strikes or stands once; leave one of them out"
-                + (", or move it by an offset" if "contact" in (one.kind, other.kind) else "")
+                + (", or move it by an offset" if "contact" in (one.kind, other.kind) else ""),
+                blocks=[one.frame, other.frame],
             )
 
 
@@ -403,5 +412,6 @@ def _refuse_separation(landing: PosedLanding) -> None:
             how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
             raise SceneError(
                 f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; turn its velocity towards the '
-                "ground (a strike angle between -90 and 90 deg), or list it under stance if it stands there already"
+                "ground (a strike angle between -90 and 90 deg), or list it under stance if it stands there already",
+                blocks=[contact.frame],
             )

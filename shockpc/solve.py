@@ -143,6 +143,7 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
         "because the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of "
         f"the contact or of the strike, take another contact point or posture{free}",
         blocks=[block.frame],
+        rows=[worst],
     )
 
 

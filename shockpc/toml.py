@@ -19,6 +19,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from shockpc.errors import ShockError
 from shockpc.paths import read_file
 
 LARGEST = 1e12
@@ -29,7 +30,7 @@ _DEEP_KEY = r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){
 
 
 @contextmanager
-def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str, Any]]:
+def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str, Any]]:
     """Read a TOML file. Whatever is wrong with the file, or what the caller finds in it, is raised as one kind of error.
 
     Args:
@@ -48,7 +49,7 @@ def reading(path: Path, what: str, error: type[Exception]) -> Iterator[dict[str,
             raise ValueError("a key of many parts, for which the time grows with the square of their number")
         yield tomllib.loads(text)
     except error as refusal:
-        raise error(f"{path}: {refusal}") from None
+        raise error(f"{path}: {refusal}", **refusal.data) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as refusal:
         raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
     except (ValueError, RecursionError):

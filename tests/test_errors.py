@@ -3,11 +3,30 @@
 import inspect
 import pickle
 import re
+from dataclasses import replace
 
 import pytest
 
 import shockpc
-from shockpc import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName, errors
+from shockpc import (
+    Closure,
+    Contact,
+    Joints,
+    OutputError,
+    Place,
+    Posture,
+    RobotError,
+    Rotor,
+    Scene,
+    SceneError,
+    ShockError,
+    SolveError,
+    Strike,
+    StudyError,
+    UnknownName,
+    errors,
+    shock_profile,
+)  # fmt: skip
 
 CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
 
@@ -42,6 +61,36 @@ def test_errors_survive_pickling(error):
     assert type(again) is type(error)
     assert str(again) == str(error)
     assert vars(again) == vars(error)
+
+
+FOOT = Contact(frame="hind_foot")
+APART = Closure(a=Place(frame="hind_foot"), b=Place(frame="torso", offset=(0.0, 0.0, 9.0)))
+
+
+@pytest.mark.parametrize(
+    ("scene", "data"),
+    [
+        ({"contact": replace(FOOT, restitution=2.0)}, {"blocks": ("hind_foot",)}),
+        ({"contact": replace(FOOT, directions=("x",))}, {"blocks": ("hind_foot",)}),
+        ({"contact": (FOOT, FOOT)}, {"blocks": ("hind_foot", "hind_foot")}),
+        ({"strike": Strike(strike_angle_deg=120.0)}, {"blocks": ("hind_foot",)}),
+        ({"stance": ("front_foot",), "contact_stiffness": 1e5}, {"blocks": ("front_foot",)}),
+        ({"contact": replace(FOOT, kind="flat"), "friction": 0.5}, {"blocks": ("hind_foot",)}),
+        ({"joints": Joints(armature={"hind_knee": -1.0})}, {"joints": ("hind_knee",)}),
+        ({"joints": Joints(rotor={"hind_knee": Rotor(inertia=1e-4)})}, {"joints": ("hind_knee",)}),
+        ({"joints": Joints(locked=("hind_knee",), stiffness={"hind_knee": 1.0})}, {"joints": ("hind_knee",)}),
+        ({"closure": (Closure(a=Place(frame="torso"), b=Place(frame="torso")),)}, {"blocks": ("torso–torso",)}),
+        ({"closure": (APART,)}, {"blocks": ("hind_foot–torso",), "joints": ("front_hip", "front_knee", "hind_hip", "hind_knee")}),
+        ({"base": "fixed", "posture": Posture(reference="neutral")}, {"blocks": ("hind_foot",), "rows": (2,)}),
+    ],
+    ids=lambda value: "+".join(value),
+)
+def test_refusals_carry_what_they_name(scene, data):
+    """What a message names can be read without its words: contacts, loops, joints and rows, and all that is in quotation marks."""
+    with pytest.raises(ShockError) as refused:
+        shock_profile(Scene(**{"robot": "quadruped", "contact": FOOT, **scene}))
+    assert {key: values for key, values in refused.value.data.items() if values} == data
+    assert set(refused.value.names) >= {*data.get("joints", ()), *data.get("blocks", ())}
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from shockpc.model.columns import free_columns
 from shockpc.model.contact import unit_directions
 from shockpc.model.dynamics import Dynamics, dynamics
 from shockpc.model.rows import Block, point_at, row_jacobian
-from shockpc.printed import few
+from shockpc.printed import few, listed
 from shockpc.robot.record import Loop, Robot
 
 CLOSED, SEEN, DIGITS = 1e-12, 1e-9, 1e-4
@@ -84,7 +84,8 @@ def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
             if ends[0].keys() == ends[1].keys() and all(np.linalg.norm(p - ends[1][body]) <= 1e-9 for body, p in ends[0].items()):
                 raise SceneError(
                     f'closures "{other.name}" and "{loop.name}" tie the same points of the same bodies, so they are one closure; '
-                    "leave one of them out, and let the other hold all that both should"
+                    "leave one of them out, and let the other hold all that both should",
+                    blocks=[other.name, loop.name],
                 )
     return loops
 
@@ -100,7 +101,9 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
     name = f"{closure.a.frame}–{closure.b.frame}"
     if a.body == b.body:
         shared = f'body "{robot.bodies[a.body].name}"' if a.body >= 0 else "the world"
-        raise SceneError(f'closure "{name}" holds {shared} to itself, which closes no loop; name frames on two bodies')
+        raise SceneError(
+            f'closure "{name}" holds {shared} to itself, which closes no loop; name frames on two bodies', blocks=[name]
+        )
     return Loop(
         name=name,
         bodies=(a.body, b.body),
@@ -274,10 +277,13 @@ class _Linkage(NamedTuple):
         worst = max(self.loops, key=lambda loop: float(np.abs(closure_gap(state, loop)).max()))
         left, turned = _apart(state, worst)
         angle = f" and {np.degrees(turned):.3g} deg turned" if worst.holds_orientation else ""
-        listed = ", ".join(f'"{name}"' for name in _movable(self.robot, self.held)) or "none"
+        movable = _movable(self.robot, self.held)
         return SceneError(
             f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm apart{angle}; '
-            f"joints that may move: {listed}; let others move with --assemble, or start from joint values nearer to the closed loop"
+            f"joints that may move: {listed(movable) or 'none'}; let others move with --assemble, or start from joint values "
+            "nearer to the closed loop",
+            blocks=[worst.name],
+            joints=movable,
         )
 
     def steps(self, q: Array, cut: float, most: int) -> Iterator[tuple[Dynamics, Array, float]]:

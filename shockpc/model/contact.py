@@ -1,6 +1,7 @@
 """Contact points: names, offsets and directions, described as rows of J_c."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -79,7 +80,7 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
         raise SceneError(f'contact "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
     twice = [name for k, name in enumerate(names) if name in names[:k]]
     if twice:
-        raise SceneError(f'contact "{text}" names "{twice[0]}" twice; remove one of them')
+        raise SceneError(f'contact "{text}" names "{twice[0]}" twice; remove one of them', blocks=twice[:1])
     parts = [match_contacts(robot, name) for name in names]
     return (
         [(frame,) for frame in parts[0]] if len(parts) == 1 else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
@@ -113,17 +114,18 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
     if contact.frame not in robot.frames:
         raise robot.unknown("contact", contact.frame, robot.frames, _feet(robot))
     frame, name = robot.frames[contact.frame], f'{kind} "{contact.frame}"'
+    refused = partial(SceneError, blocks=[contact.frame])
     if frame.body < 0:
-        raise SceneError(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
+        raise refused(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
     if contact.restitution < 0.0 or contact.restitution > 1.0:
-        raise SceneError(f"{name} has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)")
+        raise refused(f"{name} has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)")
     if contact.normal is not None:
         if not any(contact.normal):
-            raise SceneError(f"the normal of {name} has no length; give the direction away from the ground, such as 0,0,1")
+            raise refused(f"the normal of {name} has no length; give the direction away from the ground, such as 0,0,1")
         up = unit_directions(f"the normal of {name}", (contact.normal,))[0]
     vectors = unit_directions(name, contact.directions)
     if not np.any(np.abs(vectors @ up) > 1e-9):
-        raise SceneError(
+        raise refused(
             f"{name} keeps only directions along the ground, so nothing stops its fall; "
             f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions"
         )
@@ -198,7 +200,8 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
         remedy = f"; of its body, {listed(others, 4)} has some" if others else ""
         raise SceneError(
             f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point{remedy}; '
-            "give the contact point by its offset, or name a link that has collision geometry"
+            "give the contact point by its offset, or name a link that has collision geometry",
+            blocks=[name],
         )
     return found
 

@@ -118,14 +118,17 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         # A rotor of one joint is an exception to an armature of several; else it is not clear which is meant.
         if unclear := next((both for others in reflected if (both := driven & others) and not driven < others), None):
             name = next(joint.name for joint in robot.joints if min(unclear) in range(nv)[joint.v])
-            raise SceneError(f'"{name}" is given an armature and a rotor, which are two ways to say one thing; keep one of them')
+            raise SceneError(
+                f'"{name}" is given an armature and a rotor, which are two ways to say one thing; keep one of them', joints=[name]
+            )
         k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
         given |= {name: (_ratio(robot, name, motor) ** 2 * motor.inertia, k) for name in _names(robot, pattern, motor)}
     for pattern, (inertia, k) in given.items():
         if not 0.0 < inertia <= LARGEST:
             raise SceneError(
                 f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST:g}; '
-                'for none use model = "free" (--joints free), and for a joint that holds model = "locked"'
+                'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',
+                joints=[pattern],
             )
         own = _velocities(robot, pattern)
         armature[own], rotor[own] = (inertia, 0.0) if np.isinf(k) else (0.0, inertia)
@@ -141,7 +144,8 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         if locked[_velocities(robot, pattern)].all():
             raise SceneError(
                 f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
-                "armature, rotor or stiffness"
+                "armature, rotor or stiffness",
+                joints=[pattern],
             )
     _refuse_split_followers(robot, locked)
     if joints.model == "geared" and not (armature + rotor)[robot.actuated_dofs & ~locked].any():
@@ -190,14 +194,14 @@ def _ratio(robot: Robot, name: str, motor: Rotor) -> float:
     """The gear ratio of a rotor, by default that of the robot's file."""
     ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
     if ratio is None:
-        raise SceneError(f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it')
+        raise SceneError(f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it', joints=[name])
     return ratio
 
 
 def _positive(what: str, pattern: str, value: float) -> float:
     """A number above zero."""
     if not 0.0 < value <= LARGEST:
-        raise SceneError(f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST:g}')
+        raise SceneError(f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST:g}', joints=[pattern])
     return value
 
 
@@ -206,7 +210,9 @@ def _velocities(robot: Robot, pattern: str) -> list[int]:
     names = (pattern,) if pattern == robot.joints[0].name else robot.match_joints(pattern)
     driven = [k for name in names for k in range(robot.model.nv)[robot.joint(name).v] if robot.actuated_dofs[k]]
     if not driven:
-        raise SceneError(f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one')
+        raise SceneError(
+            f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one', joints=[pattern]
+        )
     return driven
 
 
@@ -222,7 +228,8 @@ def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
             others += free[:1] if follower else [mimic.joint]
     if held:
         raise SceneError(
-            f"joint {listed(held[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none"
+            f"joint {listed(held[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none",
+            joints=[held[0], *dict.fromkeys(others)],
         )
 
 

@@ -236,11 +236,16 @@ def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneE
     names, followers = robot.match_joints(pattern), {mimic.joint: mimic.led for mimic in robot.mimics}
     joints = tuple(robot.joint(name) for name in names if name not in followers)
     if not joints:
-        raise error(f'joint "{names[0]}" follows {followers[names[0]]}, so it cannot be set by itself; name that instead')
+        raise error(
+            f'joint "{names[0]}" follows {followers[names[0]]}, so it cannot be set by itself; name that instead', joints=names
+        )
     for joint in joints:
         if joint.axis is None:
             degrees = joint.v.stop - joint.v.start
-            raise error(f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set it; leave it out')
+            raise error(
+                f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set it; leave it out',
+                joints=[joint.name],
+            )
     return joints
 
 

@@ -174,7 +174,10 @@ def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives |
     given = model.armature[chosen].any() or (drives is not None and (drives.armature + drives.rotor)[chosen].any())
     if change.factor and not given:
         reason = f'the file of robot "{robot.name}" gives these joints no reflected inertia'
-        raise StudyError(f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01")
+        raise StudyError(
+            f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01",
+            joints=robot.match_joints(change.pattern),
+        )
     model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
     return drives
 

@@ -114,7 +114,7 @@ def _naming(file: str) -> Iterator[None]:
     try:
         yield
     except RobotError as refusal:
-        raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}") from None
+        raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}", **refusal.data) from None
 
 
 @functools.lru_cache(maxsize=_KEPT)
@@ -166,7 +166,8 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
             if freedom.get(name, 1) != 1:
                 raise RobotError(
                     f'joint "{mimic.joint}" is to follow {mimic.led}, but "{name}" has {freedom[name]} degrees of freedom, and '
-                    "only a joint with one can follow or lead; give it one axis, or take the coupling out"
+                    "only a joint with one can follow or lead; give it one axis, or take the coupling out",
+                    joints=[mimic.joint, name],
                 )
     followers = {}
     for mimic in robot.mimics:
@@ -176,5 +177,7 @@ def _leaders_first(robot: Robot) -> tuple[Mimic, ...]:
         order = tuple(TopologicalSorter({name: mimic.leaders for name, mimic in followers.items()}).static_order())
     except CycleError as circle:
         names = listed(name for name in followers if name in circle.args[1])
-        raise RobotError(f"mimic joints {names} follow one another in a circle; one of them has to lead") from None
+        raise RobotError(
+            f"mimic joints {names} follow one another in a circle; one of them has to lead", joints=circle.args[1]
+        ) from None
     return tuple(followers[name] for name in order if name in followers)

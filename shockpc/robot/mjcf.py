@@ -158,7 +158,7 @@ def _add_joint(m: Any, model: pin.Model, carrier: int, place: pin.SE3, numbers: 
     """Add the joint of a body placed so in the carrier's frame; return its index, and the body's frame in the joint's."""
     name = "+".join(m.joint(number).name for number in numbers)
     if model.existJointName(name) or name.count("+") >= max(len(numbers), 2):
-        raise RobotError(f'joint "{name}" has a name that is used here for something else; rename it')
+        raise RobotError(f'joint "{name}" has a name that is used here for something else; rename it', joints=[name])
     if m.jnt_type[numbers[0]] == _FREE:  # it stands where its configuration says; its place in the file is only a start
         return add_joint(model, carrier, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name), pin.SE3.Identity()
     parts, steps = [], []
@@ -323,7 +323,9 @@ def _mimics(m: Any, equalities: Sequence[Equality]) -> tuple[Mimic, ...]:
         free = [name for name, multiple in sums.items() if multiple and all(mimic.joint != name for mimic in mimics)]
         if not free:
             remedy = 'and a joint can follow only once; set active="false" on one of them to do without it'
-            raise RobotError(f"the equality{title} couples {listed(sums)}, but each of these follows already, {remedy}")
+            raise RobotError(
+                f"the equality{title} couples {listed(sums)}, but each of these follows already, {remedy}", joints=sums
+            )
         follower = max(free, key=lambda name: (name in first, abs(sums[name])))
         leaders = {name: -multiple / sums[follower] for name, multiple in sums.items() if multiple and name != follower}
         mimics.append(Mimic(follower, leaders, constant / sums[follower]))

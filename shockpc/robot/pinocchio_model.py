@@ -73,14 +73,17 @@ def _check_joints(model: pin.Model) -> None:
     if model.njoints < 2:
         raise RobotError("the model has no joint, so nothing moves; a floating base is a pinocchio.JointModelFreeFlyer")
     if model.joints[1].shortname() == "JointModelFreeFlyer" and not model.jointPlacements[1].isIdentity(0.0):
-        raise RobotError(f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the base there by its q')
+        raise RobotError(
+            f'free flyer "{model.names[1]}" has a placement; make it the identity, and put the base there by its q',
+            joints=[model.names[1]],
+        )
     for k, name in enumerate(model.names.tolist()[1:], start=1):
         joint = model.joints[k]
         parts = list(joint.extract().joints) if joint.shortname() == "JointModelComposite" else []
         for part in (joint, *parts):
             if not _JOINTS.fullmatch(part.shortname()):
                 remedy = "; load the URDF file itself, of which mimic joints are read" if "Mimic" in part.shortname() else ""
-                raise RobotError(f'joint "{name}" is a {part.shortname()}, which is not computed{remedy}')
+                raise RobotError(f'joint "{name}" is a {part.shortname()}, which is not computed{remedy}', joints=[name])
         if parts:
             model.names[k] = "+".join(f"{name}_{number}" for number in range(1, len(parts) + 1))
 

@@ -36,7 +36,7 @@ def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
                 values = np.array([math.cos(angle[0]), math.sin(angle[0])])
             if values is None:
                 message = f'{path.name}: posture "{state.get("name", "")}" gives joint "{name}" the value "{text}"'
-                raise RobotError(f"{message}, but it takes {joint.nq} numbers")
+                raise RobotError(f"{message}, but it takes {joint.nq} numbers", joints=[name])
             q[joint.idx_q : joint.idx_q + joint.nq] = values
     for entry in root.iterfind("rotor_params/joint"):
         name = entry.get("name", "")
@@ -46,7 +46,8 @@ def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:
             if inertia is None or ratio is None or inertia[0] < 0.0:
                 raise RobotError(
                     f'{path.name}: the rotor of joint "{name}" has mass "{entry.get("mass", "")}" and gear_ratio '
-                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero'
+                    f'"{entry.get("gear_ratio", "")}"; it takes one number each, the inertia of the rotor [kg m²] not below zero',
+                    joints=[name],
                 )
             joint = model.joints[model.getJointId(name)]
             model.armature[joint.idx_v : joint.idx_v + joint.nv] = ratio * ratio * inertia

@@ -102,7 +102,8 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
         if child in above:
             raise RobotError(
                 f'link "{child}" is the child of two joints, "{name}" and "{above[child][0]}"; '
-                "a URDF is a tree, so cut the loop at one of them"
+                "a URDF is a tree, so cut the loop at one of them",
+                joints=[name, above[child][0]],
             )
         above[child] = name, parent
         below[parent].append(child)
@@ -122,8 +123,10 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
         while above[link][0] not in circle[:1]:
             circle.append(above[link][0])
             link = above[link][1]
+        circle.sort()
         raise RobotError(
-            f"a circle that no root link carries holds {listed(sorted(circle), 5)}; a URDF is a tree, so remove one of these joints"
+            f"a circle that no root link carries holds {listed(circle, 5)}; a URDF is a tree, so remove one of these joints",
+            joints=circle,
         )
     refuse_tree({link: carrier for link, (_, carrier) in order.items()})
     return order
@@ -262,7 +265,9 @@ def _drives(root: Element, joints: dict[str, Element], model: pin.Model) -> tupl
         written = values.get("gear_ratio", values.get("mechanicalReduction"))
         ratio = vector(written, 1)
         if inertia and written is not None and ratio is None:
-            raise RobotError(f'joint "{names[0]}": the ratio of its transmission is "{written}"; it has to be a finite number')
+            raise RobotError(
+                f'joint "{names[0]}": the ratio of its transmission is "{written}"; it has to be a finite number', joints=names
+            )
         if inertia:
             inertias[names[0]] = inertia * (1.0 if ratio is None else float(ratio[0]) ** 2)
         elif ratio is not None:
@@ -280,5 +285,5 @@ def _at_least_zero(joint: str, what: str, text: str | None) -> float:
     """A number of a drive, zero where none is written; refused if it is negative or not finite."""
     value = vector(text or "0", 1)
     if value is None or value[0] < 0.0:
-        raise RobotError(f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below zero')
+        raise RobotError(f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below zero', joints=[joint])
     return float(value[0])

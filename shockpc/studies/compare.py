@@ -176,8 +176,7 @@ def _profile(design: Design) -> ShockProfile:
     try:
         return shock_profile(design.scene, design.robot)
     except (SceneError, SolveError) as refusal:
-        data = {"blocks": refusal.blocks, "bodies": refusal.bodies, "joints": refusal.joints}
-        raise type(refusal)(f"{design.label}: {refusal}", **data) from None
+        raise type(refusal)(f"{design.label}: {refusal}", **refusal.data) from None
 
 
 def _differences(profiles: Sequence[ShockProfile], text: str) -> Differences:

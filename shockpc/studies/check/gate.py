@@ -208,7 +208,7 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                         _refuse_missing(baseline, [Key(case.name, angle, place.name, budget.metric) for place in asked[k]])
                 designs = _designs(case, scene, robot, [given.budgets[k].selection for k in sampled], [asked[k] for k in sampled])
             except ShockError as refusal:
-                raise StudyError(f'case "{printable(case.name)}": {refusal}') from None
+                raise StudyError(f'case "{printable(case.name)}": {refusal}', **refusal.data) from None
             yield _Planned(case, angle, scene, robot, asked, designs)
 
 

@@ -353,7 +353,9 @@ class _Reader:
         except (ValueError, TypeError):
             raise StudyError(f"column {name} has to hold numbers") from None
         if (wrong := np.flatnonzero(~np.isfinite(numbers))).size:
-            raise StudyError(f"row {wrong[0]}, column {name}: {numbers[wrong[0]]} is not a finite number; leave the row out")
+            raise StudyError(
+                f"row {wrong[0]}, column {name}: {numbers[wrong[0]]} is not a finite number; leave the row out", rows=wrong.tolist()
+            )
         return numbers
 
     def _base(self, name: str, base: re.Match[str], numbers: Array, degrees: float) -> None:
@@ -395,7 +397,8 @@ class _Reader:
         if (rows := np.flatnonzero(wrong)).size:
             raise StudyError(
                 f"row {rows[0]}, column {name}: {numbers[rows[0]]:g} looks like degrees, and the column is read in radians; "
-                f"name it {name}_deg, correct it, or leave the column out (--map)"
+                f"name it {name}_deg, correct it, or leave the column out (--map)",
+                rows=rows.tolist(),
             )
 
     def _mujoco(self, name: str, values: Array) -> None:
@@ -424,7 +427,10 @@ class _Reader:
         """Quaternions (n, 4) of length 1."""
         length = np.linalg.norm(quaternions, axis=1)
         if (wrong := np.flatnonzero(np.abs(length - 1.0) > UNIT_LENGTH)).size:
-            raise StudyError(f"row {wrong[0]}: {what} has length {length[wrong[0]]:.6g}; a rotation's quaternion has length 1")
+            raise StudyError(
+                f"row {wrong[0]}: {what} has length {length[wrong[0]]:.6g}; a rotation's quaternion has length 1",
+                rows=wrong.tolist(),
+            )
         return np.asarray(quaternions / length[:, None])
 
     def _attitude(self) -> Array:
