@@ -393,7 +393,6 @@ def with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array,
 
 
 def _refuse_twice(blocks: tuple[Block, ...]) -> None:
-    """Refuse two contacts or standing feet at one point."""
     for one, other in itertools.combinations([block for block in blocks if block.kind != "closure"], 2):
         if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
             raise SceneError(

@@ -232,11 +232,9 @@ class ShockProfile:
 
     @cached_property
     def _cache(self) -> dict[Any, Array]:
-        """What was computed already."""
         return {}
 
     def _values(self, wanted: Quantity, places: Sequence[Place]) -> Array:
-        """The values of a quantity."""
         out = np.zeros((len(places), 3) if wanted.vector else len(places))
         moving = [k for k, place in enumerate(places) if wanted.of != "point" or place.body >= 0]
         if wanted.key == "position":
@@ -263,7 +261,6 @@ class ShockProfile:
 
     @cached_property
     def _other_joints(self) -> dict[str, Proof | None]:
-        """The proofs with free and locked joints."""
         proofs: dict[str, Proof | None] = {}
         for name, locked in (("free", np.zeros_like(self.robot.actuated_dofs)), ("locked", self.robot.actuated_dofs)):
             if self.landing.joint_model.name == name:
@@ -616,7 +613,6 @@ class ShockProfile:
         return np.asarray(shock_at(self.delta_omega[place.body], self.delta_v[place.body], points, self.v_in))
 
     def _directions(self, kind: Kind) -> ExtremeDirections:
-        """The extreme directions of bodies or points."""
         keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
         return ExtremeDirections(*(self.value(key, kind) for key in keys))
 

@@ -79,7 +79,6 @@ def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[i
 
 
 def _posture(landing: PosedLanding) -> str:
-    """The posture in messages."""
     return f'posture "{landing.scene.posture.reference}"'
 
 
@@ -148,7 +147,6 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
 
 
 def _direction(equation: Equation, row: int) -> tuple[Block, str]:
-    """What a row belongs to, and its direction."""
     held = zip(equation.blocks, slices_of(equation.blocks), strict=True)
     block, own = next((block, own) for block, own in held if row < own.stop)
     return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)

@@ -58,7 +58,6 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
 
 @functools.cache
 def _kinds(record: type) -> dict[str, Any]:
-    """The types of a record's fields by name."""
     return get_type_hints(record)
 
 
@@ -147,7 +146,6 @@ def _wanted(kind: Any) -> str:
 
 
 def _shown(value: Any) -> str:
-    """A value in a message, shortened."""
     text = inline(value)
     return text if len(text) <= 60 else text[:59] + "…"
 
@@ -168,7 +166,6 @@ def toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:
 
 
 def _toml_key(key: str) -> str:
-    """A key, quoted where TOML requires it."""
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else inline(key)
 
 

@@ -90,7 +90,6 @@ def _double_percussion(resolved: PosedLanding) -> Array:
 
 
 def _process_time(arguments: tuple[str, ...]) -> float:
-    """Run time of a Python process that has to succeed [s]."""
     with tempfile.TemporaryDirectory() as folder:
         words = [folder if word == "FOLDER" else word for word in arguments]
         start = time.perf_counter()

@@ -72,7 +72,6 @@ def _jumps(system: System, peer: Any, data: Any) -> Array:
 
 
 def _place(peer: Any, data: Any, q: Array) -> None:
-    """Put the robot in a posture."""
     data.qpos[:] = q
     mujoco.mj_kinematics(peer, data)
     mujoco.mj_comPos(peer, data)

@@ -135,7 +135,6 @@ def _surroundings() -> list[str]:
 
 
 def _chart(results: Iterable[Result]) -> Picture:
-    """Error against run time of every method on every case."""
     series: dict[str, list[tuple[float, float]]] = {}
     for result in results:
         if result.error is not None:
@@ -171,7 +170,6 @@ def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
 
 
 def _micro(seconds: float | None) -> str | None:
-    """A time in microseconds."""
     return None if seconds is None else f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:.0f}"
 
 

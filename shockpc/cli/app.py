@@ -62,7 +62,6 @@ def app_for(words: Sequence[str]) -> typer.Typer:
 
 
 def _show_version(wanted: bool) -> None:
-    """Print the version and end."""
     if wanted:
         sys.stdout.write(f"shockpc {__version__}\n")
         raise typer.Exit

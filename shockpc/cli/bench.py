@@ -39,7 +39,6 @@ def bench(
 
 
 def _suite(out: Path) -> None:
-    """The standing suite."""
     from shockpc.bench.report import PARTS, suite_report
     from shockpc.cli.progress import progress
     from shockpc.show.files import write_folder

@@ -64,6 +64,5 @@ def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:
 
 
 def _write(text: str) -> None:
-    """Replace the line by a text."""
     sys.stderr.write(f"\r\033[K{printable(text)}")
     sys.stderr.flush()

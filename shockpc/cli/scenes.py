@@ -98,7 +98,6 @@ def is_scene_file(name: str) -> bool:
 
 
 def _contacts(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: bool) -> list[tuple[Contact, ...]]:
-    """The contacts of each landing."""
     if options.contact:
         landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
         if options.together:
@@ -125,7 +124,6 @@ def _with(record: Record, **values: Any) -> Record:
 
 
 def _posture(posture: Posture, options: SceneOptions) -> Posture:
-    """The posture with the options applied."""
     if options.base_rpy is not None:
         posture = dataclasses.replace(posture, base_quaternion=None)
     joints = _replaced(posture.joints_deg, options.set)
@@ -133,7 +131,6 @@ def _posture(posture: Posture, options: SceneOptions) -> Posture:
 
 
 def _joints(joints: Joints, options: SceneOptions) -> Joints:
-    """The joint model with the options applied."""
     locked = tuple(dict.fromkeys([*joints.locked, *options.lock]))
     motors = [(name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k)) for name, (inertia, n, k) in options.rotor]
     # One way of giving a joint's drive replaces the scene's way.

@@ -36,24 +36,6 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
     return ExtremeDirections(_downwards(most_severe, up), s[..., 0], _downwards(least_severe, up), s[..., 2])
 
 
-def most_severe_directions(maps: Array, up: Array) -> tuple[Array, Array]:
-    """The most severe strike alone, for many maps, by eigenvectors of AᵀA in half the time; NaN where a map is not finite.
-
-    Squares lose digits of the small singular values only: the error of this direction is of second order in its shock.
-
-    Args:
-        maps: (N, 3, 3) jump of a point's velocity for unit strikes along x, y and z.
-        up: (3,) unit normal of the ground.
-
-    Returns: directions (N, 3) as in `ExtremeDirections`, and the shock (N,) there [1].
-    """
-    size = np.abs(maps).max(axis=(1, 2), keepdims=True)
-    scaled = np.where(np.isfinite(size) & (size > 0.0), maps / np.where(size > 0.0, size, 1.0), 0.0)
-    _, vectors = np.linalg.eigh(np.swapaxes(scaled, -1, -2) @ scaled)
-    direction = np.where(np.isfinite(size[..., 0]), _downwards(vectors[..., 2], up), np.nan)
-    return direction, np.linalg.norm((scaled @ direction[..., None])[..., 0], axis=-1) * size[:, 0, 0]
-
-
 def _downwards(direction: Array, up: Array) -> Array:
     """Of a direction and its opposite, the one that approaches the ground."""
     leaving = direction @ up > 0.0

@@ -139,12 +139,10 @@ def _through(
 
 
 def _rotation(quaternion: Numbers) -> arb_mat:
-    """The rotation (3, 3) of a quaternion."""
     return rotation_matrix(quaternion) if any(quaternion[:3]) else EYE
 
 
 def _column(values: Numbers) -> arb_mat:
-    """A vector (3, 1)."""
     return arb_mat(3, 1, values)
 
 

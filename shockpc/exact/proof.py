@@ -140,5 +140,4 @@ def round_velocities(velocities: Balls) -> Array:
 
 
 def _size(values: Balls) -> float:
-    """The largest magnitude of some balls."""
     return float(np.abs(values.astype(float)).max(initial=0.0))

@@ -278,7 +278,6 @@ class BallImpact(Impact):
 
 
 def _solve(A: arb_mat, B: arb_mat, of_inertia: bool = False) -> arb_mat:
-    """A⁻¹ B."""
     try:
         return A.solve(B, algorithm="lu")
     except ZeroDivisionError:

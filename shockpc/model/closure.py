@@ -344,7 +344,6 @@ class _Linkage(NamedTuple):
 
 
 def _size(state: Dynamics) -> float:
-    """Size of a robot [m]."""
     return max(float(np.ptp(state.position[0], axis=0).max()), 1e-3)
 
 

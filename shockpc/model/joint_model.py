@@ -191,7 +191,6 @@ def _names(robot: Robot, pattern: str, motor: Rotor) -> tuple[str, ...]:
 
 
 def _ratio(robot: Robot, name: str, motor: Rotor) -> float:
-    """The gear ratio of a rotor, by default that of the robot's file."""
     ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
     if ratio is None:
         raise SceneError(f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it', joints=[name])
@@ -199,7 +198,6 @@ def _ratio(robot: Robot, name: str, motor: Rotor) -> float:
 
 
 def _positive(what: str, pattern: str, value: float) -> float:
-    """A number above zero."""
     if not 0.0 < value <= LARGEST:
         raise SceneError(f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST:g}', joints=[pattern])
     return value

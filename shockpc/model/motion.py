@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.spatial import Array
 from shockpc.model.dynamics import Dynamics
 from shockpc.model.rows import NO_AXES, Block, block_axes, block_wrenches
-from shockpc.robot.record import Robot
 
 
 class Motion(NamedTuple):
@@ -69,12 +68,3 @@ def _undone(state: Dynamics, block: Block, wrenches: Array) -> Array:
     turning = block_wrenches(state, block._replace(forces=NO_AXES, moments=n[None]))
     rebound = np.concatenate([share[:, :m] * normal, wrenches[:, m:] - share[:, m:] * turning], axis=1)
     return np.asarray(wrenches + e * rebound)
-
-
-def com_velocity(robot: Robot, state: Dynamics, before: Motion) -> Array:
-    """Velocity (N, 3) of the robot's centre of mass before the impact, world axes [m/s]."""
-    total = np.zeros((len(state.J), 3))
-    for i, (mass, com) in enumerate(zip(robot.masses, robot.coms, strict=True)):
-        twist = twist_before(state, before, i)
-        total += mass * velocity_at(twist[:, :3], twist[:, 3:], state.position[:, i] + state.rotation[:, i] @ com)
-    return np.asarray(total / robot.mass)

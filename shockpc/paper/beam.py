@@ -37,7 +37,6 @@ def beam(*at: float, directions: tuple[str, ...] = ("z",), **strike: Any) -> Sho
 
 
 def _turning(**changes: Any) -> list[ShockProfile]:
-    """Beams B, C and D."""
     return [land(f"fig1_{letter}", **changes) for letter in "bcd"]
 
 

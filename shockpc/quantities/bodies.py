@@ -90,7 +90,6 @@ def _greatest(impact: Impact, places: Places) -> Array:
 
 @functools.lru_cache(maxsize=256)
 def _pieces(robot: Robot, body: int) -> Pieces:
-    """The geometry of one body."""
     return Pieces.of([[(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]]])
 
 

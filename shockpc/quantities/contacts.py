@@ -196,12 +196,10 @@ class _Resistance:
 
 
 def _largest(A: BallMatrix) -> float:
-    """The largest diagonal entry of A."""
     return max(float(row[i]) for i, row in enumerate(A.table()))
 
 
 def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:
-    """Some rows and columns of A."""
     return matrix(entries(A)[np.ix_(rows, columns)])
 
 

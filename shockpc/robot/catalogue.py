@@ -175,10 +175,8 @@ def data_folder() -> Path | None:
 
 
 def _stem(path: Path) -> str:
-    """Return a robot file's name without `.urdf`, `.xacro` or both."""
     return path.name.removesuffix(".xacro").removesuffix(".urdf").removesuffix(".xml").removesuffix(".mjcf")
 
 
 def _normalised(name: str) -> str:
-    """Return a name as the catalogue writes it."""
     return name.strip().casefold().replace("-", "_")

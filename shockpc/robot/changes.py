@@ -183,7 +183,6 @@ def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives |
 
 
 def _change_link(model: pin.Model, link: str, change: Change) -> None:
-    """Change one link, and with it the body that it belongs to."""
     frame = _frame(model, link)
     inertia = frame.inertia.copy()
     if change.what == "mass":
@@ -232,12 +231,10 @@ def _small_parts(robot: Robot, change: Change, links: Mapping[str, float]) -> It
 
 
 def _main_link(robot: Robot, body: int) -> str:
-    """The link with the most mass of a body."""
     return max(robot.bodies[body].links, key=lambda link: _mass(robot, link))
 
 
 def _mass(robot: Robot, link: str) -> float:
-    """Mass of a link alone [kg]."""
     return float(_frame(robot.model, link).inertia.mass)
 
 

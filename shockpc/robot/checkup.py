@@ -61,7 +61,6 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
 
 
 def _read(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
-    """What the file's reader warned of."""
     file = robot.source.path.name
     for warning in (*robot.source.warnings, *robot.notes):
         yield "warning", "", file, warning.removeprefix(f"{file}: ")
@@ -157,7 +156,6 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
 
 
 def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, str, str]]:
-    """Meshes that cannot be read."""
     uris = {uri: None for mesh in root.iter("mesh") for key in ("filename", "file") if (uri := mesh.get(key))}
     missing: list[str] = []
     for uri in uris:

@@ -53,7 +53,6 @@ def in_child(work: Callable[[], T]) -> T | None:
 
 
 def _answer(work: Callable[[], Any], writing: int) -> NoReturn:
-    """Be the child."""
     code = 1
     try:
         signal.signal(signal.SIGALRM, signal.SIG_DFL)

@@ -155,7 +155,6 @@ def drawn_outline(robot: Robot) -> Outline:
 
 
 def _is_solid(source: RobotSource) -> bool:
-    """Whether the file has collision geometry."""
     return source.kind == "mjcf" or shared_xml(source.xml, source.path.name).find("link/collision") is not None
 
 
@@ -280,7 +279,6 @@ def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shap
 
 
 def _checked(shape: Shape) -> Shape:
-    """A shape whose numbers can be used."""
     if not max(np.abs(shape.points).max(), np.abs(shape.rounding).max()) <= LARGEST:
         raise ValueError(f"it extends beyond {LARGEST:.0e} m, or has coordinates that are not finite")
     return shape

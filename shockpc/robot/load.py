@@ -99,7 +99,6 @@ def shared_robot(
 
 
 def _robot_of(source: RobotSource, frames: Sequence[str]) -> Robot:
-    """The robot of a file."""
     with _naming(source.path.name):
         if source.kind != "mjcf":
             return _built(source, None)

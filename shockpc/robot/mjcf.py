@@ -217,7 +217,6 @@ def _springs_and_ratios(m: Any, joints: Sequence[int]) -> tuple[dict[str, float]
 
 
 def _equalities(m: Any) -> Iterator[Equality]:
-    """Every active equality."""
     for number in np.flatnonzero(m.eq_active0):
         ends = [int(m.eq_obj1id[number]), int(m.eq_obj2id[number])]
         match int(m.eq_type[number]):

@@ -102,7 +102,6 @@ def _names(robot: Robot, record: Any) -> Iterator[str]:
 
 
 def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
-    """Types, limits and mimics of joints."""
     rules = {mimic.joint: mimic for mimic in robot.mimics}
     for own in robot.single_joints:
         other = joints.get(own.name)
@@ -124,7 +123,6 @@ def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _inertias(robot: Robot, record: Any) -> Iterator[str]:
-    """Masses, centres of mass and inertias of links."""
     frames = {frame.name: frame.inertia for frame in robot.model.frames if frame.type == pin.FrameType.BODY}
     for link in record.links:
         own, other = frames.get(link.name), link.inertial

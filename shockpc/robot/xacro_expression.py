@@ -35,7 +35,6 @@ def evaluate(text: str, names: Mapping[str, Any]) -> Any:
 
 
 def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
-    """The value of one part of the syntax."""
     match node:
         case ast.Constant(value=int() | float() | complex() | str() | None as value):
             return value

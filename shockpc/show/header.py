@@ -169,7 +169,6 @@ def warning_lines(profile: ShockProfile) -> list[str]:
 
 
 def _contact_text(profile: ShockProfile, i: int) -> str:
-    """Place and kind of a contact."""
     asked, contact = profile.scene.contact[i], profile.contacts[i]
     where = ", ".join(f"{x:.3f}" for x in contact.point + 0.0)
     parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]

@@ -110,7 +110,6 @@ class Parts:
             yield values
 
     def _read(self, path: Path, name: str) -> Any:
-        """A column of one part."""
         if self.format == "parquet":
             return _arrow().parquet.read_table(path, columns=[name])[name].to_numpy()
         place = (*self.sweep.headings, "message").index(name)  # the file may hold the heading escaped

@@ -81,7 +81,6 @@ def as_markdown(block: Sheet | Lines) -> str:
 
 
 def _heading(title: str) -> str:
-    """The title of a block in Markdown, if there is one."""
     text = escaped(title)
     return f"### {text[0].upper()}{text[1:]}\n\n" if text else ""
 
@@ -143,7 +142,6 @@ def _at_the_point(cells: list[str]) -> list[str]:
 
 
 def _exact(cell: Cell) -> str:
-    """A cell of a CSV file."""
     if isinstance(cell, str):
         text = printable(cell)
         return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) else text
@@ -151,5 +149,4 @@ def _exact(cell: Cell) -> str:
 
 
 def _numeric(sheet: Sheet) -> list[bool]:
-    """Which columns hold numbers."""
     return [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]

@@ -140,7 +140,6 @@ def batch(
 def _landings(
     read: Read, look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], name: str
 ) -> list[BatchRow | Failure]:
-    """All landings of one robot."""
     try:
         robot, scenes = read(name)
     except Exception as error:
@@ -155,7 +154,6 @@ def _landings(
 
 
 def _row(profile: ShockProfile, look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str]) -> BatchRow:
-    """What a profile says in short."""
     trunk = profile.places("body")[int(np.argmax(profile.robot.masses))]
     return BatchRow(
         robot=profile.robot.label,
@@ -185,5 +183,4 @@ def _worst(profile: ShockProfile, trunk: Place, text: str) -> float | None:
 
 
 def _contact(scene: Scene) -> str:
-    """What strikes."""
     return "+".join(contact.frame for contact in scene.contact)

@@ -180,7 +180,6 @@ def _profile(design: Design) -> ShockProfile:
 
 
 def _differences(profiles: Sequence[ShockProfile], text: str) -> Differences:
-    """The numbers of what all designs have, by the size of the largest change."""
     values = []
     for profile in profiles:
         selection, places = selected(profile.landing, text)

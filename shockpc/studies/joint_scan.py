@@ -239,7 +239,6 @@ class JointScan:
 
 
 def _range(low: float, high: float) -> Array:
-    """Strike angles of a range [rad]."""
     return np.linspace(low, high, ANGLES) if high > low else np.array([low])
 
 

@@ -202,7 +202,6 @@ def limits(
 
 
 def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
-    """The limits of the file that all joints keep [rad, m]."""
     return max(joint.limits[0] for joint in joints), min(joint.limits[1] for joint in joints)
 
 
@@ -250,7 +249,6 @@ def _extremum(over: Callable[[float], float], low: float, high: float, sign: flo
 
 
 def _range(pattern: str, file: tuple[float, float], given: tuple[float, float] | None, unit: str) -> tuple[float, float]:
-    """The range of the scan [rad, m]."""
     turn = math.pi
     # Files write "no limit" in many ways; a whole turn holds every posture of a joint that turns.
     whole = (max(file[0], -turn), min(file[1], turn)) if unit == "rad" else file
@@ -286,7 +284,6 @@ def _targets(own: float, strikes: tuple[float, float]) -> list[tuple[float, floa
 
 
 def _value(value: float, unit: str) -> str:
-    """A value with its unit as messages show it."""
     degrees = round(math.degrees(value), 12) + 0.0
     text = f"{round(degrees, 2) or degrees:g}°" if unit == "rad" else f"{1e3 * value:.4g} mm"
     return text.replace("-", "−")

@@ -250,7 +250,6 @@ def _outputs(asked: Column, impact: BallImpact) -> Balls:
 
 
 def _inertial(robot: Robot) -> Iterator[_Parameter]:
-    """Mass, centre of mass and inertia of every body."""
     data, none = data_of(robot), (0.0, np.zeros(3), np.zeros((3, 3)))
     for i, (body, mass, inertia) in enumerate(zip(robot.bodies, data.mass, data.inertia, strict=True)):
 
@@ -270,7 +269,6 @@ def _inertial(robot: Robot) -> Iterator[_Parameter]:
 
 
 def _armatures(landing: PosedLanding) -> Iterator[_Parameter]:
-    """Reflected inertia of the joints that are not locked."""
     model = landing.joint_model
     for joint, axis, unit, v in _coordinates(landing.robot):
 
@@ -298,7 +296,6 @@ def _strike(landing: PosedLanding) -> Iterator[_Parameter]:
 
 
 def _joint_values(profile: ShockProfile) -> Iterator[_Parameter]:
-    """The values of the joints."""
     landing = profile.landing
     for joint, axis, unit, v in _coordinates(landing.robot):
         rates, reason = _rates(landing, v)

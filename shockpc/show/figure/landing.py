@@ -96,7 +96,6 @@ def _picture(page: Page, x: float, y: float, view: View, window: Window, left: b
 
 
 def _heading(profile: ShockProfile) -> tuple[str, str, str]:
-    """Robot and contacts; posture, base and strike; joint model."""
     contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
     robot = printable(profile.robot.source.name or profile.robot.name, 40)
     scene = profile.scene

@@ -111,7 +111,6 @@ def _mark(axes: Axes, study: PlaceStudy, plane: Plane, labels: Labels, copc: Arr
 
 
 def _heading(study: PlaceStudy) -> tuple[str, str, str]:
-    """Robot and body; landings; joint model."""
     robot = printable(study.robot.source.name or study.robot.name, 40)
     body = printable(study.robot.bodies[study.body].name, 30)
     what = "place" if study.count == 1 else f"places of {study.count} sensors"

@@ -66,7 +66,6 @@ def draw_sweep(summary: SweepSummary) -> Figure:
 
 
 def _label(extent: Extent) -> str:
-    """The label of an axis."""
     column, entry = extent.column, extent.column.selection.quantity
     return SHOCK if column.shock else printable(f"{entry.title} [{entry.unit.replace('1', '-')}]", 60)
 

@@ -51,7 +51,6 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
 
 
 def _triangles(shape: Shape) -> Surface:
-    """The surface of one shape."""
     if shape.mesh is not None:
         return Surface(shape.mesh.vertices, shape.mesh.triangles)
     corners: list[Array] = []
@@ -67,7 +66,6 @@ def _triangles(shape: Shape) -> Surface:
 
 
 def _joined(parts: Iterable[Surface]) -> Surface:
-    """Several surfaces as one."""
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
     for part in parts:
         vertices.append(part.vertices)

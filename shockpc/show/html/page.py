@@ -119,12 +119,10 @@ def _own(number: int, profile: ShockProfile) -> Iterator[str]:
 
 
 def _text(text: str) -> str:
-    """A text that HTML shows as it is."""
     return html.escape(printable(text))
 
 
 def _block(block: Block) -> str:
-    """Lines or a table."""
     if isinstance(block, Sheet):
         return _table(block)
     assert isinstance(block, Lines)

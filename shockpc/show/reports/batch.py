@@ -34,7 +34,6 @@ def batch_report(batch: Batch) -> Report:
 
 
 def _record(row: BatchRow) -> dict[str, Any]:
-    """One row, its values beside the others."""
     values = {key: value for key, value in vars(row).items() if key not in ("values", "picture")}
     return {"robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
 

@@ -77,7 +77,6 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
 
 
 def _record(outcome: Outcome) -> dict[str, Any]:
-    """One outcome, as JSON and CSV hold it; "inf" for an infinite number."""
     budget = outcome.budget
     return {
         **record(outcome, "case", "strike_angle_deg", "at"),
@@ -94,7 +93,6 @@ def _record(outcome: Outcome) -> dict[str, Any]:
 
 
 def _unit(outcome: Outcome) -> str:
-    """The unit of a value."""
     return outcome.budget.selection.quantity.unit
 
 
@@ -112,7 +110,6 @@ def _summary_text(check: Check) -> str:
 
 
 def _limit_text(budget: Budget) -> str:
-    """The limits of a budget."""
     parts = []
     if budget.min is not None:
         parts.append(f"≥ {budget.min:.6g}")
@@ -205,5 +202,4 @@ def _line(check: Check, outcome: Outcome) -> dict[str, str]:
 
 
 def _number(value: float | None) -> float | str | None:
-    """A number as JSON holds it."""
     return "inf" if value is not None and math.isinf(value) else value

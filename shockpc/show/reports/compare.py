@@ -44,7 +44,6 @@ def compare_report(comparison: Comparison) -> Report:
 
 
 def _document(comparison: Comparison) -> dict[str, Any]:
-    """The document, schema `shockpc.compare/1`."""
     labels = [design.label for design in comparison.designs]
     return {
         "designs": [

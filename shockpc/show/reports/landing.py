@@ -158,7 +158,6 @@ def _every_body(profile: ShockProfile, bodies: Sequence[int] | None) -> Sheet:
 
 
 def _body_row(profile: ShockProfile, i: int) -> Row:
-    """The numbers of a body."""
     shocks = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
     return (profile.bodies[i], math.hypot(*profile.delta_omega[i]), *profile.copc[i], profile.ropc[i], *shocks)
 
@@ -336,7 +335,6 @@ def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
 
 
 def _stiffness(profile: ShockProfile) -> str:
-    """The stiffness of the contacts in words."""
     k, tangential = profile.scene.contact_stiffness, profile.scene.tangential_stiffness
     return f"{k:g} N/m" + ("" if tangential is None else f" ({tangential:g} N/m along the ground)")
 

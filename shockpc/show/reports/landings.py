@@ -65,7 +65,6 @@ def landings_report(table: str, found: Found, rank: Column | None = None, compar
 
 
 def _header(table: str, found: Found) -> Iterator[tuple[str, str]]:
-    """What was computed: (name, text)."""
     made, landing = found.made, found.made.first
     robot, rows = made.robot, made.table
     yield "table", f"{table}: {count(made.rows, 'landing')}"
@@ -78,7 +77,6 @@ def _header(table: str, found: Found) -> Iterator[tuple[str, str]]:
 
 
 def _extents(found: Found) -> Sheet:
-    """The range of every column."""
     rows: list[Row] = []
     for column in found.made.computed:
         values = found.columns[column.name]
@@ -144,7 +142,6 @@ def _measured(comparison: Comparison) -> Sheet:
 
 
 def _closing(found: Found, comparison: Comparison | None) -> Iterator[str]:
-    """Loops, proofs, and what could not be computed."""
     made, columns = found.made, found.columns
     if made.first.loops and not np.isnan(columns[CLOSED_BY]).all():
         by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
@@ -166,7 +163,6 @@ def _closing(found: Found, comparison: Comparison | None) -> Iterator[str]:
 
 
 def _warnings(found: Found) -> Iterator[str]:
-    """Joints outside their limits."""
     for joint in found.made.robot.single_joints:
         low, high = joint.limits
         if joint.name in found.made.table.joints and joint.kind in ("revolute", "prismatic"):
@@ -178,7 +174,6 @@ def _warnings(found: Found) -> Iterator[str]:
 
 
 def _document(table: str, found: Found, order: Sequence[int], comparison: Comparison | None) -> dict[str, Any]:
-    """The document, schema `shockpc.landings/1`."""
     made = found.made
     names = made.headings[1:]
     return {

@@ -53,7 +53,6 @@ def _none_allowed(found: JointLimits) -> list[str]:
 
 
 def _warnings(found: JointLimits) -> list[str]:
-    """Warnings of the landing and of the scan."""
     warnings = warning_lines(found.profile)
     for low, high, reason in found.scan.unreachable:
         ends = f"{_number(found, low):.2f} to {_number(found, high):.2f} {_unit(found)}"
@@ -189,12 +188,10 @@ def _interval(found: JointLimits, interval: Interval) -> str:
 
 
 def _bound(found: JointLimits) -> str:
-    """The bound with its unit."""
     return f"{found.max:g} {found.target.unit}".removesuffix(" -")
 
 
 def _unit(found: JointLimits) -> str:
-    """The unit of printed values."""
     return UNITS[found.unit][1]
 
 
@@ -204,5 +201,4 @@ def _number(found: JointLimits, value: float) -> float:
 
 
 def _degrees(angle: float) -> float:
-    """An angle in degrees."""
     return round(math.degrees(angle), 9) + 0.0

@@ -67,7 +67,6 @@ def _outcome(claim: Claim) -> str:
 
 
 def _outcomes_sheet(claims: Sequence[Claim]) -> Sheet:
-    """One row for every claim, those that do not hold first."""
     ranked = sorted(claims, key=lambda claim: OUTCOMES.index(_outcome(claim)))
     rows: list[Row] = [
         (_outcome(claim), *claim.statement.partition(": ")[::2], claim.value + 0.0, claim.criterion) for claim in ranked
@@ -89,7 +88,6 @@ def _details(claims: Sequence[Claim]) -> list[str]:
 
 
 def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
-    """One row for every body of every panel."""
     rows: list[Row] = []
     for figure in figures:
         for panel, profile in zip(figure.panels, figure.profiles, strict=True):

@@ -36,7 +36,6 @@ def place_report(study: PlaceStudy) -> Report:
 
 
 def _document(study: PlaceStudy) -> dict[str, Any]:
-    """The document, schema `shockpc.place/1`; positions in the body's frame [m]."""
     weights = [None] * len(study.landings) if study.weights is None else study.weights
     return {
         "robot": {"name": study.robot.name, "file": study.robot.label},
@@ -64,7 +63,6 @@ def _document(study: PlaceStudy) -> dict[str, Any]:
 
 
 def _place(one: SensorPlace) -> dict[str, Any]:
-    """One place; its shock and its jump of velocity in the order of the landings."""
     margin = one.margin
     turned = margin and {"rotation": margin.mounting.rotation, "peak_g": margin.mounting.greatest, "bound": margin.mounting.bound}
     return {
@@ -78,7 +76,6 @@ def _place(one: SensorPlace) -> dict[str, Any]:
 
 
 def _header(study: PlaceStudy) -> list[tuple[str, str]]:
-    """What was computed: what all landings share, and how many they are."""
     shared = [dict(header_lines(profile)) for profile in study.profiles]
     lines = []
     for name in ("robot", "posture", "base", "joint model"):
@@ -91,7 +88,6 @@ def _header(study: PlaceStudy) -> list[tuple[str, str]]:
 
 
 def _places(study: PlaceStudy) -> Sheet:
-    """Today's sensors, then the places found, in coordinates of the body's frame."""
     weighted = study.weights is not None
     found = [(one.name, one.position, one.combined, one.shocks) for one in (*study.today, *study.places)]
     notes = []
@@ -160,7 +156,6 @@ def _gains(study: PlaceStudy) -> list[str]:
 
 
 def _proof(study: PlaceStudy) -> list[str]:
-    """The bound on the optimum, and the accuracy of the numbers."""
     bound = max(profile.health.error_bound for profile in study.profiles)
     what = "no place" if study.count == 1 else f"no {count(study.count, 'sensor')}"
     verb = "is" if study.count == 1 else "are"

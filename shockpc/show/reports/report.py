@@ -103,7 +103,6 @@ class Report:
         return {**files, "report.html": page(self, files, library, command)}
 
     def _files(self) -> dict[str, str | bytes]:
-        """The files without report.html."""
         body = list(self.body(True))
         pictures = [block for block in body if isinstance(block, Picture)]
         document = {} if self.parts else {f"{self.name}.json": self.text("json")}
@@ -127,14 +126,12 @@ class Report:
         return "\n".join(filter(None, blocks))
 
     def _terminal(self) -> str:
-        """Lines and tables for a terminal."""
         return "\n".join(
             filter(None, (as_text(block) for block in (*self.body(False), self._end) if not isinstance(block, Picture)))
         )
 
     @property
     def _end(self) -> Lines:
-        """The lines under all else."""
         return Lines([*self.closing, *self.warnings])
 
     def _first_sheet(self) -> Sheet:

@@ -95,7 +95,6 @@ def robot_report(robot: Robot) -> Report:
 
 
 def _records(keys: Sequence[str], sheet: Sheet) -> list[dict[str, Any]]:
-    """The rows of a table as JSON holds them."""
     return [dict(zip(keys, row, strict=True)) for row in sheet.rows]
 
 
@@ -160,7 +159,6 @@ def _bodies(robot: Robot) -> Sheet:
 
 
 def _joints(robot: Robot) -> Sheet:
-    """Joints with their limits, in degrees where they rotate."""
     rows: list[Row] = []
     for joint in robot.single_joints:
         armature = float(max(robot.model.armature[joint.v], default=0.0))

@@ -95,7 +95,6 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
 
 
 def _spreadsheet(study: Sensitivity) -> Sheet:
-    """The same with numbers in SI units."""
     rows: list[Row] = [
         (f"{effect.kind} {effect.axis}".strip(), effect.name or None, effect.value, effect.unit, effect.step, *_changes(effect))
         for effect in study.ranked

@@ -168,7 +168,6 @@ def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any])
 
 
 def _leaves(table: Any, key: str) -> Iterator[tuple[str, Any]]:
-    """The values of nested tables, by dotted keys."""
     if isinstance(table, Mapping):
         for name, part in table.items():
             yield from _leaves(part, f"{key}.{name}" if key else str(name))
@@ -180,5 +179,4 @@ def _leaves(table: Any, key: str) -> Iterator[tuple[str, Any]]:
 
 
 def _shown(value: Any) -> str:
-    """A value in a message."""
     return "not set" if value is None else printable(json.dumps(value, ensure_ascii=False), 60)

@@ -288,7 +288,6 @@ def _case(entry: Mapping[str, Any], folder: Path, key: str, faults: list[str]) -
 
 
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:
-    """A budget."""
     own: list[str] = []
     try:
         budget: Budget | None = checked(entry, Budget, key, own)
@@ -300,7 +299,6 @@ def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | N
 
 
 def _entries(value: Any, key: str, faults: list[str]) -> list[Mapping[str, Any]]:
-    """A list of tables."""
     if isinstance(value, list) and all(isinstance(entry, Mapping) for entry in value):
         return value
     faults.append(f"{key} has to be a list of tables, each begun with [[{key}]]")
@@ -308,7 +306,6 @@ def _entries(value: Any, key: str, faults: list[str]) -> list[Mapping[str, Any]]
 
 
 def _table(value: Any, name: str) -> Mapping[str, Any]:
-    """A table of a pyproject.toml."""
     if not isinstance(value, Mapping):
         raise StudyError(
             f"{name} is {'missing' if value is None else 'not a table'}; it has to hold [[tool.shockpc.case]] and so on"

@@ -319,7 +319,6 @@ def _digits(value: float, limit: float) -> str:
 
 
 def _refuse_missing(baseline: Baseline, keys: list[Key]) -> None:
-    """Refuse a baseline that lacks a value with which one is to be compared."""
     for case, angle, at, metric in keys:
         if Key(case, angle, at, metric) not in baseline.values:
             strike = "" if angle is None else f" at {angle:g} deg"

@@ -109,7 +109,6 @@ class Landings:
         return resolve(self._scene(key), self.robot)
 
     def _scene(self, key: Key) -> Scene:
-        """The scene of rows of one key."""
         scene, (contact, friction) = self.scene, key
         if contact:
             frames = landing_frames(self.robot, contact)
@@ -178,7 +177,6 @@ class Landings:
 
     @functools.cached_property
     def _checked(self) -> set[int]:
-        """The rows that are proven to see how far double precision is off."""
         return set(np.linspace(0, self.rows - 1, min(self.prove, self.rows)).astype(int).tolist())
 
     def _closed(self, landing: PosedLanding, q: Array, rates: Array) -> tuple[Array, Array, float, float]:

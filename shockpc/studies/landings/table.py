@@ -308,7 +308,6 @@ class _Reader:
         )  # fmt: skip
 
     def _read(self, name: str, values: np.ndarray) -> None:
-        """Read one column."""
         if name in ("qpos", "qvel") and values.ndim == 2:
             self._mujoco(name, values)
             return
@@ -345,7 +344,6 @@ class _Reader:
             self._joint(name, plain, role, numbers, degrees)
 
     def _finite(self, name: str, values: np.ndarray) -> Array:
-        """A column of finite numbers."""
         try:
             if values.dtype.kind == "M":
                 raise ValueError
@@ -359,7 +357,6 @@ class _Reader:
         return numbers
 
     def _base(self, name: str, base: re.Match[str], numbers: Array, degrees: float) -> None:
-        """A column of the base."""
         key = base["quaternion"] or base["angle"] or base["place"] or base["twist"]
         if key in self.base:
             raise StudyError(f'two columns of the table mean "{key}" of the base; leave one of them out with --map COLUMN=')
@@ -393,7 +390,6 @@ class _Reader:
         set_many(self.robot, ((joint, numbers),), self.Q)
 
     def _refuse_degrees(self, name: str, numbers: Array, wrong: np.ndarray) -> None:
-        """Refuse angles, or rates, that look like degrees."""
         if (rows := np.flatnonzero(wrong)).size:
             raise StudyError(
                 f"row {rows[0]}, column {name}: {numbers[rows[0]]:g} looks like degrees, and the column is read in radians; "
@@ -489,7 +485,6 @@ class _Reader:
         return Measured(name, time, "joint rates", f"delta_qd@{name}", f"{joint.unit}/s", values - self.rates[:, joint.v.start])
 
     def _origins(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """What the table gives, and what is the scene's, in words."""
         followers = {mimic.joint for mimic in self.robot.mimics}
         joints = [name for name in self.robot.joint_names if name not in followers]
         parts = {"contacts": "contact" in self.texts}

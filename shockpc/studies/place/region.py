@@ -84,12 +84,10 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
 
 
 def _size(limits: tuple[Array, Array]) -> float:
-    """The longest side of a box [m]."""
     return float((limits[1] - limits[0]).max())
 
 
 def _cut(cell: Cell, limits: tuple[Array, Array]) -> Cell | None:
-    """The part of a facet within a box."""
     part: Cell | None = cell
     faces = box(*limits)
     for normal, offset in zip(faces.normals, faces.offsets, strict=True):
@@ -113,5 +111,4 @@ def _checked_box(within: Box) -> tuple[Array, Array]:
 
 
 def _box_text(limits: tuple[Array, Array]) -> str:
-    """A box in words."""
     return ", ".join(f"{axis} {a:.4g}…{b:.4g}" for axis, a, b in zip("xyz", *limits, strict=True)) + " m"

@@ -262,8 +262,6 @@ def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str
 
 
 def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart: float) -> tuple[list[Optimum], float]:
-    """The places, and the proven lower bound."""
-
     def ranked(some: Fields, number: int) -> list[Optimum]:
         found = list(itertools.islice(best_places(some, region.cells, region.outside, apart), number))
         if not found:
@@ -278,7 +276,6 @@ def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart
 
 
 def _asked(scenes: list[Scene]) -> tuple[Point, ...]:
-    """The points that scenes name, each once."""
     return tuple(dict.fromkeys(point for scene in scenes for point in scene.point))
 
 
@@ -312,5 +309,4 @@ def _margin(delta_v: Array, place: Place, profiles: tuple[ShockProfile, ...]) ->
 
 
 def _rank(k: int) -> str:
-    """The rank of a place."""
     return "best" if k == 0 else f"{k + 1}{'nd' if k == 1 else 'rd' if k == 2 else 'th'}"

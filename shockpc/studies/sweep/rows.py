@@ -162,7 +162,6 @@ class Sweep:
 
     @functools.cached_property
     def _names(self) -> tuple[str, ...]:
-        """The names of the computed columns."""
         return tuple(column.name for column in self.computed)
 
     def chunk(self, k: int) -> Chunk:
@@ -242,7 +241,6 @@ class Sweep:
         return np.random.default_rng([self.seed, 2]).choice(self.rows, min(self.prove, self.rows), replace=False, shuffle=False)
 
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
-        """The values of a part: (m, 1), or (1, S) for strikes of a grid."""
         a, b = self.parts[k]
         if self.sample is None:
             outer = tuple(n for one, n in zip(self.axes, self.sizes, strict=True) if one.stage < 2)
@@ -257,7 +255,6 @@ class Sweep:
         return {one: one.drawn(own)[:, None] for one, own in zip(self.axes, u, strict=True)}
 
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
-        """The landings of a part, each with the postures (n,) that belong to it."""
         choices = {one: x[:, 0] for one, x in values.items() if one.stage < 2 and (one.stage == 0 or self.alone)}
         codes = [np.arange(m) if self.alone else np.zeros(m, dtype=int)]
         codes += [np.unique(x, return_inverse=True)[1] for x in choices.values()]
@@ -319,7 +316,6 @@ class Sweep:
         return Design(mass, com, inertia, armature), refused
 
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
-        """Velocities (n, S, 3) of the base before the impact."""
         varied = {one.kind: x if self.sample is None else x[own] for one, x in values.items() if one.stage == 2}
         if not varied:
             return np.broadcast_to(landing.before.velocity, (len(own), self.strikes, 3))
@@ -333,7 +329,6 @@ class Sweep:
         return np.broadcast_to(velocity, (len(own), self.strikes, 3))
 
     def _case(self, choice: dict[Variation, Any]) -> tuple[Scene, Robot]:
-        """The scene and the robot with some values set."""
         scene, robot = self.scene, self.robot
         for one, value in choice.items():
             scene, robot = applied(scene, robot, one, value)
@@ -349,7 +344,6 @@ def with_sweep(pickled: bytes, function: Callable[[Any, int], Any], k: int) -> A
 
 @functools.lru_cache(maxsize=2)
 def _unpickled(pickled: bytes) -> Any:
-    """A sweep; reading it takes longer than a small part."""
     return pickle.loads(pickled)
 
 

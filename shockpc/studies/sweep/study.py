@@ -156,7 +156,6 @@ def _complete(robot: Robot, one: Variation, sample: bool) -> Variation:
 
 
 def _refuse_twice(robot: Robot, found: list[Variation]) -> None:
-    """Refuse one quantity that is varied twice."""
     seen: dict[str, str] = {}
     for one in found:
         own = [joint.name for joint in one.joints(robot)] if one.kind == "joint" else [one.subject]

@@ -157,7 +157,6 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
 
 
 def _whole(rows: int, parts: Iterator[Array]) -> Array:
-    """A column (rows,) of all parts."""
     values = np.empty(rows)
     end = 0
     for part in parts:

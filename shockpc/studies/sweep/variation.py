@@ -163,7 +163,6 @@ def each_of(robot: Robot, found: Variation) -> tuple[Variation, ...]:
 
 
 def _kind(robot: Robot, subject: str) -> tuple[str, str]:
-    """Kind and target of a subject."""
     word, colon, target = subject.partition(":")
     if word == "joint" and colon:
         return "joint", target
@@ -182,7 +181,6 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
 
 
 def _contacts(robot: Robot, subject: str, values: object) -> Variation:
-    """The contacts to be compared; a glob stands for all links that match."""
     texts = values.split(",") if isinstance(values, str) else list(values) if isinstance(values, Iterable) else []
     if not texts:
         raise StudyError("contact: no contact is named; write contact=NAME,NAME or a glob, such as contact=*_foot")
