@@ -1,9 +1,9 @@
 """Thousands of hostile inputs through the command line: `python tests/fuzz.py 100000 [--from NUMBER] [--workers N]`.
 
-Each case runs in a fork of this process, in which everything is imported, so that a crash ends one case only; where this is root,
-the fork is nobody, who may write in the folder of the case alone. What must hold: exit
-code 0, 2 or 3, or 1 from `check`; no traceback, signal or hang; on failure one message and no new file; complete files; valid JSON;
-no control character in what is printed; nothing read outside the open folders; every 50th case gives the same bytes again.
+Cases run one after the other in forks of this process, in which everything is imported; every tenth has a fork of its own. Where
+this is root, the forks are nobody, who may write in the folder of the case alone. What must hold: exit code 0, 2 or 3, or 1 from
+`check`; no traceback, signal or hang; on failure one message and no new file; complete files; valid JSON; no control character in
+what is printed; nothing read outside the open folders; every 50th case gives the same bytes again.
 
 Ends with 1 if any of this does not hold, and prints the case; `--keep FOLDER --from NUMBER` writes its files. After an interrupt it
 says with which --from it continues.
@@ -15,38 +15,50 @@ import contextlib
 import ctypes
 import gc
 import io
-import itertools
 import json
 import multiprocessing
 import os
 import re
 import resource
-import select
 import shutil
 import signal
 import sys
 import tempfile
 import time
+import traceback
+import warnings
 from contextlib import redirect_stderr, redirect_stdout
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  # one thread for each process
 
-from hostile import COMMANDS, FILES, SECRETS, STUDIES, SWEPT, TOKEN, Case, case
+from hostile import COMMANDS, FILES, SECRETS, STUDIES, TOKEN, UNFINISHED, Case, case
 
-from shockpc.cli.entry import entry
+from shockpc.cli import process
 from shockpc.cli.entry import main as run_command
 
 BLOCK = 20
 """Cases that a process takes at once."""
+
+ALONE, AGAIN, LAST = 10, 50, 200
+"""Every so many cases one has a fork of its own, one is repeated; and a fork ends after so many."""
 
 NOBODY = 65534
 """Number of the user without privileges."""
 
 SECONDS, MEMORY = 20, 3 * 2**30
 """What a case may take: time of the processor [s], and bytes beside those that this process takes already."""
+
+
+class Fork(NamedTuple):
+    """A process that runs commands: its number, the connection over which it gets them, and those that it got."""
+
+    process: int
+    connection: Connection
+    ran: list[list[str]]
 
 
 class Outcome(NamedTuple):
@@ -68,41 +80,49 @@ class Found(NamedTuple):
 
 def prepare() -> None:
     """Import everything that commands import when they run, so that forks have it."""
-    with tempfile.TemporaryDirectory(prefix="fuzz-") as name, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+    with (
+        tempfile.TemporaryDirectory(prefix="fuzz-") as name,
+        redirect_stdout(io.StringIO()),
+        redirect_stderr(io.StringIO()) as messages,
+    ):
         Case(FILES, []).write(Path(name, "stick"))
         with contextlib.chdir(Path(name, "stick")):
-            for robot, format_ in itertools.product(("robot.urdf", "robot.xml"), ("json", "csv", "markdown", "table")):
-                _succeed(["analyze", robot, "--contact", "foot", "--format", format_, "--out", "out"])
-            _succeed(["robots", "robot.urdf"])
-            _succeed(["check", "budgets.toml", "--format", "junit"])
-            for line in COMMANDS:
-                if line.split()[0] in STUDIES and "--resume" not in line:
-                    _succeed(line.split())
-            SWEPT.update({str(path): path.read_bytes() for path in sorted(Path("swept").rglob("*")) if path.is_file()})
+            lines = [f"analyze robot.{kind} --contact foot --out out --format" for kind in ("urdf", "xml")]
+            lines = [f"{line} {format_}" for line in lines for format_ in ("json", "csv", "markdown", "table")]
+            for line in [*lines, "check budgets.toml --format junit", *COMMANDS]:
+                if "--resume" not in line and run_command(line.split()) not in (0, 1):
+                    sys.exit(f"shockpc {line}: {messages.getvalue()}")
+            UNFINISHED.update({str(path): path.read_bytes() for path in sorted(Path("parts").rglob("*")) if path.is_file()})
     gc.freeze()
-
-
-def _succeed(words: list[str]) -> None:
-    """Run a command that has to succeed."""
-    if code := run_command(words):
-        sys.exit(f"shockpc {' '.join(words)} ends with {code}")
 
 
 def check(number: int) -> Found:
     """Run a case and judge how it ended."""
-    made, outcomes = case(number), []
+    made = case(number)
+    alone = number % ALONE == 0 or "--jobs" in made.words
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
-        folder = Path(name)
-        for _ in range(2 if number % 50 == 0 and "--explain" not in made.words else 1):  # which prints run times
-            outcomes.append(_run(made, folder))
-            violations = _violations(made, outcomes[-1], folder)
-            shutil.rmtree(folder / "stick")
-    violations += [] if outcomes[0] == outcomes[-1] else ["other bytes on repetition"]
-    return Found(number, str(outcomes[-1].code), tuple(violations))
+        first, violations = _judged(made, Path(name), alone)
+        if violations and not alone:
+            violations = _judged(made, Path(name), alone=True)[1] or [f"after other cases only: {what}" for what in violations]
+        elif number % AGAIN == 0 and not {"--explain", "bench"} & set(made.words):  # which print run times
+            violations += [] if _judged(made, Path(name), alone=True)[0] == first else ["other bytes on repetition"]
+    return Found(number, str(first.code), tuple(violations))
 
 
-def _run(made: Case, folder: Path) -> Outcome:
-    """Run the command of a case in a fork."""
+def _judged(made: Case, folder: Path, alone: bool) -> tuple[Outcome, list[str]]:
+    """Run a case: how it ended, and what does not hold."""
+    outcome = _run(made, folder, alone)
+    violations = _violations(made, outcome, folder)
+    shutil.rmtree(folder / "stick")
+    return outcome, violations
+
+
+_forks: list[Fork] = []
+"""The fork of this process, if it has one."""
+
+
+def _run(made: Case, folder: Path, alone: bool) -> Outcome:
+    """Run the command of a case in a fork; `alone`: in one of its own."""
     place, outside = folder / "stick", folder / "outside"
     made.write(place)
     for own in (outside, folder / "home"):
@@ -111,53 +131,87 @@ def _run(made: Case, folder: Path) -> Outcome:
         (outside / name).write_bytes(data)
         os.utime(outside / name, (0, 1))  # reading it sets the time of the last access, where the file system records that
     before = set(place.rglob("*"))
-    streams = [os.open(folder / stream, os.O_CREAT | os.O_RDWR | os.O_TRUNC) for stream in ("stdout", "stderr")]
-    child = os.fork()
-    if not child:
-        _become(made.words, place, streams)
-    done = os.pidfd_open(child)
-    in_time = bool(select.select([done], [], [], 3.0 * SECONDS)[0])
-    os.close(done)
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(child, signal.SIGKILL)  # what it started as well
-    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    hung = not in_time or code == -signal.SIGXCPU
-    out, err = (os.pread(stream, os.fstat(stream).st_size, 0) for stream in streams)
+    if _forks and (alone or len(_forks[0].ran) >= LAST):
+        _end_fork()
+    if not _forks:
+        _forks.append(_start_fork())
+    child, connection, ran = _forks[0]
+    ran.append(made.words)
+    connection.send((made.words, str(folder)))
+    try:
+        code = connection.recv() if connection.poll(10.0 * SECONDS) else None
+        if alone or code is None:
+            _end_fork()
+    except EOFError:
+        code = _end_fork()
+    out, err = ((folder / stream).read_bytes() for stream in ("stdout", "stderr"))
     err = err.replace(f"/proc/{child}/".encode(), b"/proc/self/")  # each run has another number
-    for stream in streams:
-        os.close(stream)
     new = sorted(path for path in set(place.rglob("*")) - before if path.is_file())
-    return Outcome(None if hung else code, out, err, {str(path.relative_to(place)): path.read_bytes() for path in new})
+    files = {str(path.relative_to(place)): path.read_bytes() for path in new}
+    return Outcome(None if code == -signal.SIGXCPU else code, out, err, files)
 
 
-def _become(words: list[str], place: Path, streams: list[int]) -> None:
-    """Make this process the command."""
+def _start_fork() -> Fork:
+    """Start a process that runs commands."""
+    ours, theirs = multiprocessing.Pipe()
+    child = os.fork()
+    if child:
+        theirs.close()
+        return Fork(child, ours, [])
     try:
         os.setpgid(0, 0)
         multiprocessing.current_process()._config["daemon"] = False  # a worker of the pool may not have processes of its own
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        for number, stream in enumerate([os.open(os.devnull, os.O_RDONLY), *streams]):
-            os.dup2(stream, number)
-        os.closerange(3, 64)
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        number = os.dup(theirs.fileno()) if theirs.fileno() == 3 else theirs.fileno()
+        connection = Connection(os.dup2(number, 3))
+        os.closerange(4, 64)
+        process.prepare()
+        warnings.simplefilter("ignore")
         sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
         taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (taken + MEMORY, taken + MEMORY))
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
-        os.environ |= dict.fromkeys(("HOME", "TMPDIR"), str(place.parent / "home"))
-        tempfile.tempdir = None
-        if os.geteuid() == 0:
-            _drop_privileges(place.parent)
-        os.chdir(place)
-        sys.argv = ["shockpc", *words]
-        entry()
+        while True:
+            connection.send(_command(*connection.recv()))
     finally:
         os._exit(99)
 
 
-def _drop_privileges(folder: Path) -> None:
-    """Become nobody, who owns a folder. Of root's rights only that of reading remains, as an interpreter may be in root's home."""
-    for path in (folder, *folder.rglob("*")):
-        os.chown(path, NOBODY, NOBODY, follow_symlinks=False)
+def _end_fork() -> int:
+    """End the fork and what it started; its exit code, or less the signal that ended it."""
+    child, connection, _ = _forks.pop()
+    connection.close()
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def _command(words: list[str], folder: str) -> int:
+    """Run a command in this process; its exit code."""
+    for number, stream in enumerate(("stdout", "stderr"), 1):
+        opened = os.open(Path(folder, stream), os.O_CREAT | os.O_WRONLY | os.O_TRUNC)
+        os.dup2(opened, number)
+        os.close(opened)
+    os.environ |= dict.fromkeys(("HOME", "TMPDIR"), str(Path(folder, "home")))
+    tempfile.tempdir = None
+    resource.setrlimit(resource.RLIMIT_CPU, (int(time.process_time()) + SECONDS, resource.RLIM_INFINITY))
+    os.chdir(Path(folder, "stick"))
+    process.received.clear()
+    sys.argv = ["shockpc", *words]
+    try:
+        code = run_command(words)
+    except BaseException:
+        traceback.print_exc()
+        code = 1
+    sys.stdout.flush()
+    os.chdir("/")
+    return code
+
+
+def _drop_privileges() -> None:
+    """Become nobody, where this is root. Of its rights only that of reading remains, as an interpreter may be in root's home."""
+    if os.geteuid():
+        return
     library, read_search = ctypes.CDLL(None, use_errno=True), 2  # CAP_DAC_READ_SEARCH
     library.prctl(8, 1, 0, 0, 0)  # PR_SET_KEEPCAPS
     os.setgroups([])
@@ -210,7 +264,7 @@ def _complete(name: str, content: bytes) -> bool:
             ElementTree.fromstring(content)
     except (ValueError, ElementTree.ParseError):
         return False
-    end = b"IEND\xaeB`\x82" if name.endswith(".png") else b"\n"
+    end = b"IEND\xaeB`\x82" if name.endswith(".png") else b"PAR1" if name.endswith(".parquet") else b"\n"
     return content.endswith(end) and not re.search(r"(^|/)\.[^/]*\.[a-z0-9_]{8}(\.\w+)?$", name)
 
 
@@ -228,7 +282,7 @@ def main() -> int:
     prepare()
     ended, violated, start = collections.Counter(), 0, time.monotonic()
     signal_of_parent = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: only this process answers Ctrl-C
-    with multiprocessing.get_context("fork").Pool(given.workers) as pool:
+    with multiprocessing.get_context("fork").Pool(given.workers, _drop_privileges) as pool:
         signal.signal(signal.SIGINT, signal_of_parent)
         try:
             for found in pool.imap(check, range(given.first, given.first + given.count), BLOCK):

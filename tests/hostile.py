@@ -5,14 +5,18 @@ Case i is a function of i alone. Each case is a folder of files, valid at first,
 
 import contextlib
 import copy
+import io
+import json
 import os
 import random
 import re
 import struct
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
+import numpy as np
+import pyarrow.parquet
 from commands import ROBOTS
 
 ElementTree.register_namespace("xacro", "http://www.ros.org/wiki/xacro")
@@ -21,8 +25,44 @@ ElementTree.register_namespace("", "http://www.collada.org/2005/11/COLLADASchema
 TOKEN = "CANARY-8153"
 """In the files outside the open folders; the output must never hold it."""
 
+LANDINGS: dict[str, np.ndarray] = {
+    "name": np.array(["a", "b", "c"]),
+    "contact": np.array(["foot", "foot", "arm"]),
+    "friction": np.array([0.3, 0.5, 0.7]),
+    "q_knee": np.array([0.1, 0.2, -0.3]),
+    "before_knee": np.array([0.0, 1.0, -1.0]),
+    **{f"q{axis}": np.array([float(axis == "w")] * 3) for axis in "wxyz"},
+    "vx": np.array([0.1, 0.0, -0.2]),
+    "vz": np.array([-1.0, -0.5, -2.0]),
+    "after_knee": np.array([0.5, 1.5, -1.0]),
+    "after6ms_vz": np.array([-0.1, -0.2, -0.3]),
+}
+"""Recorded landings of that robot."""
+
+ARRAYS = {
+    "qpos": np.array([[0.0, 0, 1, 1, 0, 0, 0, 0.1, 0.05]] * 2),
+    "qvel": np.array([[0.0, 0, -1, 0, 0, 0, 0.1, 0.05]] * 2),
+    "position": np.array([[0.1], [0.2]]),
+    "velocity": np.array([[0.1], [0.2]]),
+}
+"""Arrays as MuJoCo and ROS record them."""
+
+
+def packed(kind: str, columns: dict[str, Any]) -> bytes:
+    """A table as a file: npz or parquet."""
+    file = io.BytesIO()
+    if kind == "npz":
+        np.savez(file, **columns)
+    else:
+        pyarrow.parquet.write_table(pyarrow.table({name: pyarrow.array(list(values)) for name, values in columns.items()}), file)
+    return file.getvalue()
+
+
 FILES = {path.name: path.read_bytes() for path in sorted((ROBOTS / "stick").iterdir())}
-"""A robot as URDF, xacro and MJCF, with all that goes with it."""
+FILES |= {f"landings.{kind}": packed(kind, LANDINGS) for kind in ("npz", "parquet")}
+_ROWS = zip(*(map(str, values) for values in LANDINGS.values()), strict=True)
+FILES["landings.csv"] = "\n".join([",".join(LANDINGS), *map(",".join, _ROWS)]).encode()
+"""A robot as URDF, xacro and MJCF, with all that goes with it, and recorded landings."""
 
 SECRETS = {f"secret.{kind}": f"{kind} {TOKEN}\n".encode() for kind in ("obj", "stl", "yaml")} | {
     f"secret.{kind}": f'<robot name="{TOKEN}"><link name="{TOKEN}"/><group_state name="{TOKEN}"/></robot>'.encode()
@@ -158,6 +198,17 @@ STARTS = _table(
 )
 """Bytes before a file's own."""
 
+OTHER_COLUMNS = [
+    np.array(values, dtype=kind)
+    for values, kind in (
+        ([1, 2, 3], "int8"), ([True, False, True], bool), ([1j, 2, 3], complex), ([0.1, 0.2, 0.3], "float16"), ([1e300] * 3, float),
+        (["0.1", "x", ""], str), ([b"a", b"\xff", b""], bytes), (["2020-01-01", "NaT", "2021-01-01"], "datetime64[D]"),
+        ([1, 2, 3], "timedelta64[s]"), ([2**63] * 3, "uint64"), (["\x1b[31m", "\u202e", "=1+1"], str), (["x" * 70_000] * 3, str),
+        ([["foot"], ["arm"], ["body"]], str),
+    )
+]  # fmt: skip
+"""What may stand where a column of a table does."""
+
 OPTIONS = _table("""
 --contact ¦ --at ¦ --body ¦ --set ¦ --lock ¦ --armature ¦ --joint-velocity ¦ --stance ¦ --srdf ¦ --xacro ¦ --package ¦
 --speed ¦ --strike-angle ¦ --velocity ¦ --drop-height ¦ --offset ¦ --restitution ¦ --plane ¦ --pulse ¦ --range-g ¦ --base-rpy ¦
@@ -184,37 +235,58 @@ SETTINGS = _table("""
 """)
 """Options of studies; not every study has each."""
 
-STUDIES = ("sweep", "batch", "compare", "place", "limits", "sensitivity")
+ROWS = _table("""
+--rank shock@body ¦ --rank nothing ¦ --rows csv --out out ¦ --rows parquet --out out ¦ --map q_knee=knee ¦ --map *knee=*shoulder ¦
+--map after*= ¦ --map vx=vx_body ¦ --command a ¦ --command c ¦ --command row ¦ --prove 0 ¦ --joints free,locked ¦
+--contact-stiffness 1e5 ¦ --friction 0.4 ¦ --quantity shock_friction ¦ --jobs 2 ¦ --contact arm ¦ --resume ¦ --out out
+""")
+"""Options of `landings`."""
+
+STUDIES = ("sweep", "batch", "compare", "place", "limits", "sensitivity", "landings")
 """Commands that compute many landings."""
 
-SWEPT: dict[str, bytes] = {}
-"""The files of the sweep below, which the fuzzer fills in."""
+UNFINISHED: dict[str, bytes] = {}
+"""The files of the studies below that can be continued; the fuzzer fills them in."""
 
-SWEEP = "sweep robot.urdf --contact foot --vary knee=-20:20:3 --prove 1 --format csv --out swept"
+SWEEP = "sweep robot.urdf --contact foot --vary knee=-20:20:3 --prove 1"
+CONTINUED = {
+    "parts/csv": f"{SWEEP} --format csv",
+    "parts/parquet": f"{SWEEP} --format parquet",
+    "parts/landings": "landings landings.csv robot.urdf --rows csv",
+}
+"""Studies that can be continued, by the folder of their parts."""
 
 COMMANDS = {
     "analyze robot.urdf --contact foot": (38, "robot.urdf " * 7 + "robot.srdf package.xml part.stl part.obj part.dae part.ply"),
     "analyze robot.xml --contact foot": (24, "robot.xml " * 5 + "more.xml part.stl"),
     "analyze robot.urdf.xacro --contact foot": (5, "robot.urdf.xacro " * 3 + "macros.xacro values.yaml"),
     "analyze scene.toml": (14, "scene.toml " * 5 + "robot.urdf robot.srdf"),
-    "analyze robot.urdf --contact foot --contact-point lowest": (6, "part.obj part.ply robot.urdf"),
-    "analyze robot.xml --contact foot --contact-point lowest": (2, "robot.xml part.stl"),
+    "analyze robot.urdf --contact arm --contact-point lowest": (6, "part.obj part.ply robot.urdf"),
+    "analyze robot.xml --contact shin --contact-point lowest": (2, "robot.xml part.stl"),
     "robots robot.urdf": (4, "robot.urdf package.xml"),
     "robots robot.xml": (2, "robot.xml more.xml"),
     "check budgets.toml": (3, "budgets.toml " * 3 + "scene.toml robot.urdf"),
-    "check budgets.toml --baseline baseline.json": (6, "baseline.json " * 4 + "budgets.toml"),
-    SWEEP: (5, "robot.urdf"),
-    f"{SWEEP} --resume": (
-        5,
-        "swept/rows/part-00000.csv swept/checksums/part-00000.sha256 swept/sweep.json swept/.shockpc-files robot.urdf",
-    ),
+    "check budgets.toml --baseline baseline.json": (7, "baseline.json " * 8 + "budgets.toml"),
+    "check budgets.toml --baseline new.json --update-baseline": (1, "budgets.toml scene.toml robot.urdf"),
     "batch robot.urdf robot.xml --contact foot": (4, "robot.urdf robot.xml part.stl"),
     "compare robot.urdf robot.xml --contact foot": (4, "robot.urdf robot.xml"),
     "place robot.urdf --contact foot --body body --within -0.1:0.1,-0.1:0.1,0:0.1": (3, "robot.urdf part.stl"),
-    "limits robot.urdf --contact foot --joint knee --at body --max 0.2": (4, "robot.urdf"),
+    "limits robot.urdf --contact foot --joint knee --at body --max 0.2": (3, "robot.urdf"),
     "sensitivity robot.urdf --contact foot --at body": (4, "robot.urdf"),
+    "landings landings.csv robot.urdf": (8, "landings.csv " * 7 + "robot.urdf"),
+    "landings landings.csv scene.toml": (2, "landings.csv scene.toml"),
+    "landings landings.npz robot.urdf": (4, "landings.npz"),
+    "landings landings.npz robot.xml --contact foot": (3, "landings.npz"),
+    "landings landings.parquet robot.urdf": (4, "landings.parquet"),
+    "bench robot.urdf --contact foot": (0.2, "robot.urdf"),
+    "paper 1": (0.1, "robot.urdf"),
+    "quantities": (0.2, "robot.urdf"),
+    "schema": (0.2, "robot.urdf"),
+    "schema budgets": (0.1, "robot.urdf"),
+    **{f"{line} --out {folder}": (1, line.split()[1]) for folder, line in CONTINUED.items()},
+    **{f"{line} --out {folder} --resume": (2, f"{folder}/* " * 9 + "robot.urdf") for folder, line in CONTINUED.items()},
 }
-"""Commands: how often each is run, and the files of which some are changed."""
+"""Commands: how often each is run, and the files of which some are changed; FOLDER/* is any in it."""
 
 
 class Case(NamedTuple):
@@ -245,15 +317,25 @@ def case(number: int) -> Case:
     rng, files = random.Random(f"case {number}"), dict(FILES)
     (line,) = rng.choices(list(COMMANDS), [often for often, _ in COMMANDS.values()])
     words = line.split()
-    files |= SWEPT if "--resume" in words else {}
+    files |= UNFINISHED if "--resume" in words else {}
     for _ in range(rng.choice((0, 1, 1, 1, 2, 3))):
         name = rng.choice(COMMANDS[line][1].split())
-        files[name] = _changed(rng, files[name])
+        if name.endswith("/*"):
+            name = rng.choice([file for file in files if file.startswith(name[:-1])])
+        if name.endswith((".npz", ".parquet")) and rng.random() < 0.8:
+            files[name] = _columns(rng, name.rpartition(".")[2]) or _flipped(rng, files[name])
+        elif name in UNFINISHED and rng.random() < 0.1:
+            del files[name]
+        else:
+            files[name] = _changed(rng, files[name])
     if words[0] == "analyze":
         words += ["--format", rng.choice(("table", "json", "json", "csv", "markdown"))] * (rng.random() < 0.6)
         words += ["--out", "out"] * (rng.random() < 0.03)
         for _ in range(rng.choice((0, 0, 0, 1, 1, 2))):
             words += rng.choice(EXTRAS).split()
+    elif words[0] == "landings":
+        for _ in range(rng.choice((0, 0, 1, 2))):
+            words += rng.choice(ROWS).split()
     elif words[0] in STUDIES:
         for _ in range(rng.choice((0, 1, 1, 2))):
             words += rng.choice(SETTINGS).split()
@@ -272,6 +354,7 @@ def _changed(rng: random.Random, data: bytes) -> bytes:
     """A file with one thing changed."""
     xml, binary = data.lstrip()[:1] == b"<", b"\0" in data
     ways = (_tree, _tree, _tree, _tree, _number, _text) if xml else (_binary,) if binary else (_line, _line, _number, _text)
+    ways += (_json,) * 4 * (data[:1] == b"{")
     with contextlib.suppress(ElementTree.ParseError, ValueError, LookupError, RecursionError):  # it was broken by an earlier change
         return rng.choice(ways)(rng, data)
     return _text(rng, data)
@@ -366,6 +449,57 @@ def _line(rng: random.Random, data: bytes) -> bytes:
         text = "".join(f"\\u{ord(sign):04x}" if ord(sign) < 0x20 or sign in '"\\\x7f' else sign for sign in value)
         lines[k] = key + b"= " + rng.choice((value, f'"{text}"', f"[{value}]")).encode()
     return b"\n".join(lines)
+
+
+def _json(rng: random.Random, data: bytes) -> bytes:
+    """JSON in which a value, a key or a part is another."""
+    document = json.loads(data)
+    places: list[tuple[Any, Any]] = []
+    parts = [document]
+    for part in parts:  # grows
+        keys = list(part) if isinstance(part, dict) else range(len(part))
+        places += [(part, key) for key in keys]
+        parts += [part[key] for key in keys if isinstance(part[key], dict | list)]
+    part, key = rng.choice(places)
+    match rng.randrange(5):
+        case 0:
+            del part[key]
+        case 1 if isinstance(part, list):
+            part.append(part[key])
+        case 1 | 2 if isinstance(part, dict):
+            part[_value(rng)] = part.pop(key)
+        case 3:
+            part[key] = rng.choice((None, True, -1, 1e308, [], {}, [part[key]], _value(rng), rng.choice(places)[0]))
+        case _:
+            part[key] = "HERE"
+            other = rng.choice((*NUMBERS, "[" * 3000, "NaN", "Infinity", '{"a": 1, "a": 2}'))
+            return json.dumps(document, skipkeys=True).replace('"HERE"', other).encode()
+    return json.dumps(document).encode()  # ValueError where it holds itself
+
+
+def _columns(rng: random.Random, kind: str) -> bytes | None:
+    """A table of landings with one column, or one value, that is another; None where a file of this kind cannot hold it."""
+    columns: dict[str, Any] = {name: values.copy() for name, values in LANDINGS.items()}
+    if kind == "npz" and rng.random() < 0.5:
+        columns = dict(ARRAYS) if rng.random() < 0.5 else ARRAYS | {"name": np.array(["knee"])}
+    name = rng.choice(list(columns))
+    match rng.randrange(6):
+        case 0:
+            del columns[name]
+        case 1:
+            columns[_value(rng) or "x"] = columns.pop(name)
+        case 2:
+            columns[name] = columns[rng.choice(list(columns))]
+        case 3:
+            count = rng.randrange(len(columns[name]) + 1)
+            columns |= {each: columns[each][:count] for each in (columns if kind == "parquet" else (name,))}
+        case 4 if columns[name].dtype.kind == "f":
+            columns[name].flat[rng.randrange(columns[name].size)] = rng.choice((np.nan, np.inf, 1e308, 1e20, -1e-320, 90.0, 0.0))
+        case _:
+            columns[name] = rng.choice(OTHER_COLUMNS)
+    with contextlib.suppress(ValueError, TypeError, NotImplementedError, struct.error):
+        return packed(kind, columns)
+    return None
 
 
 def _text(rng: random.Random, data: bytes) -> bytes:

@@ -4,9 +4,23 @@ import subprocess
 import sys
 from pathlib import Path
 
+import hostile
+
+from shockpc.cli.app import COMMANDS
+
 
 def test_hostile_inputs():
     """No traceback, crash, hang, incomplete file or exit code that means something else; in a process of its own, which forks."""
     fuzz = str(Path(__file__).with_name("fuzz.py"))
     done = subprocess.run([sys.executable, fuzz, "60", "--workers", "2"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
+
+
+def test_every_command_gets_hostile_inputs():
+    assert {line.split()[0] for line in hostile.COMMANDS} == set(COMMANDS)
+
+
+def test_a_case_is_a_function_of_its_number():
+    """Tables are written anew for each case, so a case that is repeated by its number has the same bytes."""
+    for number in range(200):
+        assert hostile.case(number) == hostile.case(number)

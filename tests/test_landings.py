@@ -18,7 +18,7 @@ from shockpc.bench.measured import measured_landings
 from shockpc.model.motion import Motion
 from shockpc.studies.landings.comparison import STATISTICS, compare_measured
 from shockpc.studies.landings.study import CLOSED_BY, compute, landings
-from shockpc.studies.landings.table import rows_of
+from shockpc.studies.landings.table import read_table, rows_of
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 JOINTS = ("LF_HAA", "LF_HFE", "LF_KFE", "RH_KFE")
@@ -349,3 +349,15 @@ def test_arrays_that_are_no_table(here, capfd, arrays, message):
     outcome = run(capfd, "landings", here / "log.npz", "anymal_b", "--contact", "LF_FOOT")
     assert outcome.code == 2
     assert message in outcome.err
+
+
+@pytest.mark.parametrize(("place", "bits"), [(6, 1), (8, 40), (60, 255)])
+def test_an_archive_that_is_damaged(tmp_path, place, bits):
+    """It says that it is encrypted, or packed in an unknown way; or its packed bytes are others."""
+    np.savez_compressed(tmp_path / "log.npz", LF_KFE=np.linspace(0.0, 1.0, 50))
+    data = bytearray((tmp_path / "log.npz").read_bytes())
+    for start in {data.find(b"PK\x03\x04"), data.find(b"PK\x01\x02") + 2} if place < 60 else {0}:
+        data[start + place] ^= bits
+    (tmp_path / "log.npz").write_bytes(data)
+    with pytest.raises(StudyError, match="cannot be read"):
+        read_table(tmp_path / "log.npz")

@@ -10,6 +10,7 @@ import csv
 import itertools
 import re
 import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -122,7 +123,7 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
                     columns = {name: file[name] for name in file.files}
             case _:
                 raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as refusal:
+    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as refusal:
         raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
     for name, values in columns.items():
         if values.ndim == 0 or values.dtype.kind not in "fiubOUSM":
