@@ -291,11 +291,9 @@ def main() -> int:
                 for violation in found.violations:
                     print(f"case {found.number}: {violation}", flush=True)
                 done = ended.total()
-                if done % 500 == 0 and sys.stderr.isatty():
+                if done % 500 == 0:
                     left = (given.count - done) * (time.monotonic() - start) / done / 60.0
-                    print(
-                        f"\r{done} of {given.count}, {violated} violated, {left:.0f} min left ", end="", file=sys.stderr, flush=True
-                    )
+                    print(f"{done} of {given.count}, {violated} violated, {left:.0f} min left", file=sys.stderr, flush=True)
         except KeyboardInterrupt:
             print(f"interrupted; continue with: --from {given.first + ended.total()} {given.count - ended.total()}")
             pool.terminate()

@@ -20,7 +20,9 @@ def test_every_command_gets_hostile_inputs():
     assert {line.split()[0] for line in hostile.COMMANDS} == set(COMMANDS)
 
 
-def test_a_case_is_a_function_of_its_number():
+def test_a_case_is_a_function_of_its_number(monkeypatch):
     """Tables are written anew for each case, so a case that is repeated by its number has the same bytes."""
+    for folder in hostile.CONTINUED:
+        monkeypatch.setitem(hostile.UNFINISHED, f"{folder}/rows.csv", b"1,2")
     for number in range(200):
         assert hostile.case(number) == hostile.case(number)
