@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -264,6 +264,9 @@ class Scene(Record):
                 raise SceneError(f"{inline(path)} cannot be the path of a file: it holds a NUL character")
 
 
+S = TypeVar("S", bound=Scene)
+
+
 def plane_of(scene: Scene) -> Plane:
     """The plane of a scene as unit vectors.
 
@@ -320,13 +323,14 @@ def read_scene(path: Path | str) -> Scene:
     """
     path = Path(path)
     with reading(path, "scene", SceneError) as table:
-        return scene_from(table, path.resolve().parent)
+        return scene_from(Scene, table, path.resolve().parent)
 
 
-def scene_from(table: Mapping[str, Any], folder: Path, key: str = "") -> Scene:
+def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str = "") -> S:
     """A scene from its table. Paths in it are relative to a folder and become absolute.
 
     Args:
+        kind: `Scene`, or one with more fields.
         table: as TOML gives it.
         folder: where the file lies.
         key: position of the table in the file, for messages.
@@ -335,7 +339,7 @@ def scene_from(table: Mapping[str, Any], folder: Path, key: str = "") -> Scene:
         SceneError: a key or its value does not fit; the text says what would be valid.
     """
     faults: list[str] = []
-    scene: Scene | None = checked(table, Scene, key, faults)
+    scene: S | None = checked(table, kind, key, faults)
     if scene is None or faults:
         raise SceneError("; ".join(faults))
     try:
@@ -382,7 +386,7 @@ def scene_table(record: Any) -> dict[str, Any]:
     return table
 
 
-def with_paths(scene: Scene, change: Callable[[str], str]) -> Scene:
+def with_paths(scene: S, change: Callable[[str], str]) -> S:
     """The scene with every path in it changed; a robot's name is not a path."""
     robot, joints = scene.robot, scene.joints
     if os.sep in robot or Path(robot).suffix:

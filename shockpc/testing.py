@@ -36,7 +36,7 @@ def assert_shock(
     landing = scene if isinstance(scene, Scene) else read_scene(Path(scene))
     name = landing.robot if isinstance(scene, Scene) else Path(scene).stem
     budget = Budget(at=at, metric=metric, max=max, min=min)
-    check = check_budgets(Budgets(None, (Case(name=name, scene=landing),), (budget,), ()))
+    check = check_budgets(Budgets(None, (Case(name=name, **vars(landing)),), (budget,), ()))
     missing = next((outcome.reason for outcome in check.outcomes if outcome.status == "not computed"), None)
     if missing is not None:
         raise StudyError(missing)

@@ -9,7 +9,7 @@ import yourdfpy
 from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, refused, urdf, written, xacro
 
 import shockpc
-from shockpc import Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
+from shockpc import Contact, Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
 from shockpc.landing import resolve
 from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes
@@ -77,14 +77,14 @@ def test_place_refuses_one_file_with_two_arguments(tmp_path: Path):
 def test_check_computes_each_robot_of_an_mjcf(tmp_path: Path):
     """A second case on another robot of the file was refused, because it was looked for in the first one."""
     path = written(tmp_path, DOGS, "dogs.xml")
-    cases = tuple(Case(name=name, scene=Scene(robot=path, contact=f"{name}_foot")) for name in "ab")
+    cases = tuple(Case(name=name, robot=path, contact=(Contact(frame=f"{name}_foot"),)) for name in "ab")
     check = check_budgets(Budgets(None, cases, (Budget(at="*_foot", metric="effective_mass", min=0.0),), ()))
     for case in cases:
-        profile = shock_profile(case.scene, load_robot(path, frames=[f"{case.name}_foot"]))
+        profile = shock_profile(case.landings[0][1], load_robot(path, frames=[f"{case.name}_foot"]))
         (value,) = [value for key, value in check.values.items() if key.case == case.name]
         assert value == profile.contacts[0].mass_sticking
     with pytest.raises(StudyError, match='"a" and "b" are of different robots'):
-        shockpc.place({case.name: case.scene for case in cases})
+        shockpc.place({case.name: case.landings[0][1] for case in cases})
 
 
 def test_an_unknown_joint_is_refused_with_the_nearest():

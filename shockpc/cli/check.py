@@ -22,7 +22,8 @@ A file of budgets; in a pyproject.toml its tables are [[tool.shockpc.case]]
 and [[tool.shockpc.budget]]:
   [[case]]
   name = "land-front"
-  scene = "landing.toml"          # or robot, posture, [[case.contact]], ...
+  scene = "landing.toml"          # any key of a scene, such as robot, posture
+                                  # or [[case.contact]], goes before its own
   strike_angle_deg = [0, 15, 30]  # a landing for each
 
 \b
@@ -48,6 +49,10 @@ and [[tool.shockpc.budget]]:
   percentile = 95                 # met in 95 % of the case's 1000 random
                                   # designs; designs = N in [[case]] for more
 
+BUDGETS.toml:CASE is the landing of a case for other commands, such as
+shockpc analyze budgets.toml:land-front.
+
+\b
 Where a metric is of points, such as shock or peak_g, the name of a body means
 its centre of mass. A vector counts by its length; delta_v.z is a component. A
 number that may be of either sign needs both min and max, and with a

@@ -27,7 +27,7 @@ _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), gr
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
 in_output = group("Output")
 
-ROBOT = argument("A robot file (URDF, xacro, MJCF), a robot's name, or a scene (.toml).", "ROBOT", robot_name)
+ROBOT = argument("A robot file (URDF, xacro, MJCF), a robot's name, a scene (.toml), or BUDGETS.toml:CASE.", "ROBOT", robot_name)
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
-from shockpc.errors import SceneError
+from shockpc.errors import SceneError, UnknownName
 from shockpc.model.contact import Contact, foot_contact, landing_frames, match_contacts
 from shockpc.model.joint_model import Joints, Rotor
 from shockpc.model.posture import Posture
@@ -25,7 +25,7 @@ def scenes_from(
     """The robot, and one scene for each landing that the options describe. An option replaces what a scene file says.
 
     Args:
-        robot: its name or file, or a scene.
+        robot: its name or file, a scene, or a case of a file of budgets.
         options: of the command.
         trace: collects what loading the robot cost.
         on_each_foot: whether a robot for which no contact is given lands on each of its feet.
@@ -33,7 +33,7 @@ def scenes_from(
     Raises:
         ShockError: an option's value is not valid, or names nothing in the robot.
     """
-    scene = read_scene(robot) if is_scene_file(robot) else Scene(robot=robot)
+    scene = _scene_of(robot)
     scene = _with(
         scene,
         srdf=None if options.srdf is None else str(options.srdf),
@@ -90,6 +90,23 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
             f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {names}; name one --contact'
         )
     return loaded, scenes[0]
+
+
+def _scene_of(name: str) -> Scene:
+    """The scene of a file, of FILE.toml:CASE, or of a robot alone.
+
+    Raises:
+        ShockError: a file cannot be read, or has no such case.
+    """
+    file, mark, case = name.partition(".toml:")
+    if mark and not Path(name).exists():
+        from shockpc.studies.check.budgets import read_budgets
+
+        cases = {known.name: known.landings[0][1] for known in read_budgets(Path(f"{file}.toml")).cases}
+        if case not in cases:
+            raise UnknownName("case", case, cases, f"{file}.toml", "")
+        return cases[case]
+    return read_scene(name) if is_scene_file(name) else Scene(robot=name)
 
 
 def is_scene_file(name: str) -> bool:

@@ -1,8 +1,9 @@
 """What a typed name means: the exact name, else all that it matches as a glob, upper and lower case apart; else an error."""
 
 import fnmatch
+import itertools
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from shockpc.errors import UnknownName
 from shockpc.printed import listed
@@ -12,6 +13,19 @@ def matches(pattern: str, names: Iterable[str]) -> tuple[str, ...]:
     """The names that a pattern means, each once, in their order; none if it means nothing."""
     known = dict.fromkeys(names)
     return (pattern,) if pattern in known else tuple(name for name in known if fnmatch.fnmatchcase(name, pattern))
+
+
+def glob_of(names: Sequence[str], every: Iterable[str]) -> str:
+    """What means just some names of all: the name, or a glob where they differ in one part alone; empty if there is none."""
+    if len(names) == 1:
+        return names[0]
+    glob = f"{_beginning(names)}*{_beginning([name[::-1] for name in names])[::-1]}"
+    return glob if {*matches(glob, every)} == {*names} else ""
+
+
+def _beginning(names: Sequence[str]) -> str:
+    """How all names begin."""
+    return "".join(letters[0] for letters in itertools.takewhile(lambda letters: len({*letters}) == 1, zip(*names, strict=False)))
 
 
 def match(

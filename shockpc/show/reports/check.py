@@ -3,17 +3,17 @@
 import math
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args
 from xml.etree import ElementTree as ET
 
 from shockpc.errors import OutputError
-from shockpc.printed import printable
+from shockpc.printed import few, printable
 from shockpc.show.document import record
 from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Report
-from shockpc.show.tables import Cell, Sheet, as_markdown
+from shockpc.show.tables import Cell, Lines, Sheet, as_markdown
 from shockpc.studies.check.budgets import Budget
-from shockpc.studies.check.gate import Check, Outcome
+from shockpc.studies.check.gate import MOST_CHANGES, Check, Outcome, Status
 
 MOST_COMMANDS = 10
 """Errors of one step that GitHub shows."""
@@ -32,14 +32,15 @@ def check_report(check: Check) -> Report:
     return Report(
         name="check",
         title="Budgets",
-        body=lambda full: [check_sheet(check, for_terminal=not full)],
+        body=lambda full: [check_sheet(check, for_terminal=not full), *_commands(check)],
         sheets={"check": lambda: Sheet("", list(records[0]), [tuple(row.values()) for row in records])},
         document=lambda: {
             "file": check.path,
             "exit_code": check.exit_code,
-            "counts": {status.replace(" ", "_"): check.count(status) for status in ("passed", "exceeded", "not computed")},
+            "counts": {status.replace(" ", "_"): check.count(status) for status in get_args(Status)},
             **record(check, "landings", "error_bound"),
             "outcomes": records,
+            "changes": check.changes,
             "notes": check.notes,
         },
         formats={"junit": lambda: _junit(check), "github": lambda: _github_commands(check)},
@@ -56,7 +57,7 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
         for_terminal: the reasons why budgets are not met are notes under the table, rather than its last column.
         most: largest number of rows; a note counts the others.
     """
-    shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, outcome.status == "passed"))[:most]
+    shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, not outcome.reason))[:most]
     columns: dict[str, list[Cell]] = {
         "result": [_status(outcome) for outcome in shown],
         "landing": [_landing_text(outcome) for outcome in shown],
@@ -76,6 +77,19 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
     return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
 
 
+def _commands(check: Check) -> list[Lines]:
+    """The commands that compute the numbers anew of which a budget is not met."""
+    commands = dict.fromkeys(outcome.command for outcome in check.outcomes if outcome.reason and outcome.command)
+    return [Lines(list(commands), "to compute these numbers anew", whole=True)] if commands else []
+
+
+def _explained(check: Check, outcome: Outcome) -> str:
+    """Why a budget is not met, what changed, and how to compute the number anew, on one line."""
+    changes = few(check.changes.get(outcome.case, ()), MOST_CHANGES, "; ", " changes")
+    since, again = f"; since the baseline: {changes}" if changes else "", f"; {outcome.command}" if outcome.command else ""
+    return printable(f"{place_text(outcome)}: {outcome.reason}{since}{again}")
+
+
 def _record(outcome: Outcome) -> dict[str, Any]:
     budget = outcome.budget
     return {
@@ -88,7 +102,7 @@ def _record(outcome: Outcome) -> dict[str, Any]:
         "baseline_tolerance": budget.baseline_tolerance,
         "change": outcome.change,
         "severity": budget.severity,
-        **record(outcome, "status", "reason", "line"),
+        **record(outcome, "status", "reason", "line", "command"),
     }
 
 
@@ -103,6 +117,7 @@ def _summary_text(check: Check) -> str:
     text = f"budgets of {count(check.landings, 'landing')}: {check.count('passed')} passed, {failed} exceeded"
     text += f", {warned} exceeded with a warning" if warned else ""
     text += f", {missing} not computed" if missing else ""
+    text += f", {skipped} skipped" if (skipped := check.count("skipped")) else ""
     text += f"; jumps {proof_text(check.error_bound)}" if check.error_bound else ""
     quantities = (outcome.budget.selection for outcome in check.outcomes)
     unproven = dict.fromkeys(one.name for one in quantities if one.quantity.unproven)
@@ -163,10 +178,12 @@ def _junit(check: Check) -> str:
             name = f"{outcome.budget.metric} at {outcome.at}{angle}: {_limit_text(outcome.budget)}"
             named = {"classname": case, "name": name, "time": "0", **_line(check, outcome)}
             test = ET.SubElement(suite, "testcase", {key: printable(value) for key, value in named.items()})
-            if outcome.status != "passed":
+            if outcome.status == "skipped":
+                ET.SubElement(test, "skipped")
+            elif outcome.status != "passed":
                 kind = "system-out" if not outcome.fails else "failure" if outcome.status == "exceeded" else "error"
                 stated = {"type": outcome.status, "message": printable(outcome.reason)} if outcome.fails else {}
-                ET.SubElement(test, kind, stated).text = printable(f"{place_text(outcome)}: {outcome.reason}")
+                ET.SubElement(test, kind, stated).text = _explained(check, outcome)
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
@@ -175,18 +192,20 @@ def _counts(outcomes: Sequence[Outcome]) -> dict[str, str]:
     """The attributes of a suite."""
     errors = sum(outcome.fails and outcome.status == "not computed" for outcome in outcomes)
     failures = sum(outcome.fails for outcome in outcomes) - errors
-    return {"tests": str(len(outcomes)), "failures": str(failures), "errors": str(errors), "skipped": "0", "time": "0"}
+    skipped = sum(outcome.status == "skipped" for outcome in outcomes)
+    counts = {"tests": len(outcomes), "failures": failures, "errors": errors, "skipped": skipped, "time": 0}
+    return {name: str(number) for name, number in counts.items()}
 
 
 def _github_commands(check: Check) -> str:
     """Workflow commands that mark the lines of the budgets: at most ten, errors first; the last one counts those left out."""
-    marked = sorted((outcome for outcome in check.outcomes if outcome.status != "passed"), key=lambda outcome: not outcome.fails)
+    marked = sorted((outcome for outcome in check.outcomes if outcome.reason), key=lambda outcome: not outcome.fails)
     shown = marked if len(marked) <= MOST_COMMANDS else marked[: MOST_COMMANDS - 1]
     lines = []
     for outcome in shown:
         properties = {**_line(check, outcome), "title": f"shockpc: {outcome.budget.metric} at {outcome.at}"}
         listed = ",".join(f"{key}={printable(value).translate(PROPERTY)}" for key, value in properties.items())
-        text = printable(f"{place_text(outcome)}: {outcome.reason}").translate(MESSAGE)
+        text = _explained(check, outcome).translate(MESSAGE)
         lines.append(f"::{'error' if outcome.fails else 'warning'} {listed}::{text}\n")
     if left := marked[len(shown) :]:
         kind = "error" if left[0].fails else "warning"

@@ -1,31 +1,35 @@
-"""A baseline: the numbers of an earlier design, with which a later one is compared. A JSON file, schema `shockpc.baseline/1`.
+"""A baseline: the numbers of an earlier design, with which a later one is compared, and that design. A JSON file.
 
 Values have six significant digits, and their order is that of their names, so that two baselines differ where designs do. The
 file says which scenes it belongs to; the robot's file may change, since that is the design, but not the landing.
+
+Schema `shockpc.baseline/2`; files of schema 1, which hold no design but the name of the joint model, are read too.
 """
 
 import json
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import shockpc
 from shockpc.errors import StudyError
-from shockpc.landing import Landing
+from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.paths import read_file
 from shockpc.printed import printable
 from shockpc.quantities.table import select
-from shockpc.scene import scene_table
+from shockpc.scene import scene_table, with_paths
+from shockpc.studies.check.design import design_record, read_design, rounded
 
-SCHEMA = "shockpc.baseline/1"
-
-NOTHING = 1e-12
-"""A value below this is rounding of zero."""
+SCHEMA, OLDER = "shockpc.baseline/2", "shockpc.baseline/1"
 
 FILES = ("robot", "srdf", "packages")
 """Keys of a scene that say where files are, which differs from computer to computer."""
+
+_ARRAY = re.compile(r'\[\n([^][{}"]*)\]')
+"""An array of numbers; no text in JSON holds a line break."""
 
 READ_OUT = ("point", "range_g")
 """Keys of a scene that change no value of another place."""
@@ -46,32 +50,30 @@ class Baseline(NamedTuple):
     Attributes:
         path: of its file.
         version: of shockpc that wrote it.
-        cases: what identifies the scene of each case, as `case_record` gives it.
+        cases: what identifies the scene of each case.
+        designs: of which the numbers of each case are, as `design_record` gives it; of schema 1 the joint model alone.
         values: the numbers.
     """
 
     path: Path
     version: str
     cases: Mapping[str, Any]
+    designs: Mapping[str, Any]
     values: Mapping[Key, float]
 
 
-def rounded(value: float) -> float:
-    """A value to six significant digits, as a baseline holds it; rounding of zero is zero."""
-    return 0.0 if abs(value) < NOTHING else float(f"{value:.6g}")
-
-
-def case_record(landing: Landing, own_angle: bool) -> dict[str, Any]:
-    """What identifies the scene of a case: the robot's name, the joint model and the scene without the paths of files.
+def case_record(landing: PosedLanding, own_angle: bool) -> dict[str, Any]:
+    """What identifies the scene of a case, the robot's name and the scene without the paths of files; and the design.
 
     Args:
         landing: one landing of the case.
         own_angle: whether the strike angle is the scene's own, rather than one of a list.
     """
-    table = {key: part for key, part in scene_table(landing.scene).items() if key not in (*FILES, *READ_OUT)}
+    scene = with_paths(landing.scene, lambda path: Path(path).name)
+    table = {key: part for key, part in scene_table(scene).items() if key not in (*FILES, *READ_OUT)}
     if not own_angle:
         table["strike"] = {key: part for key, part in table["strike"].items() if key != "strike_angle_deg"}
-    record = {"robot": landing.robot.name, "joint_model": landing.joint_model.name, "scene": table}
+    record = {"robot": landing.robot.name, "scene": table, "design": design_record(landing)}
     plain: dict[str, Any] = json.loads(json.dumps(record))
     return plain
 
@@ -80,9 +82,17 @@ def baseline_text(cases: Mapping[str, Any], values: Mapping[Key, float]) -> str:
     """The file of a baseline.
 
     Args:
-        cases: what identifies the scene of each case.
+        cases: as `case_record` gives them.
         values: the numbers.
     """
+    designs: list[dict[str, Any]] = []
+    for name in sorted(cases):
+        own = {"cases": [name], **cases[name]["design"]}
+        alike = next((design for design in designs if {**design, "cases": [name]} == own), None)
+        if alike is None:
+            designs.append(own)
+        else:
+            alike["cases"].append(name)
     order = sorted(
         values, key=lambda key: (key.case, -math.inf if key.strike_angle_deg is None else key.strike_angle_deg, key.at, key.metric)
     )
@@ -91,10 +101,12 @@ def baseline_text(cases: Mapping[str, Any], values: Mapping[Key, float]) -> str:
         "schema": SCHEMA,
         "shockpc": shockpc.__version__,
         "pinocchio": PINOCCHIO,
-        "cases": {name: cases[name] for name in sorted(cases)},
+        "cases": {name: {key: cases[name][key] for key in ("robot", "scene")} for name in sorted(cases)},
+        "designs": designs,
         "values": listed,
     }
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    return _ARRAY.sub(lambda array: f"[{' '.join(array[1].split())}]", text) + "\n"
 
 
 def read_baseline(path: Path) -> Baseline:
@@ -110,15 +122,20 @@ def read_baseline(path: Path) -> Baseline:
         data = read_file(path, "baseline", StudyError)
         document = json.loads(data, object_pairs_hook=_unique, parse_constant=str)
         _refuse_deep(document)
-        if document["schema"] != SCHEMA:
+        if document["schema"] not in (SCHEMA, OLDER):
             raise StudyError(f'"{path}" has schema {printable(str(document["schema"]), 60)}, not {SCHEMA}; {renew}')
         values = _unique(
             (Key(*(entry[key] for key in Key._fields)), _number(entry["value"], entry["metric"])) for entry in document["values"]
         )
         for key in values:
             _number(key.strike_angle_deg or 0.0, key.metric)
-        return Baseline(path, str(document["shockpc"]), dict(document["cases"]), values)
-    except (ValueError, KeyError, TypeError, ArithmeticError, RecursionError):
+        cases = dict(document["cases"])
+        if document["schema"] == OLDER:
+            designs = {name: {"joint_model": str(case["joint_model"])} for name, case in cases.items()}
+        else:
+            designs = {name: read_design(design) for design in document["designs"] for name in design["cases"]}
+        return Baseline(path, str(document["shockpc"]), cases, {name: designs[name] for name in cases}, values)
+    except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError):
         raise StudyError(f'"{path}" is not a baseline that shockpc check wrote; {renew}') from None
 
 
@@ -156,7 +173,10 @@ def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any])
     """
     if case not in baseline.cases:
         raise StudyError(f'baseline "{baseline.path}" has no case "{printable(case)}"; write it anew with --update-baseline')
-    here, there = dict(_leaves(record, "")), dict(_leaves(baseline.cases[case], ""))
+    here, there = (
+        {key: value for key, value in _leaves(table, "") if key.startswith(("robot", "scene"))}
+        for table in (record, baseline.cases[case])
+    )
     differing = [key for key in (*here, *(key for key in there if key not in here)) if here.get(key) != there.get(key)]
     if differing:
         listed = "; ".join(f"{key} is {_shown(here.get(key))} here and {_shown(there.get(key))} there" for key in differing[:3])

@@ -10,10 +10,11 @@ from typing import Any, Literal, NamedTuple
 
 from shockpc.core.spatial import Array
 from shockpc.errors import SceneError, ShockError, StudyError
+from shockpc.model import CHECKED
 from shockpc.paths import read_file, usable_path
 from shockpc.printed import printable
 from shockpc.quantities.table import Selection, select, selections
-from shockpc.scene import Scene, read_scene, record_schema, scene_from, scene_schema, scene_table
+from shockpc.scene import Scene, read_scene, record_schema, scene_from, scene_table
 from shockpc.studies.columns import percentile
 from shockpc.toml import checked, reading, unknown_key
 
@@ -38,6 +39,8 @@ class Vary:
         StudyError: not one of `quantity` and `each` is given.
     """
 
+    __pydantic_config__ = CHECKED
+
     values: str
     quantity: str | None = None
     each: str | None = None
@@ -50,37 +53,40 @@ class Vary:
             )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Case:
-    """Landings that are checked: a scene, with some strike angles.
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Case(Scene):
+    """Landings that are checked: a scene with a name, and with some strike angles or random designs.
 
     Attributes:
         name: by which budgets and the baseline refer to it.
-        scene: the landing.
-        strike_angle_deg: a landing for each of these angles, in place of the scene's own [deg].
+        scene: file of a scene, of which the keys of the case replace some.
+        strike_angle_deg: a landing for each of these angles, in place of the strike's own [deg].
         vary: what is not known of the design, for budgets with a percentile.
         designs: number of random designs of which the percentiles are.
 
     Raises:
+        SceneError: a path holds a NUL character.
         StudyError: the number of designs is not valid.
     """
 
     name: str
-    scene: Scene
+    scene: str | None = None
     strike_angle_deg: tuple[float, ...] = ()
     vary: tuple[Vary, ...] = ()
     designs: float = 1000.0
 
     def __post_init__(self) -> None:
-        """Refuse a number of designs that is none."""
+        """Refuse a number of designs that is not valid, and what no scene may hold."""
+        super().__post_init__()
         if not (1.0 <= self.designs <= MOST_DESIGNS and self.designs == int(self.designs)):
             raise StudyError(f"designs is {self.designs:g}; it has to be a whole number from 1 to {MOST_DESIGNS}")
 
     @property
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
         """Each strike angle with its scene; the angle is None where the scene gives the strike alone."""
-        strikes = {angle: replace(self.scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg}
-        return tuple((angle, replace(self.scene, strike=strike)) for angle, strike in strikes.items()) or ((None, self.scene),)
+        scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
+        strikes = {angle: replace(scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg}
+        return tuple((angle, replace(scene, strike=strike)) for angle, strike in strikes.items()) or ((None, scene),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +109,8 @@ class Budget:
         StudyError: it has no limit, its limits exclude every value or let any negative one pass, or the tolerance or the percentile
             is not valid.
     """
+
+    __pydantic_config__ = CHECKED
 
     case: str = "*"
     at: str = "*"
@@ -208,21 +216,16 @@ def budgets_file(folder: Path) -> Path:
 
 def budgets_schema() -> dict[str, Any]:
     """The JSON Schema of a file of budgets, for editors; it lists the metrics."""
-    scene, case, budget = (record_schema(record)["properties"] for record in (Scene, Case, Budget))
-    keys = {
-        "case": scene | {key: case[key] for key in ("name", *OF_A_CASE)} | {"scene": {"type": "string"}},
-        "budget": budget | {"metric": {"enum": list(selections())}},
-    }
-    required = {"case": ["name"], "budget": ["metric"]}
-
-    def table(properties: Any, needed: list[str]) -> dict[str, Any]:
-        return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
-
-    lists = {name: {"type": "array", "items": table(properties, required[name])} for name, properties in keys.items()}
+    case, budget = record_schema(Case), record_schema(Budget)
+    budget["properties"]["metric"] = {"enum": list(selections())}
+    kinds = {"case": case | {"required": ["name"]}, "budget": budget}
     return {
         "title": "shockpc budgets",
-        "$defs": scene_schema()["$defs"] | {"Vary": record_schema(Vary)},
-        **table(lists, list(lists)),
+        "$defs": case.pop("$defs"),
+        "type": "object",
+        "properties": {name: {"type": "array", "items": kind} for name, kind in kinds.items()},
+        "required": list(kinds),
+        "additionalProperties": False,
     }
 
 
@@ -256,35 +259,29 @@ def read_budgets(path: Path) -> Budgets:
         return Budgets(path, tuple(case for case in cases if case is not None), known, lines if len(lines) == len(known) else ())
 
 
-OF_A_CASE: dict[str, Any] = {"strike_angle_deg": tuple[float, ...], "vary": tuple[Vary, ...], "designs": float}
-"""Keys of a case beside its name and its scene, with their types."""
-
-
 def _case(entry: Mapping[str, Any], folder: Path, key: str, faults: list[str]) -> Case | None:
-    """A case: its own keys and those of a scene; what it says of the scene replaces what the scene's file says."""
-    own = {"name": str, "scene": str | None, **OF_A_CASE}
-    parts = [item.name for item in fields(Scene)]
-    before = len(faults)
-    faults += [unknown_key(f"{key}.{name}", name, [*own, *parts]) for name in entry if name not in own and name not in parts]
-    try:
-        found = {name: checked(entry[name], kind, f"{key}.{name}", faults) for name, kind in own.items() if name in entry}
-    except StudyError as refusal:
-        faults.append(f"{key}: {refusal}")
-    if "name" not in entry:
-        faults.append(f"{key}.name is missing; every case needs it")
+    """A case; its keys replace those of the scene's file."""
     if "scene" not in entry and "robot" not in entry:
         faults.append(f"{key} has neither a scene nor a robot; give the path of a scene file, or a robot and its contact")
-    if len(faults) > before:
         return None
-    inline = {name: value for name, value in entry.items() if name in parts}
     try:
-        if "scene" in found:
-            inline = scene_table(read_scene(folder / usable_path(found["scene"]))) | inline
-        scene = scene_from(inline, folder, key)
-        return Case(name=found["name"], scene=scene, **{name: found[name] for name in OF_A_CASE if name in found})
+        if isinstance(file := entry.get("scene"), str):
+            entry = _replaced(scene_table(read_scene(folder / usable_path(file))), entry)
+        return scene_from(Case, entry, folder, key)
     except (SceneError, StudyError, ValueError) as refusal:
         faults.append(str(refusal) if isinstance(refusal, SceneError) else f"{key}: {refusal}")
         return None
+
+
+def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]:
+    """A table with the values of another one in place of its own, in tables within it too."""
+    inner = {
+        key: _replaced(table[key], value)
+        for key, value in by.items()
+        if isinstance(value, Mapping) and isinstance(table.get(key), Mapping)
+    }
+    # Of patterns of joints the last one counts, so what is replaced comes last.
+    return {key: value for key, value in table.items() if key not in by} | {**by, **inner}
 
 
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:

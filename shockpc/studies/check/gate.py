@@ -6,6 +6,7 @@ computed by `shock_profile`, so that each compared number is the midpoint of a p
 
 import itertools
 import math
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 from shockpc.errors import ShockError, StudyError, refusal
 from shockpc.landing import PosedLanding, resolve
 from shockpc.places import Place
-from shockpc.printed import printable
+from shockpc.printed import few, printable
 from shockpc.profile import shock_profile
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
@@ -24,14 +25,22 @@ from shockpc.result import ShockProfile
 from shockpc.robot.names import match
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, robot_of
-from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene, rounded
+from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
+from shockpc.studies.check.design import design_changes, rounded
 from shockpc.studies.columns import Column, places_at
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
 
 EXCEEDED, NO_VERDICT = 1, 3
 """Exit codes of a command."""
+
+MOST_CHANGES = 12
+"""Changes of a design that a note lists."""
+
+
+Status = Literal["passed", "exceeded", "not computed", "skipped"]
+"""How a number compares with its limits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,8 +55,9 @@ class Outcome:
         line: at which the budget begins in its file; None if that is not known.
         value: the number, in the unit of the metric; None if it could not be computed.
         baseline: the number in the baseline; None without one.
-        status: how they compare.
+        status: how they compare; skipped if there is only a baseline to compare with, and none is given.
         reason: which limit is exceeded and by how much, or why there is no number; empty if the budget is met.
+        command: that computes the number anew; empty for landings from Python.
     """
 
     case: str
@@ -57,8 +67,9 @@ class Outcome:
     line: int | None
     value: float | None
     baseline: float | None
-    status: Literal["passed", "exceeded", "not computed"]
+    status: Status
     reason: str
+    command: str = ""
 
     @property
     def key(self) -> Key:
@@ -76,7 +87,7 @@ class Outcome:
     @property
     def fails(self) -> bool:
         """Whether the check does not pass because of it."""
-        return self.status != "passed" and self.budget.severity == "error"
+        return self.status in ("exceeded", "not computed") and self.budget.severity == "error"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +97,8 @@ class Check:
     Attributes:
         path: file of the budgets; None if they are from Python.
         outcomes: by case, strike angle and budget.
-        cases: what identifies the scene of each case, for a baseline.
+        cases: scene and design of each case, for a baseline.
+        changes: what changed of the design of each case since the baseline; empty without one.
         landings: number of landings computed.
         error_bound: proven error of the jumps of velocity, relative to each body's motion, the largest of all [1].
         notes: warnings of the landings, and what was not compared.
@@ -96,6 +108,7 @@ class Check:
     path: Path | None
     outcomes: tuple[Outcome, ...]
     cases: dict[str, Any]
+    changes: dict[str, tuple[str, ...]]
     landings: int
     error_bound: float
     notes: tuple[str, ...]
@@ -139,7 +152,7 @@ def check_budgets(
     Args:
         given: the landings and their limits.
         baseline: numbers to compare with.
-        renewing: whether the numbers become the new baseline, so that none is needed to compare with.
+        renewing: whether the numbers become the new baseline, so that it is no omission that there is none.
         progress: called with the number of landings; what it gives is called with the name of a case after each landing.
 
     Raises:
@@ -152,7 +165,7 @@ def check_budgets(
     if any(budget.percentile is not None for budget in given.budgets):
         notes.append("percentiles are of random designs in double precision")
     if baseline is None and not renewing and any(budget.baseline_tolerance for budget in given.budgets):
-        notes.append("without a baseline no baseline_tolerance was checked")
+        notes.append("without a baseline no baseline_tolerance was checked; name it with --baseline")
     done: Callable[[str], object] = progress(len(planned)) if progress is not None else str
     outcomes: list[Outcome] = []
     profiles: dict[str, ShockProfile] = {}
@@ -165,10 +178,15 @@ def check_budgets(
             profiles.setdefault(one.case.name, profile)
         notes += [f"warning of {printable(one.case.name)}: {warning}" for warning in warnings]
         done(one.case.name)
+    changes = {}
+    if baseline is not None:
+        changes = {name: tuple(design_changes(baseline.designs[name], record["design"])) for name, record in cases.items()}
+        notes = [*_change_notes(baseline, changes, outcomes), *notes]
     return Check(
         path=given.path,
         outcomes=tuple(outcomes),
         cases=cases,
+        changes=changes,
         landings=len(planned),
         error_bound=bound,
         notes=tuple(dict.fromkeys(notes)),
@@ -180,11 +198,6 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
     """All landings that have budgets, so that whatever is wrong in a file is reported before anything is computed."""
     names = [case.name for case in given.cases]
     belongs = [match(budget.case, names, "case", f"{given.path}, budget[{k}]", "") for k, budget in enumerate(given.budgets)]
-    for k, budget in enumerate(given.budgets):
-        if budget.max is None and budget.min is None and baseline is None and not renewing:
-            raise StudyError(
-                f"{given.path}: budget[{k}] has only a baseline_tolerance; name the baseline with --baseline, or give a max"
-            )
     for case in given.cases:
         own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in belongs[k]]
         sampled = [k for k, budget in own if budget.percentile is not None]
@@ -278,6 +291,7 @@ def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> t
         before = None if baseline is None or sampled else baseline.values.get(key)
         missing = refused or (sampled and undone) or budget.selection.quantity.missing
         reasons = [missing] if value is None else _excesses(budget, value, before)
+        alone = baseline is None and budget.max is None and budget.min is None
         outcomes.append(
             Outcome(
                 case=planned.case.name,
@@ -287,11 +301,42 @@ def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> t
                 line=given.lines[k] if given.lines else None,
                 value=value,
                 baseline=before,
-                status="not computed" if value is None else "exceeded" if reasons else "passed",
+                status="not computed" if value is None else "exceeded" if reasons else "skipped" if alone else "passed",
                 reason="; ".join(reasons),
+                command="" if given.path is None else shlex.join(_command(given.path, planned, budget, place)),
             )
         )
     return outcomes, profile, warnings
+
+
+def _command(path: Path, planned: _Planned, budget: Budget, place: Place) -> list[str]:
+    """The command that computes a number anew: an analysis of the case, or a sweep over its random designs."""
+    case, angle, at, here = planned.case, planned.angle, place.name, Path.cwd()
+    words = ["shockpc", "analyze", f"{path.relative_to(here) if path.is_relative_to(here) else path}:{case.name}"]
+    words += [] if angle is None else [f"--strike-angle={str(angle).removesuffix('.0')}"]
+    if budget.selection.quantity.of == "point" and place.centre:
+        body = planned.robot.bodies[place.body]
+        at = f"{body.name}:{','.join(map(str, body.com.tolist()))}"
+    if budget.percentile is not None:
+        vary = [(f"--vary={one.quantity}" if one.quantity else f"--vary-each={one.each}") + f"={one.values}" for one in case.vary]
+        words[1] = "sweep"
+        return [*words, *vary, f"--sample={case.designs:.0f}", "--lhs", f"--quantity={budget.metric}@{at}", "--out=designs"]
+    return [*words, f"--at={at}"] if budget.selection.quantity.of == "point" else words
+
+
+def _change_notes(baseline: Baseline, changes: dict[str, tuple[str, ...]], outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """What changed since the baseline, once for all cases in which it is the same."""
+    if not all("bodies" in design for design in baseline.designs.values()):
+        yield (
+            f'baseline "{baseline.path}" is of an older version and holds no robot, so what changed of it is not known; '
+            "write it anew with --update-baseline"
+        )
+    moved = {one.case for one in outcomes if one.change or one.fails}
+    known = "nothing of the bodies, joints and points that the baseline holds"
+    texts = {name: few(own, MOST_CHANGES, "; ", " changes") or known * (name in moved) for name, own in changes.items()}
+    for text in dict.fromkeys(filter(None, texts.values())):
+        cases = few([printable(name) for name in texts if texts[name] == text], 4)
+        yield f"since the baseline: {cases}: {text}"
 
 
 def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]:
