@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import robot_texts
+from robot_texts import LIMIT, joint, link, loaded, urdf
 
 from shockpc.errors import RobotError, StudyError, UnknownName
 from shockpc.model.joint_model import Joints
+from shockpc.model.posture import Posture
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry
 from shockpc.robot.changes import Change, changed, links_with_mass, read_changes
@@ -140,9 +142,64 @@ def test_uniform_scaling_of_all_masses_changes_no_shock(dog):
     assert heavy.contacts[0].mass_sticking == pytest.approx(2.0 * light.contacts[0].mass_sticking, rel=1e-9)
 
 
+FOREARM = (
+    urdf(
+        link("trunk", "2"), link("mount", "0.3"), link("shin", "0.5"), link("foot", "0.2"), link("toe", "0.1"),
+        joint("clamp", "trunk", "mount", "fixed", more='<origin xyz="0.1 0 -0.1" rpy="0 0.3 0"/>'),
+        joint("knee", "mount", "shin", more=f'{LIMIT}<origin xyz="0 0.05 -0.2" rpy="0.2 0 0"/>'),
+        joint("ankle", "shin", "foot", "fixed", more='<origin xyz="0 0 -0.4" rpy="0 0.5 0"/>'),
+        joint("ball", "foot", "toe", more=f'{LIMIT}<origin xyz="0.1 0 0"/>'),
+    )
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new"),
+    [
+        ("place:knee=0,0.05,-0.3", "0 0.05 -0.2", "0 0.05 -0.3"),
+        ("place:ankle=1.5x", "0 0 -0.4", "0 0 -0.6000000000000001"),
+        ("place:clamp=0.2,0.1,-0.1", "0.1 0 -0.1", "0.2 0.1 -0.1"),
+        ("place:ball=0,0,0", "0.1 0 0", "0 0 0"),
+    ],
+)
+def test_a_moved_joint_is_that_of_the_edited_file(tmp_path, text, old, new):
+    """Also a fixed one, which moves links of its body and the joints on them."""
+    first, edited = (loaded(tmp_path, part, name) for name, part in
+                     (("a.urdf", FOREARM), ("b.urdf", FOREARM.replace(f'xyz="{old}"', f'xyz="{new}"'))))  # fmt: skip
+    moved = changed(first, read_changes(text))
+    scene = Scene(robot="a.urdf", contact="toe", posture=Posture(joints_deg={"knee": 20}))
+    for a, b in (
+        (moved, edited),
+        (first, changed(moved, read_changes(f"place:{text[6:].partition('=')[0]}={old.replace(' ', ',')}"))),
+    ):
+        mine, other = shock_profile(scene, a), shock_profile(scene, b)
+        np.testing.assert_allclose(mine.maps, other.maps, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(mine.position, other.position, atol=1e-14)
+        np.testing.assert_allclose(a.coms, b.coms, atol=1e-15)
+        assert mine.contacts[0].mass_sticking == pytest.approx(other.contacts[0].mass_sticking, rel=1e-12)
+
+
+def test_geometry_moves_with_its_link(dog):
+    """The shank's collision geometry, and the foot on it, are where the new placements of their links are."""
+    lowered = changed(dog, read_changes("place:LF_KFE=0,0,-0.3; place:LF_SHANK_TO_ADAPTER=1.1x"))
+    knee = dog.joint("LF_KFE")
+    np.testing.assert_allclose(lowered.joint("LF_KFE").offset, [0.0, 0.0, -0.3])
+    np.testing.assert_array_equal(lowered.joint("LF_KFE").rotation, knee.rotation)
+    body = dog.body("LF_FOOT")
+    by = lowered.frames["LF_FOOT"].offset - dog.frames["LF_FOOT"].offset
+    assert np.linalg.norm(by) > 0.01
+    for before, after in zip(outline(dog, "collision").shapes[body], outline(lowered, "collision").shapes[body], strict=True):
+        np.testing.assert_allclose(
+            after.points - before.points, np.tile(0 * by if before.link == "LF_SHANK" else by, (len(before.points), 1)), atol=1e-12
+        )
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        ("place:LF_KFE=0.3", "three numbers"),
+        ("place:LF_KFE=0,0,inf", "finite"),
+        ("mass:base=1,2,3", "one number"),
         ("thigh=0.9x", "is not a change"),
         ("weight:base=2", "properties are mass"),
         ("mass:base=", "is not a change"),
@@ -166,5 +223,9 @@ def test_unknown_names_are_refused(dog):
         changed(dog, [Change("armature", "knee", 0.9, True)])
     with pytest.raises(StudyError, match="no effect"):
         changed(dog, [Change("armature", "*", 2.0, True)])
+    with pytest.raises(UnknownName, match='"LF_KFE"'):
+        changed(dog, read_changes("place:LF_KFF=0,0,-0.3"))
+    with pytest.raises(UnknownName, match="joint"):
+        changed(dog, read_changes("place:root_joint=0,0,-0.3"))
     with pytest.raises(RobotError, match="cannot be computed with"):
         changed(dog, [Change("mass", "LF_SHANK", 1e30, False)])

@@ -21,7 +21,8 @@ def compare(
     designs: tuple[str, ...] = argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name, default=...),
     change: tuple[str, ...] = _in_designs(
         "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
-        "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints.",
+        "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints, place of joints, fixed ones too, "
+        "in the frame of the link that carries them, such as 'place:*_KFE=0,0,-0.3' or =1.1x for longer thighs.",
         "CHANGES",
     ),
     quantity: tuple[str, ...] = QUANTITY,

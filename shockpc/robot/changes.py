@@ -1,4 +1,4 @@
-"""Changes of a robot as they are typed: of the mass, centre of mass and inertia of links, and of reflected inertias of joints."""
+"""Changes of a robot as they are typed: mass, centre of mass and inertia of links, reflected inertia and place of joints."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -15,13 +15,13 @@ from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number
 from shockpc.robot.record import Drives, Robot
 
-Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature"]
+Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature", "place"]
 """What can be changed."""
 
 SMALL = 0.01
 """Share of a body's mass below which a change of its links is probably not the change of the body that was meant."""
 
-EXAMPLE = "mass:*_shank=0.9x; com-z:trunk=-0.02; armature:*=0.01"
+EXAMPLE = "mass:*_shank=0.9x; com-z:trunk=-0.02; armature:*=0.01; place:*_knee=0,0,-0.3"
 
 
 @dataclass(frozen=True)
@@ -31,15 +31,16 @@ class Change:
     Attributes:
         what: mass of a link, with its inertia in proportion and its centre of mass where it was [kg]; inertia of a link about its
             centre of mass; position of the centre of mass along x, y or z of the link's frame [m]; armature of a joint, its
-            reflected inertia [kg m²; kg for a prismatic joint].
-        pattern: name or glob of links, for armature of joints.
+            reflected inertia [kg m²; kg for a prismatic joint]; place of a joint, which may be fixed, with all that it carries: its
+            origin in the frame of the link that carries it, such as (0, 0, -length) of a knee [m].
+        pattern: name or glob of links, for armature and place of joints.
         value: the new value, or what the present one is multiplied by; for the centre of mass, how far it moves.
         factor: whether the present value is multiplied.
     """
 
     what: Property
     pattern: str
-    value: float
+    value: float | tuple[float, ...]
     factor: bool
 
     def __post_init__(self) -> None:
@@ -48,23 +49,32 @@ class Change:
         Raises:
             StudyError: the value is not finite, not above zero, or not of the kind that the property takes.
         """
-        what, com = self.what, self.what.startswith("com")
+        what, com, values = self.what, self.what.startswith("com"), np.ravel(self.value)
+        place = what == "place" and not self.factor
         faults = {
-            "the value has to be a finite number": not math.isfinite(self.value),
+            "the value has to be a finite number": not np.isfinite(values).all(),
+            f"a place is three numbers [m] or a factor; give for example {what}:{self.pattern}=0,0,-0.3": len(values) != 3
+            and place,
+            "the value has to be one number": len(values) != 1 and not place,
             f"a centre of mass is moved by metres, not by a factor; give for example {what}:trunk=0.02": com and self.factor,
             "an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x": (
                 what == "inertia" and not self.factor
             ),
             "the value may not be below zero, and a factor of an inertia has to be above zero": (
-                (self.value < 0.0 and not com) or (self.value == 0.0 and what == "inertia")
+                not (com or place) and (values.min() < 0.0 or (values.min() == 0.0 and what == "inertia"))
             ),
         }
         for message, wrong in faults.items():
             if wrong:
                 raise StudyError(f"change {self}: {message}")
 
+    @property
+    def number(self) -> float:
+        """The value, where it is one number."""
+        return float(np.ravel(self.value)[0])
+
     def __str__(self) -> str:
-        return f"{self.what}:{self.pattern}={self.value:g}{'x' * self.factor}"
+        return f"{self.what}:{self.pattern}={','.join(f'{x:g}' for x in np.ravel(self.value))}{'x' * self.factor}"
 
 
 def read_changes(text: str) -> tuple[Change, ...]:
@@ -79,16 +89,16 @@ def read_changes(text: str) -> tuple[Change, ...]:
         pattern, equals, number = (piece.strip() for piece in rest.rpartition("="))
         factor = number.endswith("x")
         try:
-            value = float(number.removesuffix("x"))
+            values = tuple(map(float, number.removesuffix("x").split(",")))
         except ValueError:
-            value = math.nan
+            values = (math.nan,)
         kind = next((kind for kind in get_args(Property) if kind == written.strip()), None)
-        if kind is None or not (colon and equals and pattern) or math.isnan(value):
+        if kind is None or not (colon and equals and pattern) or math.isnan(sum(values)):
             kinds = ", ".join(get_args(Property))
             raise StudyError(
                 f'"{part}" is not a change PROPERTY:NAME=VALUE or PROPERTY:NAME=FACTORx, such as {EXAMPLE}; properties are {kinds}'
             )
-        changes.append(Change(kind, pattern, value, factor))
+        changes.append(Change(kind, pattern, values if len(values) > 1 else values[0], factor))
     if not changes:
         raise StudyError(f'"{text}" holds no change; give for example {EXAMPLE}')
     return tuple(changes)
@@ -106,6 +116,9 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
         if change.what == "armature":
             drives = _change_armature(robot, model, change)
+        elif change.what == "place":
+            for name in robot.match("joint", change.pattern, _joint_frames(robot)):
+                _change_place(robot, model, name, change)
         else:
             links = links_with_mass(robot, change.pattern)
             warnings += tuple(_small_parts(robot, change, links))
@@ -163,7 +176,7 @@ def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives |
     chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
     drives = robot.default_drives
     if drives is not None:
-        factor, own = (change.value if change.factor else 0.0), np.isin(np.arange(model.nv), chosen)
+        factor, own = (change.number if change.factor else 0.0), np.isin(np.arange(model.nv), chosen)
         drives = drives._replace(
             known=drives.known & (change.factor | ~own),
             armature=np.where(own, factor * drives.armature, drives.armature),
@@ -178,7 +191,7 @@ def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives |
             f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01",
             joints=robot.match_joints(change.pattern),
         )
-    model.armature[chosen] = model.armature[chosen] * change.value if change.factor else change.value
+    model.armature[chosen] = model.armature[chosen] * change.number if change.factor else change.number
     return drives
 
 
@@ -186,18 +199,55 @@ def _change_link(model: pin.Model, link: str, change: Change) -> None:
     frame = _frame(model, link)
     inertia = frame.inertia.copy()
     if change.what == "mass":
-        factor = change.value if change.factor else change.value / inertia.mass
+        factor = change.number if change.factor else change.number / inertia.mass
         inertia.mass, inertia.inertia = inertia.mass * factor, inertia.inertia * factor
     elif change.what == "inertia":
-        inertia.inertia = inertia.inertia * change.value
+        inertia.inertia = inertia.inertia * change.number
     else:
-        inertia.lever = inertia.lever + change.value * np.eye(3)["xyz".index(change.what[-1])]
+        inertia.lever = inertia.lever + change.number * np.eye(3)["xyz".index(change.what[-1])]
     frame.inertia = inertia
+    _sum_inertias(model, frame.parentJoint)
+
+
+def _sum_inertias(model: pin.Model, joint: int) -> None:
+    """Make the inertia of a body that of its links."""
     whole = pin.Inertia.Zero()
     for part in model.frames:
-        if part.parentJoint == frame.parentJoint and (part.type == pin.FrameType.BODY or part.inertia.mass):
+        if part.parentJoint == joint and (part.type == pin.FrameType.BODY or part.inertia.mass):
             whole += part.placement.act(part.inertia)
-    model.inertias[frame.parentJoint] = whole
+    model.inertias[joint] = whole
+
+
+def _joint_frames(robot: Robot) -> dict[str, int]:
+    """The frames of joints, fixed ones too, by name; that of a floating base has no place."""
+    kinds, free = (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT), robot.joints[0].name if robot.free_base else ""
+    return {frame.name: k for k, frame in enumerate(robot.model.frames) if frame.type in kinds and frame.name != free}
+
+
+def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> None:
+    """Move a joint with all that it carries; its rotation against the link that carries it stays."""
+    number = _joint_frames(robot)[name]
+    frame = model.frames[number]
+    index, moves = frame.parentJoint, frame.type == pin.FrameType.JOINT
+    above = model.frames[frame.parentFrame].placement
+    if moves and not frame.parentFrame and model.parents[index]:
+        body = robot.bodies[model.parents[index] - 1]
+        above = pin.SE3(body.rotation, body.offset)
+    old = (model.jointPlacements[index] if moves else frame.placement).copy()
+    place = above.actInv(old)
+    place.translation = place.translation * change.value if change.factor else np.array(change.value)
+    if moves:
+        model.jointPlacements[index] = above * place
+        return
+    moved, shift = {number}, above * place * old.inverse()
+    for k, part in enumerate(model.frames):  # what carries comes first
+        if k == number or part.parentFrame in moved:
+            if part.parentJoint == index:
+                moved.add(k)
+                part.placement = shift * part.placement
+            else:
+                model.jointPlacements[part.parentJoint] = shift * model.jointPlacements[part.parentJoint]
+    _sum_inertias(model, index)
 
 
 def links_with_mass(robot: Robot, pattern: str) -> dict[str, float]:

@@ -18,10 +18,10 @@ def axis_joint(kind: str, axis: Array) -> Any:
     ).joints[1]
 
 
-def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str) -> int:
-    """Add a joint and its frame to a model; returns its index."""
+def add_joint(model: pin.Model, carrier: int, joint: Any, place: pin.SE3, name: str, above: int = 0) -> int:
+    """Add a joint and its frame to a model; returns its index. Args: above, frame of the link that carries it, if it is known."""
     index: int = model.addJoint(carrier, joint, place, name)
-    model.addJointFrame(index)
+    model.addJointFrame(index, above)
     return index
 
 

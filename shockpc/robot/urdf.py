@@ -135,7 +135,7 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
 def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], base: str = "") -> pin.Model:
     """The model, whose floating base is the joint of this name, or else the root link's."""
     model = pin.Model()
-    places = {"": (0, pin.SE3.Identity())}
+    places, frames = {"": (0, pin.SE3.Identity())}, {"": 0}
     for link, (name, parent) in order.items():
         carrier, place = places[parent]
         if not name:
@@ -144,18 +144,19 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
             joint, subject = joints[name], f'joint "{name}"'
             place = place * _place(joint, subject)
             if joint.get("type") == "fixed":
-                model.addFrame(pin.Frame(name, carrier, 0, place, pin.FrameType.FIXED_JOINT), False)
+                model.addFrame(pin.Frame(name, carrier, frames[parent], place, pin.FrameType.FIXED_JOINT), False)
                 places[link] = carrier, place
             else:
                 moving = pin.JointModelFreeFlyer() if name == base else _moving(joint, subject)
-                index = add_joint(model, carrier, moving, place, name)
+                index = add_joint(model, carrier, moving, place, name, frames[parent])
                 if joint.get("type") in ("revolute", "prismatic"):
                     (model.lowerPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "lower", "0")
                     (model.upperPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "upper", "0")
                 if joint.find("limit") is not None:
                     (model.upperEffortLimit[model.idx_vs[index]],) = _numbers(subject, joint, "limit", "effort", "0")
                 places[link] = index, pin.SE3.Identity()
-        model.addFrame(pin.Frame(link, places[link][0], 0, places[link][1], pin.FrameType.BODY, inertias[link]))
+        own = pin.Frame(link, places[link][0], model.nframes - 1, places[link][1], pin.FrameType.BODY, inertias[link])
+        frames[link] = model.addFrame(own)
     return model
 
 
