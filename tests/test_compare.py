@@ -5,11 +5,13 @@ import dataclasses
 import io
 import json
 import math
+import re
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from commands import good, run
+from commands import STICK_WITH_IMU, good, run
+from robot_texts import loaded
 
 from shockpc.errors import SolveError, StudyError
 from shockpc.model.contact import Contact
@@ -20,6 +22,7 @@ from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.load import load_robot
 from shockpc.scene import Scene, Strike
 from shockpc.show.reports.compare import compare_report
+from shockpc.show.reports.report import Picture
 from shockpc.studies.compare import STANDARD, Design, compare, design_with
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"
@@ -77,13 +80,29 @@ def test_every_number_is_that_of_a_single_analysis(dog):
     assert all(row.changes == (row.values[1] - row.values[0],) for row in rows.values() if None not in row.values)
 
 
-def test_rows_are_ranked_by_the_largest_change(found):
+def test_rows_begin_with_the_struck_limb_and_are_ranked_by_the_largest_change(found):
     """Radii of percussion by the change of their reciprocal, the shock per metre."""
+    assert found.quantities[0].selection.name == "shock"
     for one in found.quantities:
         of = (lambda x: 1.0 / x) if one.selection.name == "ropc" else float
-        sizes = [abs(of(row.values[1]) - of(row.values[0])) for row in one.rows if None not in row.values]
+        rows, kind = list(one.rows), one.selection.quantity.of
+        if kind in ("body", "joint"):
+            limb = [f"FL_{part}{'_joint' * (kind == 'joint')}" for part in ("calf", "thigh", "hip")]
+            limb = [name for name in limb if name in [row.place for row in rows]]
+            assert [row.place for row in rows[: len(limb)]] == limb
+            rows = rows[len(limb) :]
+        sizes = [abs(of(row.values[1]) - of(row.values[0])) for row in rows if None not in row.values]
         assert len(sizes) > 0
         assert all(a >= b for a, b in pairwise(sizes))
+
+
+def test_short_tables_have_the_base(capfd):
+    """It changes least of all here."""
+    text = good(capfd, "compare", "go2", "--contact", "FL_foot", "--change", "com-y:R*=0.01")
+    table = text.partition("(shock_com)\n")[2].partition("\n\n")[0]
+    assert [line.split()[0] for line in table.splitlines()[3:6]] == ["FL_calf", "FL_thigh", "FL_hip"]
+    assert "\nbase " in table
+    assert "5 bodies with smaller values not shown" in table
 
 
 def test_a_design_equals_itself(dog):
@@ -102,17 +121,56 @@ def test_third_design_is_compared_with_the_first(dog, other):
     assert all(row.changes[1:] == two[key].changes for key, row in three.items())
 
 
-def test_what_has_no_partner_is_listed(dog):
-    """Two robots with no name in common but that of the trunk; the heaviest bodies are partners whatever their names."""
+LEGS = {"FL": "lf", "FR": "rf", "RL": "lh", "RR": "rh"}
+LINKS = {"hip": "hipassembly", "thigh": "upperleg", "calf": "lowerleg"}
+JOINTS = {"hip": "haa", "thigh": "hfe", "calf": "kfe"}
+
+
+def test_bodies_of_other_names_are_partners_by_place(dog):
+    """Legs where the other robot has them, and the only sensor; nothing is left over."""
     found = compare([dog, design("hyq", "lf_foot")])
-    rows = numbers(found)
-    assert {place for name, place in rows if name == "shock_com"} == {"base / base_link"}
+    (partners,) = found.partners
+    legs = {f"{a}_{part}": f"{b}_{name}" for a, b in LEGS.items() for part, name in LINKS.items()}
+    assert partners["body"] == {"base": "base_link", **legs}
+    assert partners["joint"] == {f"{a}_{part}_joint": f"{b}_{name}_joint" for a, b in LEGS.items() for part, name in JOINTS.items()}
+    assert partners["point"] == {"imu": "trunk_imu"}
+    assert found.unmatched == ()
+    rows, hyq = numbers(found), shock_profile(found.designs[1].scene, found.designs[1].robot)
+    assert rows["shock_com", "FR_thigh / rf_upperleg"].values[1] == hyq.shock_com[hyq.bodies.index("rf_upperleg")]
     assert ("mass_sticking", "FL_foot / lf_foot") in rows
+
+
+def test_new_names_change_nothing(tmp_path):
+    """A robot of which every name is another one."""
+    robots = [loaded(tmp_path, text, name) for name, text in (("a.urdf", STICK_WITH_IMU), ("b.urdf", re.sub(
+        '(name|link)="(?!stick)', r'\1="new_', STICK_WITH_IMU)))]  # fmt: skip
+    scenes = [Scene(robot=robot.label, contact=f"{new}foot") for robot, new in zip(robots, ("", "new_"), strict=True)]
+    found = compare([Design(*parts) for parts in zip("ab", scenes, robots, strict=True)])
+    assert {change for row in numbers(found).values() for change in row.changes} <= {0.0, None}
+    assert found.unmatched == ()
+
+
+def test_pairs_go_before_places_and_names(dog):
+    """A glob has the same part in both; what is paired has no other partner."""
+    other = design("hyq", "lf_foot")
+    (partners,) = compare([dog, other], pairs=[("FL_hip", "rh_hipassembly")]).partners
+    assert partners["body"]["FL_hip"] == "rh_hipassembly"
+    assert "rh_hipassembly" not in [own for name, own in partners["body"].items() if name != "FL_hip"]
+    (partners,) = compare([dog, dog], pairs=[("FL_*", "RR_*")]).partners
+    assert all(partners["body"][f"FL_{part}"] == f"RR_{part}" for part in LINKS)
+    assert all(partners["joint"][f"FL_{part}_joint"] == f"RR_{part}_joint" for part in LINKS)
+    with pytest.raises(StudyError, match='"FL_hipp=lf_hip" names no body, joint or point of both designs'):
+        compare([dog, other], pairs=[("FL_hipp", "lf_hip")])
+
+
+def test_what_has_no_partner_is_listed(dog):
+    """Legs of two bodies have no place among those of three; the heaviest bodies are partners whatever their names."""
+    found = compare([dog, design("solo8", "FL_FOOT")])
+    assert {place for _, place in numbers(found) if "base" in place} == {"base / base_link"}
     listed = {(one.kind, one.name): one.designs for one in found.unmatched}
     assert listed["point", "imu"] == (0,)
-    assert listed["point", "trunk_imu"] == (1,)
-    assert listed["joint", "lf_kfe_joint"] == (1,)
-    assert ("body", "FL_calf") in listed
+    assert listed["body", "FL_calf"] == (0,)
+    assert listed["joint", "FL_KFE"] == (1,)
     assert ("body", "base") not in listed
 
 
@@ -184,14 +242,36 @@ def test_documents_hold_the_same_numbers(capfd, tmp_path, found):
     assert report.count("\n### ") == len(document["quantities"])
 
 
-def test_figure_shows_each_design_and_one_colour_scale(capfd, tmp_path):
-    good(capfd, "compare", "go2", "hyq", "--contact", "FL_foot", "--contact", "lf_foot", "--out", tmp_path)
-    drawn = (tmp_path / "compare.svg").read_text()
-    assert drawn.count("normalised shock |Δv|") == 1
-    sensors = ("sensor or point of A", "imu", "sensor or point of B", "trunk_imu")
-    for text in ("A", "B", "on FL_foot", "on lf_foot", *sensors):
+def figure_of(*designs):
+    """The figure as SVG."""
+    report = compare_report(compare(designs))
+    (picture,) = [block for block in report.body(True) if isinstance(block, Picture)]
+    return picture.files()["compare.svg"].decode()
+
+
+def test_figure_has_bars_beside_one_robot(dog, other):
+    """A change of masses does not change the picture; names and paths are whole."""
+    path = f"{'/a_long_name_of_a_folder' * 4}/robot.urdf"
+    drawn = figure_of(dog, dataclasses.replace(other, label=path))
+    assert path in drawn
+    assert drawn.count(">x [m]<") == 1
+    change = numbers(compare([dog, other]))["joint_impulse", "FL_calf_joint"]
+    for text in (
+        "FL_calf   4",
+        "imu   a",
+        "FL_calf_joint",
+        f"{100 * change.changes[0] / change.values[0]:+.2g} %".replace("-", "−"),
+    ):
         assert f">{text}<" in drawn
-    assert (tmp_path / "compare.png").stat().st_size > 10_000
+
+
+def test_figure_shows_robots_that_look_different(dog):
+    """In one colour scale; partners have one number."""
+    drawn = figure_of(dog, design("hyq", "lf_foot"))
+    assert drawn.count("normalised shock |Δv|") == 1
+    assert drawn.count(">x [m]<") == 2
+    assert ">FL_thigh / lf_upperleg   3<" in drawn
+    assert figure_of(dog, design_with(dog, read_changes("place:*_calf_joint=1.2x"))).count(">x [m]<") == 2
 
 
 def test_designs_may_be_scenes(capfd, tmp_path):
@@ -223,8 +303,8 @@ def test_bad_arguments_are_refused(capfd, words, told):
 
 
 def test_a_quantity_at_no_place_of_all_designs_is_refused(capfd):
-    """The sensors of two robots have different names, so there would be no table."""
-    words = ("go2", "anymal_b", "--contact", "[FL][LF]_[fF]*", "--friction", "0.2", "--quantity", "shock_friction")
+    """The second robot has no sensor, so there would be no table."""
+    words = ("go2", "solo12", "--contact", "[FL][LF]_[fF]*", "--friction", "0.2", "--quantity", "shock_friction")
     ended = run(capfd, "compare", *words)
     assert ended.code != 0
-    assert all(word in ended.err for word in ("shock_friction", '"imu"', '"imu_link"', "matched by name"))
+    assert all(word in ended.err for word in ("shock_friction", '"imu"', "of solo12 none", "--pair"))

@@ -2,7 +2,7 @@
 
 from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import QUANTITY, OutputOptions, SceneOptions
-from shockpc.cli.parse import robot_name
+from shockpc.cli.parse import pair_of, robot_name
 
 _in_designs = group("Designs")
 
@@ -24,6 +24,12 @@ def compare(
         "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints, place of joints, fixed ones too, "
         "in the frame of the link that carries them, such as 'place:*_KFE=0,0,-0.3' or =1.1x for longer thighs.",
         "CHANGES",
+    ),
+    pair: tuple[tuple[str, str], ...] = _in_designs(
+        "Partners of different names: a body, joint or point of the first design and of the others; with a * in both, which stands "
+        "for the same. Others are partners by name, else by their place in the tree.",
+        "A=B",
+        pair_of,
     ),
     quantity: tuple[str, ...] = QUANTITY,
     options: SceneOptions,
@@ -47,4 +53,4 @@ def compare(
         robot, scene = one_scene(name, own_options)
         every.append(Design(name, scene, robot))
     every += [design_with(every[0], design_change) for design_change in changes]
-    emit(compare_report(study(every, quantity)), output)
+    emit(compare_report(study(every, quantity, pair)), output)

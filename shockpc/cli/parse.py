@@ -43,6 +43,14 @@ def vector(text: str) -> Vector:
     return finite(x), finite(y), finite(z)
 
 
+def pair_of(text: str) -> tuple[str, str]:
+    """A=B."""
+    first, other = _split(text, "=", "FL_thigh=lf_upperleg")
+    if not (first and other) or first.count("*") != other.count("*") or first.count("*") > 1:
+        raise typer.BadParameter(f'"{text}" is not a pair of names, or of names with one * each, such as FL_*=lf_*')
+    return first, other
+
+
 def span(text: str) -> Span:
     """LOW:HIGH."""
     low, high = _split(text, ":", "-30:75")

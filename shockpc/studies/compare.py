@@ -1,29 +1,24 @@
-"""Designs side by side: what changes from the first one to each of the others, ranked, matched by name."""
+"""Designs side by side: what changes from the first one to each of the others, ranked, partner by partner."""
 
-import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from shockpc.errors import SceneError, SolveError, StudyError
-from shockpc.places import Kind
+from shockpc.places import Kind, Place
 from shockpc.printed import listed
 from shockpc.profile import shock_profile
-from shockpc.quantities.table import Selection
+from shockpc.quantities.table import Selection, select
 from shockpc.result import ShockProfile
 from shockpc.robot.changes import Change, changed
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.columns import selected
+from shockpc.studies.partners import KINDS, Partners, partners, struck
 
-STANDARD = ("shock_com", "shock_max", "shock", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
+STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 """Quantities that are always compared."""
-
-KINDS: tuple[Kind, ...] = ("body", "point", "joint")
-"""Places that are matched by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +44,14 @@ class Difference(NamedTuple):
     Attributes:
         place: name of the body, point, contact or joint.
         values: one for each design; None where it does not exist. An infinite radius is inf.
+        body: of the first design that it belongs to; −1 for the robot and contacts.
+        always: whether it is of the base, of the limb that is struck, or of a point, which short tables have too.
     """
 
     place: str
     values: tuple[float | None, ...]
+    body: int
+    always: bool
 
     @property
     def changes(self) -> tuple[float | None, ...]:
@@ -68,7 +67,8 @@ class Differences(NamedTuple):
 
     Attributes:
         selection: the quantity.
-        rows: the largest change first; of radii of percussion that of their reciprocals, the shock per metre.
+        rows: the limb that is struck first, from the contact up, then the largest change first; of radii of percussion that of
+            their reciprocals, the shock per metre.
     """
 
     selection: Selection
@@ -97,13 +97,15 @@ class Comparison:
         designs: the first is the one that the others are compared with.
         profiles: of their landings.
         quantities: what was compared, of what all designs have.
-        unmatched: what has no partner of its name in every other design.
+        unmatched: what has no partner in every other design.
+        partners: of the first design's bodies, points and joints, in each of the others.
     """
 
     designs: tuple[Design, ...]
     profiles: tuple[ShockProfile, ...] = field(repr=False)
     quantities: tuple[Differences, ...]
     unmatched: tuple[Unmatched, ...]
+    partners: tuple[Partners, ...] = field(repr=False)
 
 
 def design_with(design: Design, changes: Sequence[Change]) -> Design:
@@ -134,12 +136,14 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     return Design(label, design.scene, changed(robot, changes), (*design.changes, *changes))
 
 
-def compare(designs: Iterable[Design], quantities: Sequence[str] = ()) -> Comparison:
+def compare(designs: Iterable[Design], quantities: Sequence[str] = (), pairs: Sequence[tuple[str, str]] = ()) -> Comparison:
     """Compute the landings of some designs, and what differs.
 
     Args:
         designs: the first is the one that the others are compared with.
-        quantities: what is compared besides the standard ones: QUANTITY or QUANTITY@PLACES, as `selected` takes it.
+        quantities: what is compared besides the standard ones: QUANTITY or QUANTITY@PLACES, as `selected` takes it; places are
+            those of the first design.
+        pairs: partners by name, as `partners` takes them.
 
     Raises:
         ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a place that is named; or a quantity
@@ -149,21 +153,22 @@ def compare(designs: Iterable[Design], quantities: Sequence[str] = ()) -> Compar
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
     profiles = tuple(map(_profile, every))
-    differences = {text: _differences(profiles, text) for text in dict.fromkeys((*quantities, *STANDARD))}
+    found = tuple(partners(profiles[0], profile, pairs) for profile in profiles[1:])
+    differences = {text: _differences(profiles, found, text) for text in dict.fromkeys((*quantities, *STANDARD))}
     for text in quantities:
         if not differences[text].rows:
-            raise StudyError(_nothing(every, profiles, text))
-    return Comparison(every, profiles, tuple(one for one in differences.values() if one.rows), _unmatched(profiles))
+            raise StudyError(_nothing(every, profiles, found, text))
+    return Comparison(every, profiles, tuple(one for one in differences.values() if one.rows), _unmatched(profiles, found), found)
 
 
-def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], text: str) -> str:
+def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], found: Sequence[Partners], text: str) -> str:
     """Why a quantity cannot be compared: designs without a place in common, or values that are missing."""
-    found = [selected(profile.landing, text) for profile in profiles]
-    quantity, names = found[0][0].quantity, [[place.name for place in places] for _, places in found]
+    selections = [selected(profile.landing, text.partition("@")[0]) for profile in profiles]
+    quantity, names = selections[0][0].quantity, [[place.name for place in places] for _, places in selections]
     if quantity.of in ("robot", "contact"):
-        apart, rule = len(set(map(len, names))) > 1, "their number has to be the same"
+        apart, rule = len({*map(len, names)}) > 1, "their number has to be the same"
     else:
-        apart, rule = not set(names[0]).intersection(*names[1:]), "they are matched by name"
+        apart, rule = not all(known[quantity.of] for known in found), "partners have one name or one place, or are given by --pair"
     if not apart:
         why = quantity.missing or "it is not defined there"
         return f'"{text}" has no value at any {quantity.of} that the designs have in common: {why}; leave it out'
@@ -179,23 +184,42 @@ def _profile(design: Design) -> ShockProfile:
         raise type(refusal)(f"{design.label}: {refusal}", **refusal.data) from None
 
 
-def _differences(profiles: Sequence[ShockProfile], text: str) -> Differences:
-    values = []
-    for profile in profiles:
-        selection, places = selected(profile.landing, text)
-        numbers = selection.scalar(profile.values(selection.quantity, places)).tolist()
-        values.append({place.name: None if math.isnan(x) else x for place, x in zip(places, numbers, strict=True)})
-    if selection.quantity.of in ("robot", "contact"):
-        # Partners in their order, whatever their names, where all designs have as many of them.
-        names = list(map(_paired, zip(*values, strict=True))) if len(set(map(len, values))) == 1 else []
-        values = [dict(zip(names, own.values(), strict=False)) for own in values]
-    if selection.quantity.of == "body":
-        trunks = _trunks(profiles)
-        values = [own | ({_paired(trunks): own[trunk]} if trunk in own else {}) for own, trunk in zip(values, trunks, strict=True)]
-    shared = [place for place in values[0] if all(place in own for own in values)]
-    rows = [Difference(place, tuple(own[place] for own in values)) for place in shared]
-    rows = [row for row in rows if any(value is not None for value in row.values)]
-    return Differences(selection, tuple(sorted(rows, key=lambda row: _size(row, selection.quantity.key == "ropc"), reverse=True)))
+def _differences(profiles: Sequence[ShockProfile], found: Sequence[Partners], text: str) -> Differences:
+    """The numbers of what all designs have."""
+    selection, first = selected(profiles[0].landing, text)
+    columns = [first, *(_partners_of(first, profile, own, text) for profile, own in zip(profiles[1:], found, strict=True))]
+    rows = [places for places in zip(*columns, strict=True) if None not in places] if len({*map(len, columns)}) == 1 else []
+    numbers = [
+        selection.scalar(profile.values(selection.quantity, own)).tolist()
+        for profile, own in zip(profiles, zip(*rows, strict=True), strict=False)
+    ]
+    limb = dict.fromkeys(name for contact in profiles[0].scene.contact for name in struck(profiles[0], contact.frame))
+    order = [profiles[0].bodies.index(name) for name in limb]
+    differences = []
+    for places, values in zip(rows, zip(*numbers, strict=True), strict=True):
+        body = places[0].body
+        always = body in (0, *order) or selection.quantity.of == "point"
+        known = tuple(None if math.isnan(x) else x for x in values)
+        differences.append(Difference(" / ".join(dict.fromkeys(place.name for place in places)), known, body, always))
+    differences = [row for row in differences if any(value is not None for value in row.values)]
+
+    def rank(row: Difference) -> tuple[int, float]:
+        above = order.index(row.body) if row.body in order and selection.quantity.of != "point" else len(order)
+        return above, -_size(row, selection.quantity.key == "ropc")
+
+    return Differences(selection, tuple(sorted(differences, key=rank)))
+
+
+def _partners_of(first: Sequence[Place], profile: ShockProfile, found: Partners, text: str) -> list[Place | None]:
+    """The places of another design that are partners of those of the first; robots and contacts in their order."""
+    selection, kind = text.partition("@")[0], select(text.partition("@")[0]).quantity.of
+    if kind in ("robot", "contact"):
+        return list(selected(profile.landing, text)[1])
+    known = {place.name: place for place in profile.places(kind)}
+    partners_ = [known.get(found[kind].get(place.name, "")) for place in first]
+    if "@" in text and partners_ == [None]:  # a point that is not one of the scene's
+        return list(selected(profile.landing, f"{selection}@{first[0].name}")[1])
+    return partners_
 
 
 def _size(row: Difference, reciprocal: bool) -> float:
@@ -204,23 +228,17 @@ def _size(row: Difference, reciprocal: bool) -> float:
     return max((abs(value - first) for value in others if value is not None and first is not None), default=-1.0)
 
 
-def _trunks(profiles: Sequence[ShockProfile]) -> list[str]:
-    """The heaviest body of each design: the bodies that are partners whatever their names."""
-    return [profile.bodies[int(np.argmax(profile.robot.masses))] for profile in profiles]
-
-
-def _paired(names: Iterable[str]) -> str:
-    """The names of partners as one."""
-    return " / ".join(dict.fromkeys(names))
-
-
-def _unmatched(profiles: Sequence[ShockProfile]) -> tuple[Unmatched, ...]:
-    """Bodies, points and joints that not all designs have. The heaviest bodies are partners whatever their names."""
-    trunks, unmatched = _trunks(profiles), []
+def _unmatched(profiles: Sequence[ShockProfile], found: Sequence[Partners]) -> tuple[Unmatched, ...]:
+    """Bodies, points and joints that are not partners of one of every other design."""
+    unmatched = []
     for kind in KINDS:
-        names = [[place.name for place in profile.places(kind)] for profile in profiles]
-        for name in dict.fromkeys(itertools.chain(*names)):
-            having = tuple(k for k, own in enumerate(names) if name in own)
-            if len(having) < len(profiles) and not (kind == "body" and name in trunks):
-                unmatched.append(Unmatched(kind, name, having))
+        having: dict[str, list[int]] = {}
+        for place in profiles[0].places(kind):
+            own = [k for k, known in enumerate(found, start=1) if place.name in known[kind]]
+            having |= {place.name: [0, *own]} if len(own) < len(found) else {}
+        for k, (profile, known) in enumerate(zip(profiles[1:], found, strict=True), start=1):
+            for place in profile.places(kind):
+                if place.name not in known[kind].values():
+                    having.setdefault(place.name, []).append(k)
+        unmatched += [Unmatched(kind, name, tuple(own)) for name, own in having.items()]
     return tuple(unmatched)

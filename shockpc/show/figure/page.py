@@ -128,12 +128,12 @@ class Page:
         axes.set_xticks(range(n + 1), ["∞" if math.isinf(level) else f"{round(level, 12):g}" for level in levels])
         axes.tick_params(length=0.0)
 
-    def key(self) -> None:
-        """Explain the signs of the pictures at the end of the column."""
+    def key(self, place: tuple[float, float] | None = None, columns: int = 1) -> None:
+        """Explain the signs of the pictures down from a place [inches], by default the end of the column."""
         signs = {sign.get_label(): sign for axes in self.figure.axes for sign in axes.get_legend_handles_labels()[0]}
         self._axes.legend(
             handles=sorted(signs.values(), key=lambda sign: -sign.get_zorder()), loc="upper left", borderpad=0.0, borderaxespad=0.0,
-            bbox_to_anchor=(self._x, self._y), bbox_transform=self._axes.transData,
+            bbox_to_anchor=place or (self._x, self._y), bbox_transform=self._axes.transData, ncols=columns,
         )  # fmt: skip
 
 

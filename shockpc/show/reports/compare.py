@@ -1,41 +1,36 @@
 """A comparison: what each letter stands for, one table for each quantity with the largest change first, and what has no partner."""
 
 import math
-import textwrap
 from typing import Any
 
-from shockpc.printed import printable
 from shockpc.show.document import record
 from shockpc.show.header import contact_name, count, strike_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.compare import Comparison, Differences
 
-WIDE = 34
-"""Letters in a line under a panel."""
-
 
 def compare_report(comparison: Comparison) -> Report:
     """Designs side by side."""
     designs, profiles = comparison.designs, comparison.profiles
     letters = [chr(ord("A") + k) if k < 26 else f"design {k + 1}" for k in range(len(designs))]
-    robots = " and ".join(dict.fromkeys(printable(profile.robot.label, 40) for profile in profiles))
-    header, captions = [], []
-    for letter, design, profile in zip(letters, designs, profiles, strict=True):
-        contact = contact_name(profile)
-        landing = f"on {contact}, {strike_text(profile)}, joints {profile.joint_model}, {profile.robot.mass:.4g} kg"
-        header.append((letter, f"{design.label}: {landing}"))
-        captions.append([*textwrap.wrap(printable(design.label, 4 * WIDE), WIDE), f"on {printable(contact, WIDE)}"])
-    drawn = (profiles, f"Shock of {robots}: designs side by side", letters, captions)
+    header = [
+        (
+            letter,
+            f"{design.label}: on {contact_name(profile)}, {strike_text(profile)}, joints {profile.joint_model}, "
+            f"{profile.robot.mass:.4g} kg",
+        )
+        for letter, design, profile in zip(letters, designs, profiles, strict=True)
+    ]
     return Report(
         name="compare",
         title="Comparison",
         body=lambda full: [
             Lines(header),
-            Picture("compare", "the designs side by side", "landing:draw_panels", drawn),
+            Picture("compare", "what changes between the designs", "compare:draw_comparison", (comparison, header)),
             *(_sheet(comparison, differences, letters, None if full else 8) for differences in comparison.quantities),
         ],
-        closing=_unmatched(comparison, letters),
+        closing=[*_paired(comparison, letters), *_unmatched(comparison, letters)],
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: _all(comparison, letters)},
         document=lambda: _document(comparison),
@@ -84,6 +79,15 @@ def _all(comparison: Comparison, letters: list[str]) -> Sheet:
     return Sheet("", ("quantity", "unit", "place", *letters, *(f"{name} - {letters[0]}" for name in letters[1:])), rows)
 
 
+def _paired(comparison: Comparison, letters: list[str]) -> list[str]:
+    """Partners of different names."""
+    lines = []
+    for letter, found in zip(letters[1:], comparison.partners, strict=True):
+        bodies = [f"{a} / {b}" for a, b in found["body"].items() if a != b]
+        lines += [f"partners by place or --pair in {letters[0]} / {letter}: {', '.join(bodies)}"] if bodies else []
+    return lines
+
+
 def _unmatched(comparison: Comparison, letters: list[str]) -> list[str]:
     """What has no partner of its name in every design, by kind and by the designs that have it."""
     groups: dict[tuple[str, tuple[int, ...]], list[str]] = {}
@@ -118,7 +122,9 @@ def _sheet(comparison: Comparison, differences: Differences, names: list[str], m
             share = 100.0 * change / abs(row.values[0]) if change is not None and row.values[0] else None
             cells += (change, share if share is not None and math.isfinite(share) else None)
         rows.append(cells)
-    rows, notes = largest(rows, most, quantity.of)
+    # Rows are in the order of their sizes, but for those that every table has.
+    sizes = [math.inf if row.always else -k for k, row in enumerate(differences.rows)]
+    rows, notes = largest(rows, most, quantity.of, sizes)
     if quantity.key == "ropc":
         notes = ("ranked by the change of 1 / RoPc, the shock per metre", *notes)
     if quantity.shared and any(profile.redundant for profile in comparison.profiles):
