@@ -49,8 +49,8 @@ and [[tool.shockpc.budget]]:
   percentile = 95                 # met in 95 % of the case's 1000 random
                                   # designs; designs = N in [[case]] for more
 
-BUDGETS.toml:CASE is the landing of a case for other commands, such as
-shockpc analyze budgets.toml:land-front.
+For analyze and other commands, budgets.toml:land-front is the landing of that
+case, at the first of its strike angles.
 
 \b
 Where a metric is of points, such as shock or peak_g, the name of a body means

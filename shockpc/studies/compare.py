@@ -153,22 +153,27 @@ def compare(designs: Iterable[Design], quantities: Sequence[str] = (), pairs: Se
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
     profiles = tuple(map(_profile, every))
-    found = tuple(partners(profiles[0], profile, pairs) for profile in profiles[1:])
-    differences = {text: _differences(profiles, found, text) for text in dict.fromkeys((*quantities, *STANDARD))}
+    matched = tuple(partners(profiles[0], profile, pairs) for profile in profiles[1:])
+    differences = {text: _differences(profiles, matched, text) for text in dict.fromkeys((*quantities, *STANDARD))}
     for text in quantities:
         if not differences[text].rows:
-            raise StudyError(_nothing(every, profiles, found, text))
-    return Comparison(every, profiles, tuple(one for one in differences.values() if one.rows), _unmatched(profiles, found), found)
+            raise StudyError(_nothing(every, profiles, matched, text))
+    return Comparison(
+        every, profiles, tuple(filter(lambda table: table.rows, differences.values())), _unmatched(profiles, matched), matched
+    )
 
 
-def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], found: Sequence[Partners], text: str) -> str:
+def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], matched: Sequence[Partners], text: str) -> str:
     """Why a quantity cannot be compared: designs without a place in common, or values that are missing."""
     selections = [selected(profile.landing, text.partition("@")[0]) for profile in profiles]
     quantity, names = selections[0][0].quantity, [[place.name for place in places] for _, places in selections]
     if quantity.of in ("robot", "contact"):
         apart, rule = len({*map(len, names)}) > 1, "their number has to be the same"
     else:
-        apart, rule = not all(known[quantity.of] for known in found), "partners have one name or one place, or are given by --pair"
+        apart, rule = (
+            not all(known[quantity.of] for known in matched),
+            "partners have one name or one place, or are given by --pair",
+        )
     if not apart:
         why = quantity.missing or "it is not defined there"
         return f'"{text}" has no value at any {quantity.of} that the designs have in common: {why}; leave it out'
@@ -184,10 +189,10 @@ def _profile(design: Design) -> ShockProfile:
         raise type(refusal)(f"{design.label}: {refusal}", **refusal.data) from None
 
 
-def _differences(profiles: Sequence[ShockProfile], found: Sequence[Partners], text: str) -> Differences:
+def _differences(profiles: Sequence[ShockProfile], matched: Sequence[Partners], text: str) -> Differences:
     """The numbers of what all designs have."""
     selection, first = selected(profiles[0].landing, text)
-    columns = [first, *(_partners_of(first, profile, own, text) for profile, own in zip(profiles[1:], found, strict=True))]
+    columns = [first, *(_partners_of(first, profile, own, text) for profile, own in zip(profiles[1:], matched, strict=True))]
     rows = [places for places in zip(*columns, strict=True) if None not in places] if len({*map(len, columns)}) == 1 else []
     numbers = [
         selection.scalar(profile.values(selection.quantity, own)).tolist()
@@ -210,13 +215,13 @@ def _differences(profiles: Sequence[ShockProfile], found: Sequence[Partners], te
     return Differences(selection, tuple(sorted(differences, key=rank)))
 
 
-def _partners_of(first: Sequence[Place], profile: ShockProfile, found: Partners, text: str) -> list[Place | None]:
+def _partners_of(first: Sequence[Place], profile: ShockProfile, matched: Partners, text: str) -> list[Place | None]:
     """The places of another design that are partners of those of the first; robots and contacts in their order."""
     selection, kind = text.partition("@")[0], select(text.partition("@")[0]).quantity.of
     if kind in ("robot", "contact"):
         return list(selected(profile.landing, text)[1])
     known = {place.name: place for place in profile.places(kind)}
-    partners_ = [known.get(found[kind].get(place.name, "")) for place in first]
+    partners_ = [known.get(matched[kind].get(place.name, "")) for place in first]
     if "@" in text and partners_ == [None]:  # a point that is not one of the scene's
         return list(selected(profile.landing, f"{selection}@{first[0].name}")[1])
     return partners_
@@ -228,15 +233,15 @@ def _size(row: Difference, reciprocal: bool) -> float:
     return max((abs(value - first) for value in others if value is not None and first is not None), default=-1.0)
 
 
-def _unmatched(profiles: Sequence[ShockProfile], found: Sequence[Partners]) -> tuple[Unmatched, ...]:
+def _unmatched(profiles: Sequence[ShockProfile], matched: Sequence[Partners]) -> tuple[Unmatched, ...]:
     """Bodies, points and joints that are not partners of one of every other design."""
     unmatched = []
     for kind in KINDS:
         having: dict[str, list[int]] = {}
         for place in profiles[0].places(kind):
-            own = [k for k, known in enumerate(found, start=1) if place.name in known[kind]]
-            having |= {place.name: [0, *own]} if len(own) < len(found) else {}
-        for k, (profile, known) in enumerate(zip(profiles[1:], found, strict=True), start=1):
+            own = [k for k, known in enumerate(matched, start=1) if place.name in known[kind]]
+            having |= {place.name: [0, *own]} if len(own) < len(matched) else {}
+        for k, (profile, known) in enumerate(zip(profiles[1:], matched, strict=True), start=1):
             for place in profile.places(kind):
                 if place.name not in known[kind].values():
                     having.setdefault(place.name, []).append(k)

@@ -37,7 +37,7 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
     for kind in KINDS:
         theirs = {place.name for place in other.places(kind)}
         _add(by_kind[kind], ((place.name, place.name) for place in first.places(kind) if place.name in theirs))
-    _add(by_kind["body"], [(one.bodies[int(np.argmax(one.robot.masses))] for one in (first, other))])
+    _add(by_kind["body"], [(design.bodies[int(np.argmax(design.robot.masses))] for design in (first, other))])
     for contact, partner in zip(first.scene.contact, other.scene.contact, strict=False):
         limbs = struck(first, contact.frame), struck(other, partner.frame)
         if len(limbs[0]) == len(limbs[1]):
@@ -47,8 +47,8 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
     for kind in ("joint", "point"):
         for a, b in by_kind["body"].items():
             mine, theirs_ = (
-                [place.name for place in one.places(kind) if place.body == one.bodies.index(body) and place.name not in taken]
-                for one, body, taken in ((first, a, by_kind[kind].keys()), (other, b, {*by_kind[kind].values()}))
+                [place.name for place in design.places(kind) if place.body == design.bodies.index(body) and place.name not in taken]
+                for design, body, taken in ((first, a, by_kind[kind].keys()), (other, b, {*by_kind[kind].values()}))
             )
             if len(mine) == len(theirs_) and (kind == "joint" or len(mine) == 1):
                 _add(by_kind[kind], zip(mine, theirs_, strict=True))
@@ -75,16 +75,16 @@ def _add(known: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:
 def _matching(first: ShockProfile, other: ShockProfile, mine: str, theirs: str) -> dict[Kind, dict[str, str]]:
     """The partners that one pair means, by kind."""
     start, star, end = mine.partition("*")
-    found: dict[Kind, dict[str, str]] = {kind: {} for kind in KINDS}
+    fitting: dict[Kind, dict[str, str]] = {kind: {} for kind in KINDS}
     for kind in KINDS:
         names = {place.name for place in other.places(kind)}
         for name in matches(mine, (place.name for place in first.places(kind))):
             partner = theirs.replace("*", name[len(start) : len(name) - len(end)]) if star else theirs
-            found[kind] |= {name: partner} if partner in names else {}
-    if not any(found.values()):
-        listed = ", ".join(f"{one.robot.label}: {', '.join(one.bodies)}" for one in (first, other))
+            fitting[kind] |= {name: partner} if partner in names else {}
+    if not any(fitting.values()):
+        listed = ", ".join(f"{design.robot.label}: {', '.join(design.bodies)}" for design in (first, other))
         raise StudyError(f'--pair "{mine}={theirs}" names no body, joint or point of both designs; bodies of {listed}')
-    return found
+    return fitting
 
 
 def _add_children(known: dict[str, str], first: ShockProfile, other: ShockProfile) -> None:

@@ -67,8 +67,8 @@ def _views(comparison: Comparison, drawn: Sequence[int]) -> list[View]:
     views = [view_of(comparison.profiles[k]) for k in drawn]
     first = comparison.profiles[0].bodies
     for n, k in enumerate(drawn[1:], start=1):
-        bodies, found = comparison.profiles[k].bodies, comparison.partners[k - 1]["body"]
-        own = {bodies.index(found[first[i]]): number for i, number in views[0].numbers.items() if first[i] in found}
+        bodies, matched = comparison.profiles[k].bodies, comparison.partners[k - 1]["body"]
+        own = {bodies.index(matched[first[i]]): number for i, number in views[0].numbers.items() if first[i] in matched}
         views[n] = views[n]._replace(numbers=own)
     return views
 

@@ -82,8 +82,8 @@ def _all(comparison: Comparison, letters: list[str]) -> Sheet:
 def _paired(comparison: Comparison, letters: list[str]) -> list[str]:
     """Partners of different names."""
     lines = []
-    for letter, found in zip(letters[1:], comparison.partners, strict=True):
-        bodies = [f"{a} / {b}" for a, b in found["body"].items() if a != b]
+    for letter, matched in zip(letters[1:], comparison.partners, strict=True):
+        bodies = [f"{a} / {b}" for a, b in matched["body"].items() if a != b]
         lines += [f"partners by place or --pair in {letters[0]} / {letter}: {', '.join(bodies)}"] if bodies else []
     return lines
 

@@ -127,7 +127,11 @@ class Check:
     @property
     def values(self) -> dict[Key, float]:
         """The numbers of the designs as they are that were computed."""
-        return {one.key: one.value for one in self.outcomes if one.value is not None and one.budget.percentile is None}
+        return {
+            outcome.key: outcome.value
+            for outcome in self.outcomes
+            if outcome.value is not None and outcome.budget.percentile is None
+        }
 
 
 class _Planned(NamedTuple):
@@ -170,14 +174,14 @@ def check_budgets(
     outcomes: list[Outcome] = []
     profiles: dict[str, ShockProfile] = {}
     bound = 0.0
-    for one in planned:
-        computed, profile, warnings = _computed(given, baseline, one)
+    for plan in planned:
+        computed, profile, warnings = _computed(given, baseline, plan)
         outcomes += computed
         if profile is not None:
             bound = max(bound, float(profile.proof.bounds.max()))
-            profiles.setdefault(one.case.name, profile)
-        notes += [f"warning of {printable(one.case.name)}: {warning}" for warning in warnings]
-        done(one.case.name)
+            profiles.setdefault(plan.case.name, profile)
+        notes += [f"warning of {printable(plan.case.name)}: {warning}" for warning in warnings]
+        done(plan.case.name)
     changes = {}
     if baseline is not None:
         changes = {name: tuple(design_changes(baseline.designs[name], record["design"])) for name, record in cases.items()}
@@ -245,8 +249,8 @@ def _designs(
     if not selections:
         return None
     vary, each = (
-        [(one.quantity, one.values) for one in case.vary if one.quantity],
-        [(one.each, one.values) for one in case.vary if one.each],
+        [(unknown.quantity, unknown.values) for unknown in case.vary if unknown.quantity],
+        [(unknown.each, unknown.values) for unknown in case.vary if unknown.each],
     )
     made = sweep(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, prove=0, held=True)
     wanted = [Column(selection, place) for selection, own in zip(selections, places, strict=True) for place in own]
@@ -318,7 +322,10 @@ def _command(path: Path, planned: _Planned, budget: Budget, place: Place) -> lis
         body = planned.robot.bodies[place.body]
         at = f"{body.name}:{','.join(map(str, body.com.tolist()))}"
     if budget.percentile is not None:
-        vary = [(f"--vary={one.quantity}" if one.quantity else f"--vary-each={one.each}") + f"={one.values}" for one in case.vary]
+        vary = [
+            f"--vary={unknown.quantity}={unknown.values}" if unknown.quantity else f"--vary-each={unknown.each}={unknown.values}"
+            for unknown in case.vary
+        ]
         words[1] = "sweep"
         return [*words, *vary, f"--sample={case.designs:.0f}", "--lhs", f"--quantity={budget.metric}@{at}", "--out=designs"]
     return [*words, f"--at={at}"] if budget.selection.quantity.of == "point" else words
@@ -331,7 +338,7 @@ def _change_notes(baseline: Baseline, changes: dict[str, tuple[str, ...]], outco
             f'baseline "{baseline.path}" is of an older version and holds no robot, so what changed of it is not known; '
             "write it anew with --update-baseline"
         )
-    moved = {one.case for one in outcomes if one.change or one.fails}
+    moved = {outcome.case for outcome in outcomes if outcome.change or outcome.fails}
     known = "nothing of the bodies, joints and points that the baseline holds"
     texts = {name: few(own, MOST_CHANGES, "; ", " changes") or known * (name in moved) for name, own in changes.items()}
     for text in dict.fromkeys(filter(None, texts.values())):
@@ -343,19 +350,19 @@ def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]
     """Which limits of a budget a value exceeds."""
     unit = budget.selection.quantity.unit
     unit = "" if unit == "1" else f" {unit}"
-    found, share = [], "" if budget.percentile is None else f" ({budget.percentile:g} % of the designs)"
+    excesses, share = [], "" if budget.percentile is None else f" ({budget.percentile:g} % of the designs)"
     if budget.max is not None and value > budget.max:
-        found.append(f"{_digits(value, budget.max)}{unit}{share} is above max {budget.max:.6g}{unit}")
+        excesses.append(f"{_digits(value, budget.max)}{unit}{share} is above max {budget.max:.6g}{unit}")
     if budget.min is not None and value < budget.min:
-        found.append(f"{_digits(value, budget.min)}{unit}{share} is below min {budget.min:.6g}{unit}")
+        excesses.append(f"{_digits(value, budget.min)}{unit}{share} is below min {budget.min:.6g}{unit}")
     if budget.baseline_tolerance is not None and baseline is not None:
         value = rounded(value)
         for sign, word, plus, better in ((1.0, "above", "+", "less"), (-1.0, "below", "−", "greater")):
             limit = baseline + sign * budget.margin(baseline)
             if budget.worse != better and sign * value > sign * limit:
                 allowed = f"the baseline {baseline:.6g} {plus} {budget.baseline_tolerance}"
-                found.append(f"{_digits(value, limit)}{unit} is {word} {limit:.6g}{unit}, which is {allowed}")
-    return found
+                excesses.append(f"{_digits(value, limit)}{unit} is {word} {limit:.6g}{unit}, which is {allowed}")
+    return excesses
 
 
 def _digits(value: float, limit: float) -> str:
