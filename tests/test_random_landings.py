@@ -9,7 +9,7 @@ from proof_check import body_errors, check, excess
 from random_landings import random_landing
 from trees import known_robot
 
-from shockpc import Scene, ShockError, Strike, shock_profile
+from shockpc import Scene, Strike, shock_profile
 
 BLOCKS, EACH = 12, 30
 
@@ -22,14 +22,11 @@ def test_no_error_is_above_the_reported_bound(block):
     assert sum(not one.message for one in found) >= EACH // 2
 
 
-@pytest.mark.parametrize("number", range(0, 60, 4))
+@pytest.mark.parametrize("number", sorted({*range(0, 60, 4)} - {8, 16, 20, 48}))  # which are refused
 def test_two_libraries_of_long_numbers_agree(number):
     """The independent solution is the same with Arb's balls and with mpmath's numbers."""
     robot, scene = random_landing(number)
-    try:
-        profile = shock_profile(scene, robot)
-    except ShockError:
-        return
+    profile = shock_profile(scene, robot)
     balls, numbers = (maximal_jumps(profile.landing, profile.choice.rows, kind) for kind in (BALLS, MPMATH))
     with flint.ctx.workdps(DIGITS), mpmath.workdps(DIGITS):
         size = max(abs(value.mid()) for value in balls.jumps.ravel())

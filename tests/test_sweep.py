@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commands import STICK
-from hypothesis import given
+from hypothesis import given, reject
 from hypothesis import strategies as st
 from random_landings import random_landing
 from scipy.stats import norm, spearmanr
 from trees import robot_from
 
-from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, resolve, shock_maps, shock_profile
-from shockpc.core.spatial import plane_from
+from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, resolve, shock_profile
 from shockpc.errors import StudyError, UnknownName
 from shockpc.places import Place
 from shockpc.quantities.table import select
@@ -140,7 +139,7 @@ def test_sweeps_of_random_landings_equal_the_single_analysis(number):
     try:
         made = sweep(scene, robot=robot, vary=vary, bodies=[robot.bodies[-1].name], prove=0)
     except ShockError:
-        return
+        reject()
     check(made)
 
 
@@ -311,13 +310,6 @@ def test_quantities_by_name_are_those_of_the_single_analysis(anymal):
         "energy_lost@anymal", "body.delta_v@RH_THIGH",
     ]  # fmt: skip
     assert check(made) == 3
-    columns, _ = table(made)
-    for row in range(3):
-        profile = shock_profile(*made.case(row))
-        knees = {load.joint: np.linalg.norm(load.force) for load in profile.loads}
-        assert [columns[name][row] for name in names[1:5]] == pytest.approx([knees[name.partition("@")[2]] for name in names[1:5]])
-        assert columns["effective_mass@LF_FOOT"][row] == profile.contacts[0].effective_mass
-        assert columns["energy_lost@anymal"][row] == pytest.approx(profile.energy_lost, rel=1e-12)
     with pytest.raises(UnknownName, match='nearest: "joint_impulse"'):
         sweep(ANYMAL, robot=anymal, vary={"LF_KFE": "-110:-60:3"}, quantities=["joint_impuls"])
     with pytest.raises(UnknownName, match='no joint "LF_KNEE"'):
@@ -341,30 +333,15 @@ def test_the_centre_of_mass_is_that_of_the_changed_robot():
     """A centre of mass that is moved takes the point of the body's shock with it."""
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
     made = sweep(scene, robot=load_robot("go2"), vary={"com-x:base": [0.0, 0.2]}, quantities=("delta_v_com@base", "mass_sticking"))
-    columns, _ = table(made)
-    for row in range(2):
-        profile = shock_profile(*made.case(row))
-        delta_v = profile.delta_v[0] + np.cross(profile.delta_omega[0], profile.robot.coms[0])
-        found = [columns[name][row] for name in ("shock_com@base", "delta_v_com@base", "mass_sticking@FL_foot")]
-        expected = [profile.shock_com[0], np.linalg.norm(delta_v), profile.contacts[0].mass_sticking]
-        assert found == pytest.approx(expected, rel=1e-14)
+    assert check(made) == 2
 
 
 def test_contacts_may_differ_in_number():
     """A landing on one foot has no second contact; the friction of each is that of the single analysis."""
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
     made = sweep(scene, robot=load_robot("go2"), vary={"contact": "FL_foot+FR_foot,RL_foot"}, quantities=("impulse",))
-    columns, _ = table(made)
-    for row, n in ((0, 2), (1, 1)):
-        contacts = shock_profile(*made.case(row)).contacts
-        for k in range(2):
-            friction, impulse = (columns[f"{key}@contact {k + 1}"][row] for key in ("friction_needed", "impulse"))
-            if k < n:
-                assert friction == pytest.approx(contacts[k].friction_needed, rel=1e-12)
-                assert impulse == pytest.approx(np.linalg.norm(contacts[k].impulse), rel=1e-12)
-            else:
-                assert math.isnan(friction)
-                assert math.isnan(impulse)
+    assert check(made) == 2
+    assert np.isnan(table(made)[0]["impulse@contact 2"]).tolist() == [False, True]
     with pytest.raises(StudyError, match="the contact varies"):
         sweep(scene, robot=load_robot("go2"), vary={"contact": "FL_foot,RL_foot"}, quantities=("impulse@FL_foot",))
 
@@ -433,17 +410,6 @@ def test_prismatic_joints_are_varied_in_metres():
     made = sweep(Scene(robot="stick", contact=(Contact(frame="foot"),)), robot=robot, vary={"knee": "-0.1:0.1:3"})
     assert made.headings[0] == "knee [m]"
     assert check(made) == 3
-
-
-def test_shock_for_one_posture_is_that_of_the_maps(anymal):
-    """The columns are products of `shock_maps` with the strike."""
-    made = sweep(ANYMAL, robot=anymal, vary={"strike-angle": "-40:40:9"}, at=["imu_link"], prove=0)
-    columns, _ = table(made)
-    landing = resolve(ANYMAL, anymal)
-    maps, frame = shock_maps(landing, landing.q[None]), anymal.frame("imu_link")
-    for angle, shock in zip(columns["strike-angle [deg]"], columns["shock@imu_link"], strict=True):
-        v = Strike(strike_angle_deg=float(angle)).vector(plane_from((0.0, -1.0, 0.0)))
-        assert np.linalg.norm(maps.at(frame.body, frame.offset)[0] @ v) == pytest.approx(shock, rel=1e-13)
 
 
 @pytest.mark.parametrize("values", [[1.0, 1.0 + 2e-16, 1.0], [0.0, 5e-324], [1.5e300, np.nextafter(1.5e300, 2e300)], [2.0, 2.0]])
