@@ -81,10 +81,8 @@ class BallImpact(Impact):
 
     def _response(self, body: int) -> tuple[arb_mat, arb_mat, arb_mat]:
         """J (6, ny) of a body's twist; velocities (ny, 6) and impulses (r, 6) by unit wrenches on it while the rows are held."""
-        J, R = self._reduced(np.where(self.state.supports[body], self.state.J[0], 0.0)), matrix(self._rows[self.choice.rows])
-        free, by_held = self._by_inertia(matrix(J).transpose()), self._by_inertia(R.transpose())
-        impulse = _solve(R * by_held, R * free)
-        return matrix(J), free - by_held * impulse, impulse
+        J = matrix(self._reduced(np.where(self.state.supports[body], self.state.J[0], 0.0)))
+        return J, *self._held_response(J, self._rows[self.choice.rows])
 
     def carried(self, body: int) -> tuple[Any, Balls, Balls]:
         """Mass, lever (3,) and inertia (3, 3) of a body, as in `exact.kinematics.Data`."""
@@ -223,20 +221,22 @@ class BallImpact(Impact):
         """
         J = matrix(self._reduced(row_jacobian(self.state, [block])[0]))
         R = self._reduced(row_jacobian(self.state, held)[0])[independent] if independent else None
-        return J * self._held_response(J, R)
+        return J * self._held_response(J, R)[0]
 
     def rigid_mobility(self, block: Block) -> arb_mat:
         """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
         wrenches = matrix(block_wrenches(self.state, block)[0])
         return wrenches * _solve(sum(self._inertias, start=arb_mat(6, 6)), wrenches.transpose(), of_inertia=True)
 
-    def _held_response(self, J: arb_mat, held: Balls | None) -> arb_mat:
-        """Free velocities (ny, n) that unit impulses along rows J (n, ny) cause while rows (r, ny) are held."""
+    def _held_response(self, J: arb_mat, held: Balls | None) -> tuple[arb_mat, arb_mat]:
+        """Free velocities (ny, n) by unit impulses along rows J (n, ny) while rows (r, ny) are held, and their impulses (r, n)."""
+        free = self._by_inertia(J.transpose())
         if held is None:
-            return self._by_inertia(J.transpose())
+            return free, arb_mat(0, free.ncols())
         R = matrix(held)
-        free, by_held = self._by_inertia(J.transpose()), self._by_inertia(R.transpose())
-        return free - by_held * _solve(R * by_held, R * free)
+        by_held = self._by_inertia(R.transpose())
+        impulse = _solve(R * by_held, R * free)
+        return free - by_held * impulse, impulse
 
     def _by_inertia(self, B: arb_mat) -> arb_mat:
         """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7), or by elimination where joints follow others.

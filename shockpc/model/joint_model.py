@@ -122,7 +122,12 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
                 f'"{name}" is given an armature and a rotor, which are two ways to say one thing; keep one of them', joints=[name]
             )
         k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
-        given |= {name: (_ratio(robot, name, motor) ** 2 * motor.inertia, k) for name in _names(robot, pattern, motor)}
+        for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):
+            ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
+            if ratio is None:
+                message = f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it'
+                raise SceneError(message, joints=[name])
+            given[name] = (ratio**2 * motor.inertia, k)
     for pattern, (inertia, k) in given.items():
         if not 0.0 < inertia <= LARGEST:
             raise SceneError(
@@ -183,18 +188,6 @@ def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
     """The drives of a file, read again when it changes. Args: path of the file; stamp: when it was last changed."""
     del stamp
     return read_drives(path)
-
-
-def _names(robot: Robot, pattern: str, motor: Rotor) -> tuple[str, ...]:
-    """The pattern itself; or, where the gear ratio is the file's, the joints that it means."""
-    return (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern)
-
-
-def _ratio(robot: Robot, name: str, motor: Rotor) -> float:
-    ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
-    if ratio is None:
-        raise SceneError(f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it', joints=[name])
-    return ratio
 
 
 def _positive(what: str, pattern: str, value: float) -> float:

@@ -209,7 +209,7 @@ class Drives(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
-    """A robot as loaded.
+    """A robot as loaded. What takes a name raises UnknownName where nothing fits; the text names the nearest.
 
     Attributes:
         source: the file's text and where it came from.
@@ -330,11 +330,7 @@ class Robot:
         return tuple(joint.name for joint in self.single_joints[self.free_base :])
 
     def joint(self, name: str) -> Joint:
-        """The joint of the file of that exact name.
-
-        Raises:
-            UnknownName: there is none; the text names the nearest.
-        """
+        """The joint of the file of that exact name."""
         for joint in self.single_joints:
             if joint.name == name:
                 return joint
@@ -400,43 +396,23 @@ class Robot:
         return supports[:-1]
 
     def match(self, kind: str, pattern: str, names: Iterable[str], known: Iterable[str] = (), hint: str = "") -> tuple[str, ...]:
-        """The names that an exact name or a glob means, as in `names.match`.
-
-        Raises:
-            UnknownName: none fits.
-        """
+        """The names that an exact name or a glob means, as in `names.match`."""
         return match(pattern, names, kind, f'robot "{self.name}"', f"shockpc robots {self.label}", known, hint)
 
     def match_joints(self, pattern: str) -> tuple[str, ...]:
-        """The joints that an exact name or a glob means.
-
-        Raises:
-            UnknownName: none fits.
-        """
+        """The joints that an exact name or a glob means."""
         return self.match("joint", pattern, self.joint_names)
 
     def match_frames(self, pattern: str, kind: str = "frame", hint: str = "") -> tuple[str, ...]:
-        """The frame of an exact name, or the links, sites and geoms on moving bodies that a glob means.
-
-        Raises:
-            UnknownName: none fits.
-        """
+        """The frame of an exact name, or the links, sites and geoms on moving bodies that a glob means."""
         return (pattern,) if pattern in self.frames else self.match(kind, pattern, self._places, self.frames, hint)
 
     def match_bodies(self, pattern: str) -> tuple[int, ...]:
-        """Indices of the bodies that a name or a glob means: the name of a link, site or geom means the body that it belongs to.
-
-        Raises:
-            UnknownName: none fits.
-        """
+        """Indices of the bodies that a name or a glob means: the name of a link, site or geom means the body that it belongs to."""
         return tuple(sorted({self._places[name] for name in self.match("body", pattern, self._places)}))
 
     def body(self, pattern: str) -> int:
-        """Index of the one body that a name or a glob means, as in `match_bodies`.
-
-        Raises:
-            UnknownName: none fits, or several.
-        """
+        """Index of the one body that a name or a glob means, as in `match_bodies`."""
         first, *others = self.match_bodies(pattern)
         if others:
             raise self.unknown("single body", pattern, (self.bodies[i].name for i in (first, *others)))
@@ -454,11 +430,7 @@ class Robot:
             self.joint(mimic.joint).set(led + mimic.offset, q)
 
     def frame(self, name: str) -> Frame:
-        """The frame of that exact name.
-
-        Raises:
-            UnknownName: there is none; the text names the nearest.
-        """
+        """The frame of that exact name."""
         if name not in self.frames:
             raise self.unknown("frame", name, self.frames)
         return self.frames[name]
