@@ -101,9 +101,7 @@ def redundant(landing: PosedLanding, choice: RowChoice) -> Iterator[Diagnostic]:
 def strained(joints: Mapping[str, float], contact: float) -> Iterator[Diagnostic]:
     """A warning of the greatest impulse through a joint, where that of the contacts does not explain it.
 
-    Args:
-        joints: impulses through the joints, by name [N s].
-        contact: greatest impulse of a contact or standing foot [N s].
+    Args: impulses by joint, and the greatest of a contact [N s].
     """
     name, most = max(joints.items(), key=lambda item: item[1], default=("", 0.0))
     if most > STRAIN * contact:

@@ -38,12 +38,7 @@ HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
 
 
 def implausible(landing: PosedLanding, mitigation: Mapping[str, float | None]) -> tuple[Diagnostic, ...]:
-    """Warnings about heights, a limb that is straight because no posture is known, and units.
-
-    Args:
-        landing: the landing.
-        mitigation: impact mitigation factor of each contact.
-    """
+    """Warnings about heights, a limb that is straight because no posture is known, and units."""
     return (*heights(landing), *_straight(landing, mitigation), *_angles(landing), *_masses(landing))
 
 

@@ -27,11 +27,6 @@ CONTRADICTION = 1e-9
 def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution) -> Proof:
     """Choose the independent rows, and enclose the impact.
 
-    Args:
-        landing: the landing.
-        equation: in its posture.
-        solution: of that, in double precision.
-
     Raises:
         SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rounding can change which rows are
             independent, or the posture is so nearly singular that the result is not physically plausible.

@@ -58,13 +58,9 @@ class Result(NamedTuple):
 
 
 def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]]:
-    """Run until the budget is spent, three to a thousand times unless one run is long.
+    """Run until the budget is spent, three to a thousand times unless one run is long. Args: budget [s]; at zero it runs once.
 
     The first run loads and fills caches; it counts only if it is not repeated.
-
-    Args:
-        run: the work.
-        budget: time to spend [s]; at zero it runs once.
 
     Returns: the last result, and the time of each run [s].
     """
@@ -79,13 +75,7 @@ def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]
 
 
 def measure(case: Case, methods: Mapping[str, Method], budget: float) -> list[Result]:
-    """Solve a case by every method; one that the package cannot prepare has a single result.
-
-    Args:
-        case: the case.
-        methods: by their names.
-        budget: time to spend on each method's clock [s].
-    """
+    """Solve a case by every method; one that the package cannot prepare has a single result. Args: budget for each clock [s]."""
     robot, scene = case.build()
     try:
         system = system_of(robot, scene)

@@ -93,13 +93,7 @@ def suite_report(
 
 
 def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
-    """Error against run time of every method on one landing.
-
-    Args:
-        robot: the robot.
-        scene: the landing.
-        budget: time to spend on each method's clock [s].
-    """
+    """Error against run time of every method on one landing. Args: budget for each clock [s]."""
     results = measure(Case("landing", robot.name, "", lambda: (robot, scene)), METHODS | {WHOLE: all_quantities}, budget)
     rows = [
         (result.method, _largest([result]), *map(_micro, result.quartiles), result.outcome, result.message or None)

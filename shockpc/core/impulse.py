@@ -232,9 +232,6 @@ def _farthest(X: Array, rank: int) -> np.ndarray:
 def weakest_columns(H: Array) -> list[int]:
     """The columns of a singular inertia that have no inertia of their own, or share one between them.
 
-    Args:
-        H: (nv, nv) symmetric.
-
     Returns: indices, ascending.
     """
     d = np.sqrt(np.abs(np.diagonal(H)))

@@ -70,10 +70,6 @@ class Proof:
     def read(self, compute: Callable[[BallImpact], T], bits: int = LEAST_BITS) -> T:
         """The value of a function of the impact, at the least precision at which it raises no `PrecisionError` or `SingularError`.
 
-        Args:
-            compute: the function.
-            bits: precision to use at least.
-
         Raises:
             SolveError: the number is not known closely enough at the highest precision.
             SingularError: a pivot may be zero there: no inertia resists a motion, or rows are dependent.

@@ -209,9 +209,7 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
 def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
     """The lowest point (3,) of some shapes in the body's frame [m]; the mean of the lowest ones where several are equally low.
 
-    Args:
-        shapes: of the link.
-        up: (3,) the ground's normal in the axes of the body.
+    Args: up (3,), axes of the body.
     """
     points = np.concatenate([shape.farthest(-up) for shape in shapes])
     height = points @ up

@@ -102,11 +102,6 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
 def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
     """The drives of a robot's joints as arrays; later ones replace earlier ones of the same joint.
 
-    Args:
-        robot: the robot.
-        drives: those that are of this robot, or of all, count.
-        label: what the drives are called.
-
     Raises:
         UnknownName: a pattern fits no joint of the robot.
         SceneError: none of the drives is of this robot.

@@ -55,10 +55,6 @@ def read_mesh(data: bytes, suffix: str) -> Mesh:
     The unit of a COLLADA document is applied. Its up axis is not: most meshes are modelled in the axes of the link, whatever the
     file says, and Pinocchio reads them so. COLLADA coordinates are held in single precision, as in STL files.
 
-    Args:
-        data: the content of the file.
-        suffix: one of `FORMATS`, in lower case.
-
     Raises:
         ValueError: the format is not read, or the file is broken; one line.
     """

@@ -146,8 +146,7 @@ def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator)
     q = np.array(robot.start)
     for joint in robot.single_joints:
         if joint.axis is not None:
-            value = values[joint.name]
-            q[joint.q] = (np.cos(value), np.sin(value)) if joint.kind == "continuous" else value
+            joint.set(values[joint.name], q)
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, q)
     placed: dict[str, Array] = {}
@@ -160,7 +159,7 @@ def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator)
         for joint in below.get(link := waiting.pop(), ()):
             motion = np.eye(4)
             if joint.type in ("revolute", "continuous"):
-                motion[:3, :3] = _rotation(joint.axis, values[joint.name])
+                motion = yourdfpy.urdf.tra.rotation_matrix(values[joint.name], joint.axis)
             elif joint.type == "prismatic":
                 motion[:3, 3] = values[joint.name] * joint.axis / np.linalg.norm(joint.axis)
             placed[joint.child] = placed[link] @ (np.eye(4) if joint.origin is None else joint.origin) @ motion
@@ -168,10 +167,3 @@ def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator)
     for name, theirs in placed.items():
         ours = np.array(data.oMf[robot.model.getFrameId(name, pin.FrameType.BODY)])
         yield name, float(np.abs(ours - theirs).max() / max(1.0, np.abs(theirs).max()))
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    """Rotation (3, 3) about an axis (3,) of any length, by Rodrigues' formula."""
-    x, y, z = axis / np.linalg.norm(axis)
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
