@@ -194,7 +194,7 @@ def test_an_outcome_follows_from_the_value():
 @given(st.floats(-80.0, 80.0))
 def test_a_sticking_end_rotates_about_itself(angle):
     """A rod that sticks at its end: r_p = 2l / (3 cos θ). ERRATA, Eq. 3: at 45 degrees it says 0.589 l, and 0.943 l is true."""
-    profile = beam(directions=STICKING, strike_angle_deg=angle)
+    profile = beam(0.0, directions=STICKING, strike_angle_deg=angle)
     assert profile.ropc[0] == pytest.approx(2.0 / 3.0 / np.cos(np.radians(angle)), rel=1e-10)
 
 
