@@ -59,7 +59,7 @@ def _answer(work: Callable[[], Any], writing: int) -> NoReturn:
         signal.alarm(10 * SECONDS)  # of which a busy machine gives it a part
         for stream in (1, 2):
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-        limits = {resource.RLIMIT_CPU: SECONDS, resource.RLIMIT_CORE: 0}
+        limits = {resource.RLIMIT_CPU: SECONDS, resource.RLIMIT_CORE: 0, resource.RLIMIT_FSIZE: 0}
         with suppress(OSError):  # elsewhere than on Linux, where memory cannot be limited
             taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
             limits[resource.RLIMIT_AS] = taken + MEMORY

@@ -1,7 +1,8 @@
 """xacro to URDF, without ROS: in a child process with limits of time and memory, which reads nothing outside the open folders.
 
-xacro opens files, looks for patterns and finds packages by functions given here alone, and sees no environment. No code of a
-document runs: `xacro_expression` evaluates its expressions, with those functions of xacro that only compute.
+xacro opens files, looks for patterns and finds packages by functions given here alone, and sees nothing of the environment but
+ROS_PACKAGE_PATH. No code of a document runs: `xacro_expression` evaluates its expressions, with those functions of xacro that only
+compute.
 """
 
 import builtins
