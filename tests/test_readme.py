@@ -123,10 +123,11 @@ def test_python_runs(capfd, here):
 
 def test_scenes_run(capfd, here):
     """A block of TOML that names a robot is a whole scene."""
-    for block in BLOCKS:
-        if block.language == "toml" and block.text.startswith("robot = "):
-            (here / "scene.toml").write_text(block.text, encoding="utf-8")
-            assert good(capfd, "analyze", "scene.toml")
+    scenes = [block.text for block in BLOCKS if block.language == "toml" and block.text.startswith("robot = ")]
+    assert scenes, "the README shows no scene"
+    for text in scenes:
+        (here / "scene.toml").write_text(text, encoding="utf-8")
+        assert good(capfd, "analyze", "scene.toml")
 
 
 def test_pictures_and_links_are_there():
