@@ -1,7 +1,6 @@
 """What a command produces: standard output, files, scenes."""
 
 import os
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,6 +46,8 @@ def emit(report: "Report", output: OutputOptions) -> None:
 
 def write_report(report: "Report", folder: Path) -> None:
     """Write the files of a report; a line on standard error says what report.html would need."""
+    import shlex
+
     with ShownTrace().stage("figures and files"):
         write_folder(folder, report.files(shlex.join(command)))
     if report.landings and plotly() is None:

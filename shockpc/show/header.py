@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,7 +10,9 @@ from shockpc.model.columns import Base
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
 from shockpc.robot.record import WORLD, Robot
-from shockpc.studies.columns import Column
+
+if TYPE_CHECKING:
+    from shockpc.studies.columns import Column
 
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
@@ -156,7 +159,7 @@ def proof_text(bound: float) -> str:
     return f"proven to {bound:.0e} of each body's motion, for the robot as loaded"
 
 
-def proven_text(number: int, columns: Iterable[Column]) -> str:
+def proven_text(number: int, columns: "Iterable[Column]") -> str:
     """How many landings of a table are proven, and which of its columns are not."""
     unproven = [column.name for column in columns if column.selection.quantity.unproven]
     but = f"; in double precision, not proven: {few(unproven, 4)}" if unproven else ""
