@@ -629,14 +629,8 @@ def damaged_baselines():
     yield text.replace(entry, f"{entry}, {entry}").replace("VALUE", "1").replace("ANGLE", "0")
     design = '{"cases": ["land"], "joint_model": "free", "drives": "", "joints": {}, "points": {}, "bodies": BODIES}'
     newer = text.replace("baseline/1", "baseline/2").replace('"values"', f'"designs": [{design}], "values"').replace("VALUE", "1")
-    for bodies in (
-        "[]",
-        '{"a": 1}',
-        '{"a": {"mass": "x"}}',
-        '{"a": {"mass": NaN}}',
-        '{"a": {"com": [1, [2]]}}',
-        '{"a": {"axes": [1]}}',
-    ):
+    own = ('"x"', "NaN", "1e300", "[]", "[[1]]", "[1, [2]]")
+    for bodies in ("[]", '{"a": 1}', '{"a": {"axes": [1]}}', *(f'{{"a": {{"mass": {value}}}}}' for value in own)):
         yield newer.replace("BODIES", bodies).replace("ANGLE", "0")
     yield text.replace("{}", '{"land": ' + "[" * 900 + "]" * 900 + "}").replace("VALUE", "1").replace("ANGLE", "0")
 

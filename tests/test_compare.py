@@ -159,6 +159,8 @@ def test_pairs_go_before_places_and_names(dog):
     (partners,) = compare([dog, dog], pairs=[("FL_*", "RR_*")]).partners
     assert all(partners["body"][f"FL_{part}"] == f"RR_{part}" for part in LINKS)
     assert all(partners["joint"][f"FL_{part}_joint"] == f"RR_{part}_joint" for part in LINKS)
+    third = compare([dog, other, dog], pairs=[("FL_hip", "rh_hipassembly"), ("FL_hip", "FR_hip")])
+    assert [partners["body"]["FL_hip"] for partners in third.partners] == ["rh_hipassembly", "FR_hip"]
     with pytest.raises(StudyError, match='"FL_hipp=lf_hip" names no body, joint or point of both designs'):
         compare([dog, other], pairs=[("FL_hipp", "lf_hip")])
 

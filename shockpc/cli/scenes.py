@@ -111,7 +111,7 @@ def _scene_of(name: str) -> Scene:
 
 def is_scene_file(name: str) -> bool:
     """Whether what is analysed is a scene, not a robot."""
-    return Path(name).suffix.casefold() == ".toml"
+    return Path(name).suffix.casefold() == ".toml" or ".toml:" in name
 
 
 def _contacts(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: bool) -> list[tuple[Contact, ...]]:

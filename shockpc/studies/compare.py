@@ -15,7 +15,7 @@ from shockpc.robot.changes import Change, changed
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.columns import selected
-from shockpc.studies.partners import KINDS, Partners, partners, struck
+from shockpc.studies.partners import KINDS, Partners, matching, partners, struck
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 """Quantities that are always compared."""
@@ -153,6 +153,12 @@ def compare(designs: Iterable[Design], quantities: Sequence[str] = (), pairs: Se
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
     profiles = tuple(map(_profile, every))
+    for pair in pairs:
+        if not any(any(matching(profiles[0], profile, *pair).values()) for profile in profiles[1:]):
+            names = "; ".join(
+                f"bodies of {design.label}: {', '.join(profile.bodies)}" for design, profile in zip(every, profiles, strict=True)
+            )
+            raise StudyError(f'--pair "{"=".join(pair)}" names no body, joint or point of both designs; {names}')
     matched = tuple(partners(profiles[0], profile, pairs) for profile in profiles[1:])
     differences = {text: _differences(profiles, matched, text) for text in dict.fromkeys((*quantities, *STANDARD))}
     for text in quantities:

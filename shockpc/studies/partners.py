@@ -5,7 +5,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from shockpc.errors import StudyError
 from shockpc.places import Kind
 from shockpc.result import ShockProfile
 from shockpc.robot.names import matches
@@ -29,11 +28,11 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
         other: the other design.
         pairs: names of the first with those of the other; of a name with * both have the same in that part.
 
-    Raises:
-        StudyError: a pair names nothing.
     """
-    given = [_matching(first, other, *pair) for pair in pairs]
-    by_kind = {kind: dict(pair for own in given for pair in own[kind].items()) for kind in KINDS}
+    by_kind: dict[Kind, dict[str, str]] = {kind: {} for kind in KINDS}
+    for pair in pairs:
+        for kind, given in matching(first, other, *pair).items():
+            _add(by_kind[kind], given.items())
     for kind in KINDS:
         theirs = {place.name for place in other.places(kind)}
         _add(by_kind[kind], ((place.name, place.name) for place in first.places(kind) if place.name in theirs))
@@ -72,8 +71,8 @@ def _add(known: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:
             known[a] = b
 
 
-def _matching(first: ShockProfile, other: ShockProfile, mine: str, theirs: str) -> dict[Kind, dict[str, str]]:
-    """The partners that one pair means, by kind."""
+def matching(first: ShockProfile, other: ShockProfile, mine: str, theirs: str) -> dict[Kind, dict[str, str]]:
+    """The partners that the names of a pair mean, by kind: none where one of the designs has no such names."""
     start, star, end = mine.partition("*")
     fitting: dict[Kind, dict[str, str]] = {kind: {} for kind in KINDS}
     for kind in KINDS:
@@ -81,9 +80,6 @@ def _matching(first: ShockProfile, other: ShockProfile, mine: str, theirs: str) 
         for name in matches(mine, (place.name for place in first.places(kind))):
             partner = theirs.replace("*", name[len(start) : len(name) - len(end)]) if star else theirs
             fitting[kind] |= {name: partner} if partner in names else {}
-    if not any(fitting.values()):
-        listed = ", ".join(f"{design.robot.label}: {', '.join(design.bodies)}" for design in (first, other))
-        raise StudyError(f'--pair "{mine}={theirs}" names no body, joint or point of both designs; bodies of {listed}')
     return fitting
 
 

@@ -10,6 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing import PosedLanding
 from shockpc.printed import few, printable
 from shockpc.robot.names import glob_of
+from shockpc.toml import LARGEST
 
 MODEL = {"joint_model": "joint model", "drives": "drives"}
 """What a design has once, with its name in texts."""
@@ -30,8 +31,7 @@ NUMBERS = {
 }
 """Properties that are numbers, left out where all are zero: name in texts, and unit."""
 
-COMPONENTS = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "xy", "xz", "yz")}
-"""Names of the components of vectors and inertias."""
+AXES = "xyz"
 
 SAME = 2e-5
 """Relative difference of two values of six digits that is rounding."""
@@ -97,8 +97,9 @@ def read_design(table: Mapping[str, Any]) -> dict[str, Any]:
     for kind in KINDS:
         for entry in table[kind].values():
             for key in ("axes", *NUMBERS):
-                if not np.isfinite(np.asarray(entry.get(key, 0.0), dtype=float)).all():
-                    raise ValueError("not a finite number")
+                values = np.atleast_1d(np.asarray(entry.get(key, 0.0), dtype=float))
+                if values.ndim > 1 or not len(values) or not (np.abs(values) <= LARGEST).all():
+                    raise ValueError("not numbers of a robot")
             np.reshape(entry.get("axes", np.eye(3)), (3, 3))
     return {key: table[key] if key in KINDS else str(table[key]) for key in (*MODEL, *KINDS)}
 
@@ -131,16 +132,19 @@ def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
             yield f"{title} of another kind of joint"
             continue
         a, b = np.broadcast_to(a, n), np.broadcast_to(b, n)
-        differ = np.abs(b - a) > SAME * max(np.abs(a).max(), np.abs(b).max())
-        factors = b[a != 0.0] / a[a != 0.0]
-        if key == "inertia" and differ.any() and np.ptp(factors) <= 10.0 * SAME * factors.max() and not b[a == 0.0].any():
-            yield f"inertia × {np.median(factors):.4g}"
-            continue
+        scale = max(np.abs(a).max(), np.abs(b).max())
+        differ = np.abs(b - a) > SAME * scale
         if new.get("kind", "").startswith("prismatic"):
             unit = {"kg m²": "kg", "N m/rad": "N/m"}.get(unit, unit)
-        for k in np.flatnonzero(differ):
-            component = f" {COMPONENTS[n][k]}" if n in COMPONENTS else ""
-            yield f"{title}{component} {_pair(a[k], b[k])} {unit}".rstrip()
+        if key == "inertia" and differ.any():
+            factor = np.linalg.norm(b) / (np.linalg.norm(a) or 1.0)
+            uniform = np.abs(b - factor * a).max() <= 10.0 * SAME * scale and abs(factor - 1.0) > 1e-3
+            yield f"inertia × {factor:.4g}" if uniform else f"inertia changed by up to {100.0 * np.abs(b - a).max() / scale:.2g} %"
+        elif unit == "m" and differ.sum() > 1:  # the same on the left and on the right
+            yield f"{title} moved by {1e3 * np.linalg.norm(b - a):.3g} mm"
+        else:
+            for k in np.flatnonzero(differ):
+                yield f"{title}{f' {AXES[k]}' * (unit in ('m', ''))} {_pair(a[k], b[k])} {unit}".rstrip()
     R, S = (np.reshape(entry.get("axes", np.eye(3)), (3, 3)) for entry in (old, new))
     angle = math.degrees(2.0 * math.asin(min(1.0, float(np.linalg.norm(R - S)) / math.sqrt(8.0))))
     if angle > 1e-3:
