@@ -9,7 +9,7 @@ import pytest
 import xacro as library
 from robot_texts import arm, joint, link, read, refusal, refused, written, xacro
 
-import shockpc.robot.child
+import shockpc.robot.xacro
 from shockpc.errors import RobotError
 from shockpc.robot.source import read_source
 from shockpc.robot.xacro_expression import evaluate
@@ -203,7 +203,7 @@ def test_what_cannot_be_expanded(
     text: str, folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
     """Each failure is one line that names the file, within some seconds, and nothing is printed."""
-    monkeypatch.setattr(shockpc.robot.child, "SECONDS", 1 if "without end" in REFUSED[text] else 10)
+    monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 1.0 if "without end" in REFUSED[text] else 10.0)
     (folder / "link.xacro").symlink_to(tmp_path / "secret.xacro")
     os.mkfifo(folder / "pipe")
     (folder / "text.yaml").write_text('"\\0"')
@@ -230,9 +230,14 @@ def test_unknown_argument(text: str, name: str, said: str, folder: Path):
     assert refusal(folder, text, NAME, xacro={name: "1"}) == f"{NAME} {said}"
 
 
-def test_a_child_that_crashes_is_an_error(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    """Whatever ends it: there is no result, and one message says so."""
-    monkeypatch.setattr(library, "process_doc", lambda *_, **__: os._exit(1))
+@pytest.mark.parametrize(
+    "child",
+    ["os.abort()", "print('[1]')", "print('{\"urdf\": 3}')", "print('{\"read\": null}')", "while True: print(end='a' * 10**6)"],
+)
+def test_a_child_that_crashes_is_an_error(child: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Whatever ends it, or whatever it answers: there is no result, and one message says so."""
+    (tmp_path / "child.py").write_text(f"import os\n{child}\n")
+    monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
     assert refusal(folder, PAYLOAD, NAME).startswith("dog.urdf.xacro: xacro gave no result")
 
 
