@@ -58,7 +58,7 @@ def paper_picture(figure: PaperFigure) -> Picture:
     labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
     title = f"Figure {figure.number}: {figure.title}"
     drawn = (figure.profiles, title, labels, captions, figure.note)
-    return Picture(f"figure{figure.number}", title, "landing:draw_panels", drawn)
+    return Picture(f"figure{figure.number}", title, "panels:draw_panels", drawn)
 
 
 def _outcome(claim: Claim) -> str:

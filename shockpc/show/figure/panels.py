@@ -1,0 +1,80 @@
+"""Landings side by side in the plane, on one scale."""
+
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+
+from shockpc.printed import printable
+from shockpc.result import ShockProfile
+from shockpc.show.figure.landing import FOOT, draw_picture
+from shockpc.show.figure.page import LEFT, Page, Rows
+from shockpc.show.figure.picture import letter
+from shockpc.show.figure.view import View, Window, view_of, windows_of
+from shockpc.show.header import angle_text, joint_model_text
+
+GAP, BAR = 0.15, 4.6
+"""Room between panels, and smallest width of the bar under them [inches]."""
+
+
+def draw_panels(
+    profiles: Sequence[ShockProfile], title: str, labels: Sequence[str], captions: Sequence[Sequence[str]], note: str = ""
+) -> Figure:
+    """Draw landings from left to right.
+
+    A body has the same number in every panel, and so has its centre of percussion. Centres outside a panel are given under it.
+
+    Args:
+        profiles: of the landings, each with a panel.
+        title: of the figure.
+        labels: printed large under each panel.
+        captions: lines under each label.
+        note: under the tables, in italics.
+    """
+    views = [view_of(profile) for profile in profiles]
+    chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in view.numbers]
+    number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
+    numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
+    views = [view._replace(numbers=own) for view, own in zip(views, numbers, strict=True)]
+    windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
+    under = [[*lines, *_outside(*panel)] for lines, panel in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
+    foot = FOOT + 0.3 + 0.13 * max(map(len, under))
+    width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
+    models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
+    bodies: Rows = [("", "body"), *((str(k), printable(name.replace("_", " "), 40)) for name, k in number.items())]
+    page = Page(
+        LEFT + width,
+        windows[0].sides[1] + foot,
+        (title, f"joint model: {models}"),
+        [bodies, *_sensors(profiles, labels)],
+        [note],
+    )
+    x, y = LEFT, page.low + foot
+    for k, (view, window) in enumerate(zip(views, windows, strict=True)):
+        draw_picture(page, x, y, view, window, left=k == 0)
+        middle = x + window.sides[0] / 2.0
+        page.write(middle, y - 0.42, labels[k], 10.0, window.sides[0], fontweight="bold", ha="center")
+        for n, text in enumerate(under[k]):
+            page.write(middle, y - 0.6 - 0.13 * n, text, 7.0, window.sides[0] + GAP, ha="center")
+        x += window.sides[0] + GAP
+    page.bar(LEFT, BAR)
+    page.key()
+    return page.figure
+
+
+def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[Rows]:
+    """What the letters of sensors mean: one table, or one for each panel if they mean different ones."""
+    tables: list[Rows] = [
+        [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)] for profile in profiles
+    ]
+    if all(rows == tables[0] for rows in tables):
+        return [[("", "sensor or point"), *tables[0]]] if tables[0] else []
+    return [[("", f"sensor or point of {label}"), *rows] for label, rows in zip(labels, tables, strict=True) if rows]
+
+
+def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
+    """How the panel's robot is struck, and the centres of percussion outside the panel."""
+    lines = [f"strike angle {angle_text(profile)} deg"]
+    for i, number in view.numbers.items():
+        if i in view.centres and not window.holds(view.centres[i], 0.05):
+            lines.append("CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0))
+    return lines
