@@ -126,6 +126,24 @@ def test_an_answer_that_gains_energy_is_refused(capfd, here):
 # Finite stiffness
 
 
+@pytest.mark.parametrize(("e", "periods"), [(1.0, 0.5), (0.5, 0.375), (0.0, 0.25)])
+def test_a_point_mass_on_a_spring(capfd, here, e, periods):
+    """Force v √(k m) after a quarter of a period; unloaded in e quarters of it, and not at all with e = 0."""
+    (here / "box.urdf").write_text(BOX)
+    words = ("box.urdf", "--contact", "box", "--speed", 3, "--restitution", e, "--contact-stiffness", K, "--at", "box")
+    found = document(capfd, *words)["stiffness"]
+    omega = math.sqrt(K / 2.0)
+    assert found["difference"] < 1e-9
+    (contact,), (point,) = found["contacts"], found["points"]
+    values = [contact[key] for key in ("duration", "peak_force", "peak_force_time")]
+    np.testing.assert_allclose(values, [2.0 * math.pi / omega * periods, 6.0 * omega, math.pi / 2.0 / omega], rtol=1e-9)
+    values = [point["peak_acceleration"], point["peak_acceleration_time"]]
+    np.testing.assert_allclose(values, [3.0 * omega / GRAVITY, math.pi / 2.0 / omega], rtol=1e-9)
+    text = good(capfd, "analyze", *words)
+    assert "impulse model: within 0.1 % of the finite-stiffness result" in text
+    assert ("by construction" in text) == (e == 0.0)
+
+
 @pytest.mark.parametrize(
     ("words", "mass", "share"),
     [

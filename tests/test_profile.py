@@ -211,6 +211,14 @@ def test_a_body_that_nothing_resists_is_named(mass, com):
 # What a profile says of itself
 
 
+def test_a_profile_is_read_only():
+    """No array of it can be written to."""
+    profile = shock_profile(Scene(robot="anymal_b", contact="LF_FOOT"), known_robot("anymal_b"))
+    for name in ("q", "delta_qd", "maps", "position", "rotation", "delta_omega", "delta_v", "copc", "ropc", "total_impulse"):
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(profile, name)[...] = 0
+
+
 def test_wrong_calls_are_refused_in_words(tmp_path):
     """A robot's name is no scene, a path may be a Path, and a configuration holds rotations."""
     with pytest.raises(SceneError, match="'anymal_b' is not a Scene"):

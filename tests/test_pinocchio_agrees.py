@@ -1,0 +1,89 @@
+"""Real robots against the impact dynamics of Pinocchio, and random trees with ball joints against the inertia of MuJoCo."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+import trees
+from hypothesis import given
+from trees import MJCF_KINDS, known_robot
+
+from shockpc import Contact, Joints, Scene, Strike, shock_profile
+
+FEET = {
+    "a1": ("FL_foot", "RR_foot"),
+    "anymal_b": ("LF_FOOT", "RH_FOOT"),
+    "anymal_c": ("LF_FOOT", "RH_FOOT"),
+    "b1": ("FL_foot", "RR_foot"),
+    "bolt": ("FL_FOOT",),
+    "go2": ("FL_foot", "RR_foot"),
+    "hyq": ("lf_foot", "rh_foot"),
+    "laikago": ("FL_foot", "RR_foot"),
+    "solo12": ("FL_FOOT", "HR_FOOT"),
+    "talos": ("left_sole_link",),
+}
+
+
+def rigid_contacts(model, data, q, before, frames, restitution):
+    """Pinocchio's impact with rigid point contacts."""
+    contacts = [
+        pin.RigidConstraintModel(
+            pin.ContactType.CONTACT_3D, model, model.frames[f].parentJoint, model.frames[f].placement, pin.LOCAL_WORLD_ALIGNED
+        )
+        for f in frames
+    ]
+    datas = [contact.createData() for contact in contacts]
+    pin.initConstraintDynamics(model, data, contacts, datas)
+    return pin.impulseDynamics(model, data, q, before, contacts, datas, restitution)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+@pytest.mark.parametrize("name", FEET)
+def test_the_jump_is_that_of_pinocchio(name, restitution):
+    """One sticking foot, or two on different legs: Δq̇ is that of pin.impulseDynamics; of q̇⁻ only J q̇⁻ matters."""
+    for feet in {FEET[name][:1], FEET[name]}:
+        contacts = tuple(Contact(frame=foot, restitution=restitution, restitution_along="directions") for foot in feet)
+        # Slanted, so that nothing is symmetric by accident.
+        scene = Scene(robot=name, contact=contacts, strike=Strike(velocity=(0.3, -0.1, -1.0)), joints=Joints(drives="none"))
+        profile = shock_profile(scene, known_robot(name))
+        model, data = profile.robot.model, profile.robot.model.createData()
+        pin.forwardKinematics(model, data, profile.q)
+        before = np.zeros(model.nv)
+        before[:3] = data.oMi[1].rotation.T @ profile.strike
+        after = rigid_contacts(model, data, profile.q, before, [model.getFrameId(foot) for foot in feet], restitution)
+        # Hands a thousandth as heavy as the arms that carry them cost Pinocchio's double precision some digits.
+        tolerance = max(1e-12, 10.0 * profile.health.double_error) * np.abs(profile.delta_qd).max()
+        np.testing.assert_allclose(profile.delta_qd, after - before, rtol=0, atol=tolerance)
+        assert profile.health.rank == 3 * len(feet)
+        assert profile.health.double_error < 1e-10
+
+
+@given(trees.landings(kinds=MJCF_KINDS, most=8, hits=1))
+def test_the_inertia_of_mujoco_gives_the_same_jump(landing):
+    """A library with its own parser, kinematics and inertia: Δq̇ from MuJoCo's M and J moves every body the same way."""
+    file = trees.written(landing.mechanism, dialect="mjcf")
+    model = mujoco.MjModel.from_xml_string(file.text)
+    data = mujoco.MjData(model)
+    x, y, z, w = file.posture.base_quaternion
+    data.qpos[:7] = (*file.posture.base_position, w, x, y, z)
+    for joint, value in file.posture.joints.items():
+        data.joint(joint).qpos[0] = value
+    mujoco.mj_forward(model, data)
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    hit = landing.hits[0]
+    J = np.zeros((3, model.nv))
+    mujoco.mj_jac(model, data, J, None, hit.point, model.body(f"body{hit.body}").id)
+    D = np.asarray(hit.directions) / np.linalg.norm(hit.directions, axis=1, keepdims=True)
+    b = (1.0 + hit.restitution) * D @ landing.strike
+    A = D @ J @ np.linalg.solve(M, J.T @ D.T)
+    qd = -np.linalg.solve(M, J.T @ D.T @ np.linalg.solve(A, b))
+    expected = np.empty((len(landing.mechanism.mass), 6))
+    for i in range(len(expected)):
+        linear, angular = np.zeros((2, 3, model.nv))
+        mujoco.mj_jac(model, data, linear, angular, landing.mechanism.com[i], model.body(f"body{i}").id)
+        expected[i] = np.concatenate([angular @ qd, linear @ qd])
+    found = trees.twists(trees.land(landing, dialect="mjcf"))
+    size = trees.motion(landing.mechanism, expected)
+    # Two joint-space inertias, each good to 1e-9 over three decades of mass; MuJoCo keeps 1e-15 as its least inertia.
+    assert np.all(trees.motion(landing.mechanism, found - expected) <= 1e-8 * np.maximum(size, 1e-6 * size.max()))
