@@ -24,6 +24,9 @@ T = TypeVar("T")
 PATIENCE = 10.0
 """How long to wait for the scheduler of a cluster [s]."""
 
+ABSENT = 10
+"""How often in sequence, every half second, a cluster has no worker before it has lost them."""
+
 MOST_JOBS = 512
 """Processes of one machine, each of which takes some 100 MB."""
 
@@ -35,11 +38,12 @@ def executor(jobs: int, cluster: str | None = None, waiting: Callable[[str], obj
     Args:
         jobs: number of processes.
         cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
-        waiting: called with a message if the cluster has no worker yet, which is then waited for; None refuses such a cluster.
+        waiting: called with a message if the cluster has no worker, at first or later, which is then waited for; None refuses such
+            a cluster.
 
     Raises:
-        StudyError: there are too many processes, or one died; the cluster cannot be reached or has no worker, or `distributed` is
-            not installed.
+        StudyError: there are too many processes, or one died; the cluster cannot be reached, has no worker or loses all of them, or
+            `distributed` is not installed.
     """
     with _dask(cluster, waiting) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
         yield workers
@@ -107,20 +111,46 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     except Exception as refusal:
         why = " ".join(str(refusal).split()) or f"nothing within {PATIENCE:g} s"
         raise StudyError(f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler') from None
+    missing = f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
+    workers, lost, ended = client.get_executor(pure=False), threading.Event(), threading.Event()
+
+    def watch(absent: int) -> None:
+        """Cancel what runs when there have been no workers for some seconds, or report that they are waited for."""
+        while not ended.wait(PATIENCE / 20.0):
+            try:
+                absent = 0 if client.nthreads() else absent + 1
+            except OSError:
+                return  # the scheduler went away, which cancels what runs
+            if absent == ABSENT and waiting is not None:
+                waiting(f"{missing}; waiting for them")
+            elif absent == ABSENT:
+                lost.set()
+                workers.shutdown(wait=False)
+                return
+
+    watcher = threading.Thread(target=watch, args=(0,), daemon=True)
     try:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            missing = f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
             if waiting is None:
                 raise StudyError(f"{missing}; or wait for them with --wait") from None
             waiting(f"{missing}; waiting for them")
-        yield client.get_executor(pure=False)
+            watcher = threading.Thread(target=watch, args=(ABSENT,), daemon=True)
+        watcher.start()
+        yield workers
     except KilledWorker as death:
         raise StudyError(f"several workers of the cluster died over one part: {death}; give them more memory") from None
-    except CancelledError:
+    except (CancelledError, RuntimeError) as end:
+        if lost.is_set():
+            raise StudyError(f"{missing}, or wait for them with --wait; it had some before") from None
+        if isinstance(end, RuntimeError):
+            raise
         raise StudyError(f'the cluster at "{address}" went away; start it again') from None
     finally:
+        ended.set()
+        if watcher.is_alive():
+            watcher.join(PATIENCE)
         client.close(timeout=1)
 
 

@@ -122,7 +122,7 @@ class Impact:
         velocities = self.velocities_before([block.body for block in self.contacts], points)
         for k, block in enumerate(self.contacts):
             if block.velocity is not None:
-                velocities[:, :, k] = self.exact(block.velocity)
+                velocities[:, :, k] = self.exact(block.velocity)[..., None, :]
         return velocities
 
     @property

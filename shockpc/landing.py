@@ -5,6 +5,7 @@ import itertools
 import math
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -99,6 +100,24 @@ class Landing:
         """This landing in one posture. Args: q (nq,) configuration in which every loop is closed."""
         values = {part.name: getattr(self, part.name) for part in fields(Landing)}
         return PosedLanding(**values, q=np.array(q), state=dynamics(self.robot, q[None], self.joint_model.armature))
+
+    def moving(self, before: Motion, velocities: Array) -> Self:
+        """This landing with another motion before the impact, or with one for each of N postures.
+
+        Args:
+            before: the motions.
+            velocities: ([N,] c, 3) of the contacts, world axes; those count that have a velocity of their own [m/s].
+        """
+        contacts = tuple(
+            contact if contact.velocity is None else contact._replace(velocity=velocities[..., k, :])
+            for k, contact in enumerate(self.contacts)
+        )
+        return replace(self, before=before, contacts=contacts)
+
+    def motions(self, rows: slice) -> Self:
+        """This landing, which has a motion for each of N postures, with those of some of them."""
+        contacts = (contact if (v := contact.velocity) is None else contact._replace(velocity=v[rows]) for contact in self.contacts)
+        return replace(self, before=Motion(*(part[rows] for part in self.before)), contacts=tuple(contacts))
 
     def note_omissions(self, trace: Trace) -> None:
         """Note in a trace what this landing does not need."""
@@ -271,7 +290,18 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     """Resolve a scene on its robot.
 
     Raises:
-        ShockError: a name is not known, a loop cannot be closed, a contact leaves the ground.
+        ShockError: as for `landing_of`, or a contact does not approach the ground.
+    """
+    landing = landing_of(scene, robot)
+    _refuse_separation(landing)
+    return landing
+
+
+def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
+    """Resolve a scene on its robot, whether or not its contacts approach the ground.
+
+    Raises:
+        ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no meaning.
     """
     scene = _complete(scene, robot)
     pulse, plane = pulse_of(scene), plane_of(scene)
@@ -309,7 +339,6 @@ def resolve(scene: Scene, robot: Robot) -> PosedLanding:
             "a contact stiffness needs joints that are at rest where they are locked; free them, or leave their rates out"
         )
     _refuse_twice(landing.blocks)
-    _refuse_separation(landing)
     return landing
 
 

@@ -15,10 +15,12 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Scene, StudyError, UnknownName, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
+from shockpc.landing import landing_of
 from shockpc.model.motion import Motion
 from shockpc.studies.landings.comparison import STATISTICS, compare_measured
 from shockpc.studies.landings.study import CLOSED_BY, compute, landings
-from shockpc.studies.landings.table import read_table, rows_of
+from shockpc.studies.landings.files import read_table
+from shockpc.studies.landings.table import rows_of, rows_of_scenes
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 JOINTS = ("LF_HAA", "LF_HFE", "LF_KFE", "RH_KFE")
@@ -38,18 +40,24 @@ def table(n=6, seed=1):
     return columns
 
 
+def study(columns, scene=SCENE, quantities=(), robot=None, prove=0):
+    """The landings of a table."""
+    robot = robot or known_robot("anymal_b")
+    return landings(rows_of(columns, landing_of(scene, robot)), robot, quantities, prove=prove)
+
+
 def test_each_row_is_the_landing_of_its_own_posture_and_motion():
     """All quantities of a row in arrays are those that a single landing, written as a scene, has with a proof."""
     robot, wanted = (
         known_robot("anymal_b"),
         ("delta_v@imu_link", "shock@imu_link", "friction_needed", "energy_share", "v_in", "delta_qd"),
     )
-    found = compute(landings(table(), SCENE, wanted, robot=robot, prove=2))
+    found = compute(study(table(), quantities=wanted, prove=2))
     assert not found.messages
     assert not found.columns["proven"].any()
     for i in range(6):
-        profile = shock_profile(found.made.case(i), robot)
-        for column in found.made.computed:
+        profile = shock_profile(found.study.case(i), robot)
+        for column in found.study.computed:
             (value,) = profile.numbers(column.selection, [column.place])
             assert found.columns[column.name][i] == pytest.approx(value, rel=1e-9, abs=1e-12)
     assert np.isfinite(found.columns["double_error"]).sum() == 2
@@ -132,15 +140,15 @@ def test_rows_with_contacts_of_their_own():
     """Rows of different contacts are computed as these; a row that leaves the ground has a message instead of numbers."""
     columns = table() | {"contact": np.array(["LF_FOOT", "RH_FOOT", "LF_FOOT+RH_FOOT"] * 2)}
     columns["vz"] = np.where(np.arange(6) == 4, 3.0, columns["vz"])
-    found = compute(landings(columns, SCENE, ("shock@imu_link", "impulse"), robot=known_robot("anymal_b"), prove=0))
+    found = compute(study(columns, quantities=("shock@imu_link", "impulse")))
     assert list(found.messages) == [4]
     assert "does not approach the ground" in found.messages[4]
     assert np.isnan(found.columns["shock@imu_link"][4])
     for i in (1, 2):
-        profile = found.made.profile(i)
+        profile = found.study.profile(i)
         assert [contact.frame for contact in profile.contacts] == str(columns["contact"][i]).split("+")
         assert found.columns["shock@imu_link"][i] == pytest.approx(
-            profile.values(found.made.computed[0].selection.quantity)[0], rel=1e-9
+            profile.values(found.study.computed[0].selection.quantity)[0], rel=1e-9
         )
     assert np.isnan(found.columns["impulse@contact 2"]).tolist() == [True, True, False] * 2
 
@@ -153,21 +161,21 @@ def test_loops_are_closed_by_the_least_change():
     exact = {name: np.full(3, robot.joint(name).value(q)) for name in names}
     rates = {f"before_{name}": np.zeros(3) for name in names}
     noisy = exact | rates | {"front_knee": exact["front_knee"] + [0.0, 0.01, 0.8]}
-    found = compute(landings(noisy, scene, ("shock_com@body",), robot=robot, prove=0))
+    found = compute(study(noisy, scene, ("shock_com@body",), robot))
     by = found.columns[CLOSED_BY]
     assert by[0] < 1e-9
     assert 1e-3 < by[1] < 0.01
     assert list(found.messages) == [2]
     assert "the loops are open" in found.messages[2]
     given = {name: values for name, values in (exact | rates).items() if not name.endswith("knee")}
-    followed = compute(landings(given, scene, ("shock_com@body",), robot=robot, prove=0))
+    followed = compute(study(given, scene, ("shock_com@body",), robot))
     assert followed.columns["shock_com@body"] == pytest.approx(np.full(3, found.columns["shock_com@body"][0]), rel=1e-9)
 
 
 def test_motions_of_many_postures_are_those_of_each():
     """Kinetic energy and velocities before the impact with a motion for every posture."""
     robot, columns = known_robot("anymal_b"), table()
-    made = landings(columns, SCENE, ("energy_lost", "total_impulse.z", "approach@LF_FOOT"), robot=robot, prove=0)
+    made = study(columns, quantities=("energy_lost", "total_impulse.z", "approach@LF_FOOT"))
     found = compute(made)
     for i in range(6):
         profile = made.profile(i)
@@ -181,7 +189,7 @@ def test_motions_of_many_postures_are_those_of_each():
 
 def measured(columns, robot, noise=0.0):
     """A table with the jumps that the model predicts, and noise."""
-    made = landings(columns, SCENE, ("delta_qd", "delta_v@imu_link"), robot=robot, prove=0)
+    made = study(columns, SCENE, ("delta_qd", "delta_v@imu_link"), robot)
     found, rng = compute(made), np.random.default_rng(5)
     after = {f"after_{name}": columns[f"before_{name}"] + found.columns[f"delta_qd@{name}"] for name in JOINTS}
     noisy = {name: values + noise * rng.standard_normal(len(values)) for name, values in after.items()}
@@ -219,7 +227,7 @@ def test_base_velocities_are_compared_in_world_axes():
     """after_vz less vz against the jump of the base's frame, turned to the world."""
     robot, columns = known_robot("anymal_b"), table()
     one = compare_measured(columns | {"after_vz": columns["vz"] + 0.5}, {"free": SCENE}, robot).agreements[0]
-    made = landings(columns, SCENE, robot=robot)
+    made = study(columns)
     for i in range(6):
         profile = made.profile(i)
         jump = profile.landing.state.rotation[0, 0] @ profile.delta_v[0]

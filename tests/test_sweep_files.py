@@ -249,14 +249,19 @@ def dask(*words: object, folder: Path):
             process.wait()
 
 
+def scheduler_address(folder: Path):
+    """The address of the scheduler of a folder, once it has started."""
+    info, end = folder / "scheduler.json", time.monotonic() + 60.0
+    while not info.exists() and time.monotonic() < end:
+        time.sleep(0.1)
+    return json.loads(info.read_text())["address"]
+
+
 def test_cluster_without_workers_is_refused_or_waited_for(stick, tmp_path):
     """A scheduler alone: a message within 10 s, and with --wait the rows once there is a worker."""
     out = ("--contact", "foot", "--vary", "knee=-60:60:3", "--prove", "0", "--out", tmp_path / "out", "--cluster")
     with dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path) as _:
-        info, end = tmp_path / "scheduler.json", time.monotonic() + 60.0
-        while not info.exists() and time.monotonic() < end:
-            time.sleep(0.1)
-        address = json.loads(info.read_text())["address"]
+        address = scheduler_address(tmp_path)
         code, text, err = done(command(stick, *out, address))
         assert (code, text, err.count("\n")) == (2, "", 1)
         assert "has no worker; start some with: dask worker" in err
@@ -270,19 +275,35 @@ def test_cluster_without_workers_is_refused_or_waited_for(stick, tmp_path):
 def test_cluster_that_loses_a_worker_writes_the_same_bytes(stick, tmp_path):
     """A scheduler and two workers on loopback, one of which is killed in mid-run, against one local process."""
     worker = ("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1")
-    local, clustered, info = tmp_path / "local", tmp_path / "clustered", tmp_path / "scheduler.json"
+    local, clustered = tmp_path / "local", tmp_path / "clustered"
     with (
         dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path),
         dask(*worker, folder=tmp_path) as first,
         dask(*worker, folder=tmp_path),
     ):
         assert done(command(stick, *MANY, "--out", local))[0] == 0
-        process = command(stick, *MANY, "--out", clustered, "--cluster", json.loads(info.read_text())["address"])
+        process = command(stick, *MANY, "--out", clustered, "--cluster", scheduler_address(tmp_path))
         wait_for_parts(clustered, 1, process)
         first.kill()
         code, _, err = done(process)
         assert (code, err) == (0, "")
     assert files(clustered) == files(local)
+
+
+def test_cluster_that_loses_all_its_workers_is_left(stick, tmp_path):
+    """The only worker is killed in mid-run: a message within seconds, and what is complete can be continued."""
+    out = tmp_path / "out"
+    with (
+        dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path),
+        dask("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1", folder=tmp_path) as worker,
+    ):
+        process = command(stick, *MANY, "--out", out, "--cluster", scheduler_address(tmp_path))
+        wait_for_parts(out, 1, process)
+        worker.kill()
+        code, text, err = done(process)
+    assert (code, text) == (2, "")
+    assert "has no worker; start some with: dask worker" in err
+    assert "with --resume continues" in err
 
 
 def test_numbers_in_double_precision_are_said_to_be_unproven(capfd, tmp_path):

@@ -8,14 +8,14 @@ from shockpc.scene import robot_of
 from shockpc.show.reports.landings import agreement_sheet
 from shockpc.show.tables import Sheet
 from shockpc.studies.landings.comparison import compare_measured
-from shockpc.studies.landings.table import read_table
+from shockpc.studies.landings.files import read_table
 
-SPRINGS, MOTORS = ("knee_joint_*", "heel_spring_*"), ("hip_*", "knee_left", "knee_right", "toe_*")
+MOTORS = ("hip_*", "knee_left", "knee_right", "toe_*")
 
 MODELS = {
     "geared, springs free": Joints(),
     "no reflected inertia, springs free": Joints(model="free"),
-    "geared, springs rigid": Joints(locked=SPRINGS),
+    "geared, springs rigid": Joints(model="rigid"),
     "motors locked, springs free": Joints(locked=MOTORS),
 }
 """Joint models of Cassie."""

@@ -5,28 +5,34 @@ from pathlib import Path
 from typing import Literal
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import QUANTITY, ROBOT, OutputOptions, SceneOptions
+from shockpc.cli.options import JOINT_MODELS, QUANTITY, ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.parse import JointModelName, joint_models, path, renaming
+from shockpc.cli.process import print_error
 
-_in_table, _in_run, _in_joints = group("Table"), group("How it is computed, and where it is written"), group("Joint model")
+_in_table, _in_joints = group("Table"), group("Joint model")
+
+SHOWN = 8
+"""Landings that report.html shows."""
 
 
 @command(
     "Compute the recorded landings of a table, and compare what was measured.",
     "shockpc landings log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
     "shockpc landings log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out landings/",
+    "shockpc landings scenes/ --rank shock@imu_link",
     more=(
-        "A row is a touchdown (CSV, Parquet or NPZ). Columns: joint positions JOINT or q_JOINT and rates before_JOINT or qd_JOINT "
-        "[rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz and angular velocity wx wy wz in world axes, "
-        "with _body in its own; contact (A+B), friction, name. _deg at the end of a name means degrees. Arrays qpos and qvel are "
-        "MuJoCo's, name, position and velocity ROS's. What is missing is the scene's. Columns after_JOINT, after_vx and "
-        "after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
+        "A row is a touchdown (CSV, Parquet, NPZ; or a scene of a folder, named by its file). Columns: joint positions JOINT or "
+        "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
+        "and angular velocity wx wy wz in world axes, with _body in its own; contact (A+B), vx@FRAME vy@FRAME vz@FRAME of a "
+        "contact whose velocity is not that of the robot's motion, friction, name, time. _deg at the end of a name means degrees. "
+        "Arrays qpos and qvel are MuJoCo's, name, position and velocity ROS's. What is missing is the scene's. Columns "
+        "after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
     ),
 )
 def landings(
     *,
-    table: Path = argument("A table of landings: .csv, .parquet or .npz.", "TABLE", path),
-    robot: str = ROBOT,
+    table: Path = argument("A table of landings: .csv, .parquet or .npz; or a folder of scenes (.toml).", "TABLE", path),
+    robot: str | None = ROBOT,
     options: SceneOptions,
     map_: tuple[tuple[str, str], ...] = _in_table(
         "Another name for a column, or for a joint in all of its columns; a * stands for the same text in both, and what is given "
@@ -35,66 +41,75 @@ def landings(
         renaming,
     ),
     joints_: tuple[JointModelName, ...] | None = _in_joints(
-        "All joints turn freely, resist by their reflected inertia, or are locked: free, geared, locked; several, with commas "
-        "between them, are compared with what was measured.",
-        "MODEL[,MODEL]",
-        joint_models,
+        f"{JOINT_MODELS} Several, with commas between them, are compared with what was measured.", "MODEL[,MODEL]", joint_models
     ),
     quantity: tuple[str, ...] = QUANTITY,
     rank: str | None = _in_table("Order the landings by a quantity, the worst first.", "KEY[@PLACE]"),
     command_: str | None = _in_table(
         "Print the landing of this row, by its name, as a scene, which shockpc analyze takes, and nothing else.", "ROW"
     ),
-    prove: int = _in_run("Landings that are compared with a proof; 20 by default.", "N", default=20, least=0),
-    jobs: int = _in_run("Number of processes; 1 by default.", "N", least=1, default=1),
-    cluster: str | None = _in_run("Compute on a running Dask cluster.", "ADDRESS"),
-    rows: Literal["parquet", "csv"] | None = _in_run("With --out, write the rows in parts, which --resume continues."),
-    resume: bool = _in_run("Continue a table that was interrupted; the same --out and --rows."),
+    prove: int = in_run("Landings that are compared with a proof; 20 by default.", "N", default=20, least=0),
+    rows: Literal["parquet", "csv"] | None = in_run("With --out, write the rows in parts, which --resume continues."),
+    run: RunOptions,
     output: OutputOptions,
 ) -> int:
     import dataclasses
 
     from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
-    from shockpc.cli.scenes import one_scene
+    from shockpc.cli.scenes import one_scene, scenes_in
     from shockpc.cli.write_parts import written_parts
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
+    from shockpc.landing import landing_of
     from shockpc.scene import Scene, scene_text
     from shockpc.show.parts import Parts
     from shockpc.show.reports.landings import landings_report
     from shockpc.studies.landings.comparison import compare_measured
-    from shockpc.studies.landings.study import Found, compute
-    from shockpc.studies.landings.study import landings as study
-    from shockpc.studies.landings.table import read_table
+    from shockpc.studies.landings.files import read_table
+    from shockpc.studies.landings.study import Results, compute
+    from shockpc.studies.landings.study import landings as study_of
+    from shockpc.studies.landings.table import rows_of, rows_of_scenes
 
-    columns, renames = read_table(table), dict(map_)
-    if "contact" in columns and not options.contact:
-        # The rows have contacts of their own; the scene needs one until they are set.
-        options = options._replace(contact=(str(columns["contact"][0]),))
     models = joints_ or ()
-    loaded, scene = one_scene(robot, options._replace(joints=models[0] if models else None))
-    if (resume or rows) and (output.out is None or not rows):
+    options = options._replace(joints=models[0] if models else None)
+    if (run.resume or rows) and (output.out is None or not rows):
         raise StudyError("rows in parts need a folder and a format: --out DIR --rows parquet")
-    made = study(columns, scene, quantity, robot=loaded, rename=renames, prove=prove, ranked_by=rank)
-    if command_ is not None:
-        sys.stdout.write(scene_text(made.case(made.row_named(command_)), Path.cwd()))
-        return 0
-    ranked = None if rank is None else made.column(rank)
-    if output.out is not None and rows:
-        parts = Parts(made, output.out, rows)
-        with written_parts(parts, executor(jobs, cluster), resume, "landings"):
-            found = Found.read(made, parts.column)
+    if table.is_dir():
+        if robot is not None or map_:
+            raise StudyError(f'the scenes of "{table}" have their robot and no columns; leave out {robot or "--map"}')
+        loaded, scenes = scenes_in(table, options)
+        rows_in_table = rows_of_scenes(scenes, loaded)
     else:
-        with executor(jobs, cluster) as workers:
-            found = compute(made, workers, progress("landings computed", made.rows))
-    comparison = None
-    if made.table.measured:
-        scenes: dict[str, Scene] = {} if models else {made.first.joint_model.name: scene}
-        for model in models:
-            scenes[model] = dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model))
-        comparison = compare_measured(columns, scenes, loaded, renames)
-    elif len(models) > 1:
+        if robot is None:
+            raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
+        columns, renames = read_table(table), dict(map_)
+        if "contact" in columns and not options.contact:
+            # The rows have contacts of their own; the scene needs one until they are set.
+            options = options._replace(contact=(str(columns["contact"][0]),))
+        loaded, scene = one_scene(robot, options)
+        rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
+    if len(models) > 1 and not rows_in_table.measured:
         raise StudyError("several joint models are compared with what was measured, but the table has no column after_…")
-    emit(landings_report(str(table), found, ranked, comparison), output)
-    return SolveError.exit_code if found.messages else 0
+    study = study_of(rows_in_table, loaded, quantity, prove=prove, ranked_by=rank)
+    if command_ is not None:
+        sys.stdout.write(scene_text(study.case(study.row_named(command_)), Path.cwd()))
+        return 0
+    ranked = None if rank is None else study.column(rank)
+    workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
+    if output.out is not None and rows:
+        parts = Parts(study, output.out, rows)
+        with written_parts(parts, workers, run.resume, "landings"):
+            results = Results.read(study, parts.column)
+    else:
+        with workers as pool:
+            results = compute(study, pool, progress("landings computed", study.rows))
+    comparison = None
+    if rows_in_table.measured:
+        compared: dict[str, Scene] = {
+            model: dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model)) for model in models
+        }
+        comparison = compare_measured(columns, compared or {study.first.joint_model.name: scene}, loaded, renames)
+    worst = {str(rows_in_table.names[i]): study.profile(i) for i in (results.worst(SHOWN, ranked) if output.out else ())}
+    emit(landings_report(str(table), results, ranked, comparison, worst), output)
+    return SolveError.exit_code if results.messages else 0

@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 
 from shockpc.cli.declare import argument, group
 from shockpc.cli.parse import (
+    JointModelName,
     Motor,
     Setting,
     Vector,
@@ -25,7 +26,7 @@ from shockpc.errors import StudyError
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
-in_output = group("Output")
+in_output, in_run = group("Output"), group("How it is computed, and where it is written")
 
 ROBOT = argument("A robot file (URDF, xacro, MJCF), a robot's name, a scene (.toml), or BUDGETS.toml:CASE.", "ROBOT", robot_name)
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
@@ -35,6 +36,11 @@ EXPLAIN = in_output("Report on standard error what ran, how long it took, and wh
 QUANTITY = group("What is computed")(
     "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
     "KEY[@PLACE]",
+)
+
+JOINT_MODELS = (
+    "All joints turn freely (free), resist by their reflected inertia (geared) or are locked; or they are as modelled, with "
+    "springs that do not yield (rigid)."
 )
 
 TARGET = group("Question")(
@@ -102,9 +108,7 @@ class SceneOptions(NamedTuple):
     forward_speed: float | None = _in_impact("Horizontal speed in the plane after the fall from --drop-height [m/s].", "V", finite)
     angular_velocity: Vector | None = _in_impact("Angular velocity of the base, world axes [rad/s].", "WX,WY,WZ", vector)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
-    joints: Literal["free", "geared", "locked"] | None = _in_joints(
-        "All joints turn freely, resist by their reflected inertia, or are locked."
-    )
+    joints: JointModelName | None = _in_joints(JOINT_MODELS)
     drives: str | None = _in_joints(
         "Drives in the form of robots/drives.toml, or none; by default those known of a robot of the catalogue.",
         "FILE|none",
@@ -145,6 +149,15 @@ class SceneOptions(NamedTuple):
         "K or KN:KT",
         stiffness,
     )
+
+
+class RunOptions(NamedTuple):
+    """Where the parts of a study are computed."""
+
+    jobs: int = in_run("Number of processes; 1 by default.", "N", least=1, default=1)
+    cluster: str | None = in_run("Compute on a running Dask cluster; the folder has to be shared with its workers.", "ADDRESS")
+    wait: bool = in_run("Wait for workers while the cluster has none.")
+    resume: bool = in_run("Continue what was interrupted; parts that are damaged are computed again.")
 
 
 class OutputOptions(NamedTuple):

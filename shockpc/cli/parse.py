@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import typer
 
@@ -12,7 +12,7 @@ from shockpc.paths import usable_path
 Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
 Setting: TypeAlias = tuple[str, float]
-JointModelName: TypeAlias = Literal["free", "geared", "locked"]
+JointModelName: TypeAlias = Literal["free", "geared", "rigid", "locked"]
 Variable: TypeAlias = tuple[str, str | None]
 Motor: TypeAlias = tuple[str, tuple[float, float | None, float | None]]
 """Joint; inertia, gear ratio and stiffness of a rotor."""
@@ -114,12 +114,11 @@ def renaming(text: str) -> tuple[str, str]:
 
 def joint_models(text: str) -> tuple[JointModelName, ...]:
     """Joint models with commas between them."""
-    names: tuple[JointModelName, ...] = ("free", "geared", "locked")
-    known = {name: name for name in names}
+    known: dict[str, JointModelName] = {name: name for name in get_args(JointModelName)}
     models = [part.strip() for part in text.split(",")]
     if unknown := [model for model in models if model not in known]:
-        raise typer.BadParameter(f'"{unknown[0]}" is not a joint model; valid are free, geared and locked')
-    return tuple(known[model] for model in models if model in known)
+        raise typer.BadParameter(f'"{unknown[0]}" is not a joint model; valid are {", ".join(known)}')
+    return tuple(dict.fromkeys(known[model] for model in models))
 
 
 def folder(text: str) -> tuple[str, str]:

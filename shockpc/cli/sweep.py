@@ -5,12 +5,11 @@ from pathlib import Path
 from typing import Literal
 
 from shockpc.cli.declare import command, group
-from shockpc.cli.options import QUANTITY, ROBOT, SceneOptions
+from shockpc.cli.options import QUANTITY, ROBOT, RunOptions, SceneOptions, in_run
 from shockpc.cli.parse import Variable, out_folder, variable
 from shockpc.cli.process import print_error
 
 _in_varied, _in_computed = group("What varies"), group("What is computed")
-_in_run = group("How it is computed, and where it is written")
 
 
 @command(
@@ -52,12 +51,9 @@ def sweep(
         "gives too little friction."
     ),
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
-    out: Path = _in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
-    format_: Literal["parquet", "csv"] = _in_run("Format of the rows; parquet by default.", default="parquet"),
-    jobs: int = _in_run("Number of processes; 1 by default.", "N", least=1, default=1),
-    cluster: str | None = _in_run("Compute on a running Dask cluster; DIR has to be shared with its workers.", "ADDRESS"),
-    wait: bool = _in_run("Wait for workers if the cluster has none yet."),
-    resume: bool = _in_run("Continue a sweep that was interrupted; parts that are damaged are computed again."),
+    out: Path = in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
+    format_: Literal["parquet", "csv"] = in_run("Format of the rows; parquet by default.", default="parquet"),
+    run: RunOptions,
 ) -> int:
     from shockpc.cli.scenes import scenes_from
     from shockpc.cli.write_parts import written_parts
@@ -93,7 +89,7 @@ def sweep(
         prove=prove,
     )
     parts = Parts(made, out, format_)
-    with written_parts(parts, executor(jobs, cluster, print_error if wait else None), resume, "rows"):
+    with written_parts(parts, executor(run.jobs, run.cluster, print_error if run.wait else None), run.resume, "rows"):
         summary = summarise(made, parts.column)
         report = sweep_report(summary)
         write_folder(out, report.files())

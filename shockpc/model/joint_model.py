@@ -43,7 +43,8 @@ class Joints(Record):
     """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
 
     Attributes:
-        model: all joints free (whatever the file says), geared, or locked; by default as the file and the drives say.
+        model: all joints free (whatever the file says), geared, or locked; by default as the file and the drives say, and rigid the
+            same with springs that do not yield: a joint with its own spring is locked, a rotor behind one is joined to its joint.
         drives: a file of drives in the form of robots/drives.toml, which replace those of the robot's file; or "none". By default
             the published and derived drives of a robot of the catalogue whose file gives no reflected inertia.
         armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
@@ -53,7 +54,7 @@ class Joints(Record):
             velocities.
     """
 
-    model: Literal["free", "geared", "locked"] | None = None
+    model: Literal["free", "geared", "rigid", "locked"] | None = None
     drives: str | None = None
     armature: Mapping[str, float] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)
@@ -152,6 +153,9 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
                 "armature, rotor or stiffness",
                 joints=[pattern],
             )
+    if joints.model == "rigid":
+        armature, locked = _with_rigid_springs(robot, armature, locked, rotor, drive_stiffness, stiffness)
+        rotor, drive_stiffness = np.zeros(nv), np.full(nv, np.inf)
     _refuse_split_followers(robot, locked)
     if joints.model == "geared" and not (armature + rotor)[robot.actuated_dofs & ~locked].any():
         raise SceneError(
@@ -165,6 +169,26 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     label = drives.label if (by_default & ~locked).any() else ""
     name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
     return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown)
+
+
+def _with_rigid_springs(
+    robot: Robot, armature: Array, locked: np.ndarray, rotor: Array, drive_stiffness: Array, stiffness: Array
+) -> tuple[Array, np.ndarray]:
+    """Armature and locked joints (nv,) where no spring yields.
+
+    Raises:
+        SceneError: there are no springs, or the rotor behind one is not known.
+    """
+    own, behind = (stiffness > 0.0) & ~locked, np.isfinite(drive_stiffness) & ~locked
+    if not (own | behind).any():
+        raise SceneError(
+            "the springs are to be rigid, but neither the file, the drives nor the scene give any; give a stiffness, or a "
+            "rotor with one, or another joint model"
+        )
+    if (lacking := behind & ~own & (rotor == 0.0)).any():
+        names = listed(joint.name for joint in robot.single_joints if lacking[joint.v].any())
+        raise SceneError(f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor")
+    return armature + np.where(behind, rotor, 0.0), locked | own
 
 
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:

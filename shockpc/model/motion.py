@@ -51,7 +51,7 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
             if before is not None:
                 speeds[..., 3:] = rows @ twist_before(state, before, block.body)[..., None]
                 if block.velocity is not None:
-                    speeds[:, :n, 3] = rows[:, :n, 3:] @ block.velocity
+                    speeds[:, :n, 3] = (rows[:, :n, 3:] @ block.velocity[..., None])[..., 0]
         b.append(speeds)
     return np.concatenate(b, axis=1)
 

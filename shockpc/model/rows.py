@@ -33,7 +33,8 @@ class Block(NamedTuple):
         restitution: e, by which the impact reverses the speed [1].
         rebound: (3,) unit direction along which it does so, at each point of a flat contact; None where along each row (Eq. 4).
         normal: (3,) unit normal of the ground at a contact or standing foot, world axes.
-        velocity: (3,) of the point before the impact, world axes, where it is not that of the robot's motion [m/s].
+        velocity: (3,), or (N, 3) where it differs between postures, of the point before the impact, world axes, where it is not
+            that of the robot's motion [m/s].
         lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
     """
 

@@ -1,7 +1,6 @@
 """Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,11 +8,10 @@ import numpy as np
 from shockpc.core.bodies import in_body_axes
 from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError
+from shockpc.errors import StudyError, refusal
 from shockpc.impact import DoubleImpact
 from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import Design, dynamics
-from shockpc.model.motion import Motion
 from shockpc.model.rows import Equation
 from shockpc.places import Place
 from shockpc.printed import listed
@@ -213,14 +211,15 @@ def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: 
 
 
 def columns(
-    landing: PosedLanding, Q: Array, before: Array | Motion, wanted: Sequence[Column], design: Design | None = None
+    landing: PosedLanding, Q: Array, strikes: Array | None, wanted: Sequence[Column], design: Design | None = None
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
     """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
 
     Args:
         landing: the landing.
         Q: (m, nq) configurations.
-        before: (m, S, 3) velocities of the base before the impact, world axes [m/s]; or a motion of each posture (S = 1).
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own, of which each
+            posture has one (S = 1).
         wanted: the columns.
         design: the inertias in each posture; the landing's own by default.
 
@@ -230,11 +229,9 @@ def columns(
     parts = []
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
-        if isinstance(before, Motion):
-            block = postures(replace(landing, before=Motion(*(part[rows] for part in before))), Q[rows], wanted)
-        else:
-            block = postures(landing, Q[rows], wanted, None if design is None else design.rows(rows))
-        values, parting = block.values(None if isinstance(before, Motion) else before[rows], wanted)
+        own = landing.motions(rows) if strikes is None else landing
+        block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows))
+        values, parting = block.values(None if strikes is None else strikes[rows], wanted)
         parts.append((values, block.condition, block.prove, parting))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
     condition, prove, parting = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
@@ -277,6 +274,50 @@ def double_difference(profile: ShockProfile, double: dict[str, float], exact: di
         off = abs(double[column.name] - exact[column.name]) / (max(severe, abs(exact[column.name])) or 1.0)
         largest = max(largest, off) if np.isfinite(off) else np.inf if np.isfinite(exact[column.name]) else largest
     return float(largest)
+
+
+def not_approaching(landing: PosedLanding, parting: np.ndarray) -> Iterator[tuple[int, int, str]]:
+    """Posture, strike and message of the landings that are no impact. Args: parting (m, S, c), as `columns` gives it."""
+    for i, s, c in np.argwhere(parting).tolist():
+        yield i, s, f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
+
+
+def prove_rows(
+    needed: np.ndarray,
+    compared: Iterable[int],
+    profile: Callable[[int], ShockProfile],
+    wanted: Sequence[Column],
+    values: Mapping[str, Array],
+    messages: dict[int, str],
+) -> tuple[np.ndarray, Array]:
+    """Prove the rows that need it, and compare others with a proof.
+
+    Args:
+        needed: (n,) which rows need a proof; their numbers become the proven ones.
+        compared: other rows.
+        profile: of a row.
+        wanted: the columns.
+        values: (n,) of the columns by name, which are changed; NaN where a row has no result.
+        messages: why rows have no result, which is added to.
+
+    Returns: which rows (n,) have proven numbers; and the difference (n,) of double precision, as `double_difference`.
+    """
+    proven, difference = np.zeros(len(needed), dtype=bool), np.full(len(needed), np.nan)
+    for i in sorted({*np.flatnonzero(needed).tolist(), *compared} - messages.keys()):
+        try:
+            shock = profile(i)
+            exact = proven_columns(shock, wanted)
+            difference[i] = double_difference(shock, {name: float(values[name][i]) for name in exact}, exact, wanted)
+        except Exception as unexpected:
+            messages[i] = str(refusal(unexpected))
+            continue
+        if needed[i]:
+            proven[i] = True
+            for name, value in exact.items():
+                values[name][i] = value
+    for column in wanted if messages else ():
+        values[column.name][list(messages)] = np.nan
+    return proven, difference
 
 
 def percentile(values: Array, share: Any) -> Any:

@@ -1,72 +1,79 @@
-"""The landings of a table: measured over predicted jumps, or how often each value occurs."""
+"""The landings of a table: how often each value occurs with the worst landings named, and measured over predicted jumps."""
+
+import textwrap
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.printed import printable
 from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
-from shockpc.studies.landings.comparison import Agreement, Comparison
-from shockpc.studies.landings.study import Found
+from shockpc.show.header import count
+from shockpc.studies.landings.comparison import Comparison
+from shockpc.studies.landings.study import Results
 
-ACROSS, MOST = 4, 8
-"""Joint models, and distributions, of one figure."""
+MOST, WORST, BINS = 8, 3, 60
+"""Distributions of one figure, landings that are named beside each, and its bins."""
 
-WORST = 3
-"""Landings that are named beside a distribution."""
-
-
-def draw_landings(found: Found, comparison: Comparison | None) -> Figure:
-    """Draw measured over predicted jumps of the largest group of quantities, or without a comparison the distributions."""
-    if comparison is None:
-        return _distributions(found)
-    largest = max(comparison.agreements, key=lambda one: one.measured.shape[1]).name
-    return _scatter(found, [one for one in comparison.agreements if one.name == largest])
+MARKERS = ("o", "^", "s", "D")
+"""Of quantities whose colours are the same."""
 
 
-def _scatter(found: Found, shown: list[Agreement]) -> Figure:
-    """A panel for each joint model and time, one colour for each quantity."""
-    models, times = list(dict.fromkeys(one.model for one in shown))[:ACROSS], list(dict.fromkeys(one.time for one in shown))
-    title = f"{printable(found.made.robot.name)}: {shown[0].name}, measured against predicted jumps in {found.made.rows} landings"
-    figure = new_chart(0.6 + 2.3 * len(models), 0.7 + 2.2 * len(times), title)
-    panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
-    reach = 1.05 * max(float(np.nanmax(np.abs([one.measured, one.predicted]))) for one in shown)
-    for one in shown:
-        if one.model not in models:
-            continue
-        panel = panels[times.index(one.time), models.index(one.model)]
-        panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
-        for k in range(one.measured.shape[1]):
-            panel.plot(one.predicted[:, k], one.measured[:, k], ".", markersize=3.0, color=CURVES[k % len(CURVES)])
-        r, error = one.statistics["r"][0], one.statistics["error"][0]
-        when = "" if one.time is None else f", {one.time:g} ms"
-        panel.set(
-            title=f"{printable(one.model, 30)}{when}\nr {r:.2f}, median error {error:.2f}",
-            xlim=(-reach, reach),
-            ylim=(-reach, reach),
-        )
-        panel.grid(True)
-    figure.supxlabel(f"predicted jump [{shown[0].unit}]")
-    figure.supylabel(f"measured jump [{shown[0].unit}]")
-    return figure
-
-
-def _distributions(found: Found) -> Figure:
-    """How often a value of each column occurs, with its worst landings named."""
-    known = [(column, found.columns[column.name]) for column in found.made.computed]
-    shown = [(column, finite) for column, values in known if (finite := values[np.isfinite(values)]).size][:MOST]
-    title = f"{printable(found.made.robot.name)}: {found.made.rows} landings"
+def draw_landings(results: Results) -> Figure:
+    """Draw how often a value of each column occurs, and the worst landings beside it by name and value."""
+    study = results.study
+    known = [(column, values[np.isfinite(values)]) for column in study.computed for values in [results.columns[column.name]]]
+    shown = [(column, values) for column, values in known if values.size][:MOST]
+    title = f"{printable(study.robot.name, 40)}: {count(study.rows, 'landing')}"
     if not shown:
         return new_chart(5.0, 1.0, f"{title}, none of which could be computed")
-    figure = new_chart(6.4, 1.0 + 1.15 * len(shown), title)
+    figure = new_chart(6.4, 0.9 + 1.15 * len(shown), title)
     for panel, (column, values) in zip(figure.subplots(len(shown), 1, squeeze=False).ravel(), shown, strict=True):
-        counts, edges = np.histogram(values, 60)
+        counts, edges = np.histogram(values, BINS)
         middle = 0.5 * (edges[1:] + edges[:-1])
         colours = [BANDS[band(max(x, 0.0))] if column.shock else CURVES[0] for x in middle]
         panel.bar(edges[:-1], counts, np.diff(edges), align="edge", color=colours)
         panel.stairs(counts, edges, color=INK, linewidth=0.6)
         panel.axvline(float(np.median(values)), color=INK, linewidth=0.8, linestyle="--")
-        worst = [str(found.made.table.names[i]) for i in found.ranked(column)[:WORST]]
-        panel.set(title=f"{printable(column.heading, 60)}: worst in {printable(', '.join(worst), 60)}")
+        worst = results.worst(WORST, column)
+        severity = [float(results.columns[column.name][i]) for i in worst]
+        below = {"clip_on": False, "transform": panel.get_xaxis_transform()}
+        panel.plot(severity, np.full(len(worst), -0.06), "^", color=INK, markersize=4.0, **below)
+        names = [f"{value:.3g}  {printable(str(study.table.names[i]), 24)}" for i, value in zip(worst, severity, strict=True)]
+        panel.text(1.02, 1.0, "\n".join(["worst:", *names]), va="top", transform=panel.transAxes)
+        panel.set(title=printable(column.heading, 60))
+        panel.tick_params(axis="x", pad=6.0)
     figure.supylabel("number of landings")
-    panel.set_xlabel("dashed: median")
+    panel.set_xlabel("dashed: median; triangles: the worst landings")
+    return figure
+
+
+def draw_comparison(results: Results, comparison: Comparison) -> Figure:
+    """Draw measured over predicted jumps of the largest group: a column for each joint model, a row for each time."""
+    largest = max(comparison.agreements, key=lambda agreement: agreement.measured.shape[1])
+    shown = [agreement for agreement in comparison.agreements if agreement.name == largest.name]
+    quantities = [each.name for each in results.study.table.measured if each.group == largest.name and each.time == largest.time]
+    models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
+    title = f"{printable(results.study.robot.name, 40)}: {printable(largest.name, 40)} in {count(results.study.rows, 'landing')}"
+    figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
+    panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
+    values = np.abs([part for each in shown for part in (each.measured, each.predicted)])
+    reach = 1.05 * float(np.nanmax(values, initial=0.0)) or 1.0
+    for panel in panels.ravel():
+        panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
+        panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
+        panel.grid(True)
+    for each in shown:
+        panel = panels[times.index(each.time), models.index(each.model)]
+        for k, name in enumerate(quantities):
+            marks = {"marker": MARKERS[k // len(CURVES) % len(MARKERS)], "markersize": 2.5, "linestyle": "none"}
+            panel.plot(each.predicted[:, k], each.measured[:, k], color=CURVES[k % len(CURVES)], label=printable(name, 30), **marks)
+        statistics = f"r {each.statistics['r'][0]:.2f}, median error {each.statistics['error'][0]:.2f}"
+        first = [*textwrap.wrap(printable(each.model, 60), 30)] if each.time == times[0] else []
+        panel.set(title="\n".join([*first, statistics]))
+    for time, panel in zip(times, panels[:, 0], strict=True):
+        panel.set_ylabel("" if time is None else f"after {time:g} ms")
+    handles, labels = panels[times.index(largest.time), models.index(largest.model)].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right upper")
+    figure.supxlabel(f"predicted jump [{largest.unit}]")
+    figure.supylabel(f"measured jump [{largest.unit}]; line: equal")
     return figure

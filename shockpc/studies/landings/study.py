@@ -1,34 +1,36 @@
 """Landings of a table: every row's own configuration and motion before the impact, in arrays; rows that need it are proven."""
 
+import contextlib
 import functools
 import hashlib
 import itertools
+import math
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
-from shockpc.errors import SceneError, ShockError, StudyError, UnknownName, refusal
+from shockpc.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.executor import in_order
-from shockpc.landing import PosedLanding, resolve, with_loops
+from shockpc.landing import PosedLanding, landing_of, with_loops
 from shockpc.model.closure import assemble, closure_block, follow
-from shockpc.model.contact import Contact, landing_frames
 from shockpc.model.dynamics import dynamics
 from shockpc.model.motion import Motion
-from shockpc.places import Place
+from shockpc.model.posture import Posture, held_joints
+from shockpc.places import Place, point_places
 from shockpc.printed import listed
 from shockpc.profile import profile_of
 from shockpc.quantities.table import select
 from shockpc.result import ShockProfile
 from shockpc.robot.record import Robot
-from shockpc.scene import Scene, robot_of
-from shockpc.studies.columns import Column, columns, double_difference, proven_columns, selected
-from shockpc.studies.landings.table import Rows, rows_of
+from shockpc.scene import Scene, Strike
+from shockpc.studies.columns import Column, columns, not_approaching, prove_rows, selected
+from shockpc.studies.landings.table import Rows
 from shockpc.studies.sweep.rows import ROWS, Chunk, with_sweep
 
 OPEN = 0.1
@@ -37,7 +39,8 @@ OPEN = 0.1
 CLOSED_BY, RATES_BY = "closed by", "rates closed by"
 """Columns: the largest change of a given position [rad, m], and of a given rate [rad/s, m/s], that closes the loops."""
 
-Key = tuple[str, float]
+Key = tuple[int, float | None]
+"""Number of a scene, and coefficient of friction where it is the row's own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,14 +48,12 @@ class Landings:
     """The landings of a table, to be computed in parts.
 
     Attributes:
-        scene: what the table does not give.
         robot: the robot.
         table: the rows.
         computed: the computed columns.
         prove: number of rows, evenly spaced, that are compared with a proof, besides those that need one.
     """
 
-    scene: Scene
     robot: Robot = field(repr=False)
     table: Rows = field(repr=False)
     computed: tuple[Column, ...] = ()
@@ -61,61 +62,76 @@ class Landings:
     noun, strikes = "table", 1
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: getattr(self, key) for key in ("scene", "robot", "table", "computed", "prove")}
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
     @property
     def rows(self) -> int:
         """Number of rows."""
         return len(self.table.Q)
 
+    @property
+    def scene(self) -> Scene:
+        """The scene of the first row that has one."""
+        return self.table.scenes[self._key(min(set(range(self.rows)) - self.table.messages.keys()))[0]]
+
     @functools.cached_property
     def parts(self) -> tuple[tuple[int, int], ...]:
         """First and last row of every part, the last one excluded."""
-        most = 1024 if self.first.loops else min(ROWS, max(1024, 2**25 // self.robot.model.nv**2))
+        most = 1024 if self.closes else min(ROWS, max(1024, 2**25 // self.robot.model.nv**2))
         count = -(-self.rows // most)
         return tuple((self.rows * k // count, self.rows * (k + 1) // count) for k in range(count))
 
     @functools.cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """The headings of the columns of numbers."""
+        closing = (CLOSED_BY, RATES_BY) if self.closes else ()
+        return (*(column.name for column in self.computed), *closing, "condition", "proven", "double_error")
+
+    @property
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
-        closing = (CLOSED_BY, RATES_BY) if self.first.loops else ()
-        return ("row", *(column.name for column in self.computed), *closing, "condition", "proven", "double_error")
+        return (*self.table.labels, *self.numbers)
 
     @property
     def description(self) -> dict[str, Any]:
         """What the rows depend on, besides scene and robot."""
         table = self.table
-        text = hashlib.sha256(np.ascontiguousarray(table.Q).tobytes())
-        for part in (*table.before, table.contact, table.friction):
-            text.update(b"" if part is None else np.ascontiguousarray(part).tobytes())
-        return {"table": {"rows": len(table.Q), "sha256": text.hexdigest()}, "rows proven for comparison": self.prove}
+        text = hashlib.sha256(repr((table.scenes, {key: x.tolist() for key, x in table.labels.items()}, table.messages)).encode())
+        for part in (table.Q, *table.before, table.scene, table.contact_velocity, table.friction):
+            text.update(np.ascontiguousarray(part).tobytes())
+        return {"table": {"rows": self.rows, "sha256": text.hexdigest()}, "rows proven for comparison": self.prove}
 
     @functools.cached_property
     def first(self) -> PosedLanding:
-        """The landing of the first row's contacts, in the scene's posture."""
-        return self._landing(self._keys[0])
+        """The landing of the first row that has one, in the posture of its scene."""
+        return self._landing((self.table.scenes.index(self.scene), None))
+
+    @property
+    def closes(self) -> bool:
+        """Whether there are loops that the rows may leave open."""
+        return bool(self.first.loops) and not self.table.own
 
     @functools.cached_property
-    def _keys(self) -> list[Key]:
-        """What decides the landing of each row: contacts, and friction."""
-        table = self.table
-        contacts = [""] * self.rows if table.contact is None else map(str, table.contact)
-        friction = [np.nan] * self.rows if table.friction is None else table.friction.tolist()
-        return list(zip(contacts, friction, strict=True))
+    def _by_friction(self) -> bool:
+        """Whether rows of different friction are computed apart, because a column depends on it in arrays too."""
+        return any(column.selection.name == "feasible" for column in self.computed)
 
-    @functools.lru_cache(maxsize=64)  # noqa: B019 - a study lives as long as its process
+    def _key(self, row: int) -> Key:
+        """What decides the landing of a row, whatever its posture and motion: its scene, and its friction."""
+        mu = float(self.table.friction[row])
+        return int(self.table.scene[row]), None if np.isnan(mu) else mu
+
+    @functools.cached_property
+    def _known(self) -> dict[int, PosedLanding]:
+        return {}
+
     def _landing(self, key: Key) -> PosedLanding:
         """The landing of rows of one key; whether they approach the ground is looked at later."""
-        return resolve(self._scene(key), self.robot)
-
-    def _scene(self, key: Key) -> Scene:
-        scene, (contact, friction) = self.scene, key
-        if contact:
-            frames = landing_frames(self.robot, contact)
-            if len(frames) > 1:
-                raise StudyError(f'contact "{contact}" of a row means {len(frames)} landings; name the frames, with + between them')
-            scene = replace(scene, contact=tuple(Contact(frame=frame) for frame in frames[0]))
-        return scene if np.isnan(friction) else replace(scene, friction=friction)
+        number, friction = key
+        if number not in self._known:
+            self._known[number] = landing_of(self.table.scenes[number], self.robot)
+        landing = self._known[number]
+        return landing if friction is None else replace(landing, scene=replace(landing.scene, friction=friction))
 
     def chunk(self, k: int) -> Chunk:
         """Compute a part."""
@@ -123,57 +139,51 @@ class Landings:
             return self._chunk(*self.parts[k])
 
     def _chunk(self, a: int, b: int) -> Chunk:
-        n = b - a
-        found = {name: np.full(n, np.nan) for name in self.headings if name not in ("proven", "row")}
+        n, table = b - a, self.table
+        computed = {name: np.full(n, np.nan) for name in self.numbers if name != "proven"}
         posed = any(column.selection.quantity.posed for column in self.computed)
-        prove, messages = np.full(n, posed), dict[int, str]()
+        prove, messages = np.full(n, posed), {i - a: text for i, text in table.messages.items() if a <= i < b}
         groups: dict[Key, list[int]] = {}
-        for i, key in enumerate(self._keys[a:b]):
-            groups.setdefault((key[0], np.nan) if np.isnan(key[1]) else key, []).append(i)
-        Q, rates = self.table.Q[a:b].copy(), self.table.before.joint_rates[a:b].copy()
-        before = Motion(self.table.before.velocity[a:b], self.table.before.omega[a:b], rates)
+        for i in range(n):
+            if i not in messages:
+                number, friction = self._key(a + i)
+                groups.setdefault((number, friction if self._by_friction else None), []).append(i)
+        Q, velocities = table.Q[a:b].copy(), table.contact_velocity[a:b]
+        before = Motion(table.before.velocity[a:b], table.before.omega[a:b], table.before.joint_rates[a:b].copy())
         for key, chosen in groups.items():
             try:
                 landing = self._landing(key)
             except ShockError as error:
                 messages |= dict.fromkeys(chosen, str(error))
                 continue
-            for i in chosen if landing.loops else ():
+            for i in chosen if self.closes else ():
                 try:
-                    Q[i], rates[i], found[CLOSED_BY][i], found[RATES_BY][i] = self._closed(landing, Q[i], rates[i])
+                    Q[i], before.joint_rates[i], computed[CLOSED_BY][i], computed[RATES_BY][i] = self._closed(
+                        landing, Q[i], before.joint_rates[i]
+                    )
                 except ShockError as error:
                     messages[i] = str(error)
             own = np.array([i for i in chosen if i not in messages], dtype=int)
             if not own.size:
                 continue
-            part, condition, unsafe, parting = columns(landing, Q[own], Motion(*(x[own] for x in before)), self.computed)
-            for name, values in part.items():
-                found[name][own] = values[:, 0]
-            found["condition"][own] = condition
+            moving = landing.moving(Motion(*(part[own] for part in before)), velocities[own])
+            values, condition, unsafe, parting = columns(moving, Q[own], None, self.computed)
+            for name, value in values.items():
+                computed[name][own] = value[:, 0]
+            computed["condition"][own] = condition
             prove[own] |= unsafe
-            for i, _, c in np.argwhere(parting).tolist():
-                text = f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
+            for i, _, text in not_approaching(landing, parting):
                 messages.setdefault(int(own[i]), text)
-        proven, checked = np.zeros(n, dtype=bool), {row - a for row in self._checked if a <= row < b}
-        for i in sorted({*np.flatnonzero(prove).tolist(), *checked} - messages.keys()):
-            try:
-                profile = self._profile(a + i, Q[i], Motion(*(x[i] for x in before)))
-                exact = proven_columns(profile, self.computed)
-                double = {name: float(found[name][i]) for name in exact}
-                found["double_error"][i] = double_difference(profile, double, exact, self.computed)
-            except Exception as unexpected:
-                messages[i] = str(refusal(unexpected))
-                continue
-            if prove[i]:
-                proven[i] = True
-                for name, value in exact.items():
-                    found[name][i] = value
-        for column in self.computed if messages else ():
-            found[column.name][list(messages)] = np.nan
-        names = {"row": self.table.names[a:b]}
-        return Chunk(
-            a, {name: (names | found | {"proven": proven})[name] for name in self.headings}, dict(sorted(messages.items()))
-        )
+
+        def profile(i: int) -> ShockProfile:
+            motion = Motion(*(part[i] for part in before))
+            return profile_of(self._written(a + i, self._landing(self._key(a + i)).at(Q[i]).moving(motion, velocities[i])))
+
+        checked = [row - a for row in self._checked if a <= row < b]
+        proven, difference = prove_rows(prove, checked, profile, self.computed, computed, messages)
+        labels = {name: values[a:b] for name, values in table.labels.items()}
+        results = labels | computed | {"proven": proven, "double_error": difference}
+        return Chunk(a, {name: results[name] for name in self.headings}, dict(sorted(messages.items())))
 
     @functools.cached_property
     def _checked(self) -> set[int]:
@@ -188,33 +198,31 @@ class Landings:
         Raises:
             SceneError: the loops cannot be closed, or not within the limit.
         """
-        robot, blocks = self.robot, [closure_block(loop) for loop in landing.loops]
-        others = np.zeros(robot.model.nv, dtype=bool)
-        others[:6] |= robot.free_base
-        chosen = {name for pattern in self.scene.assemble for name in robot.match_joints(pattern)}
-        for name in robot.joint_names if chosen else ():
-            others[robot.joint(name).v] |= name not in chosen
+        robot, table, blocks = self.robot, self.table, [closure_block(loop) for loop in landing.loops]
+        others = held_joints(robot, Posture(), landing.scene.assemble)
+        given, followers = (self._held(names) for names in (table.joints, [mimic.joint for mimic in robot.mimics]))
         try:
-            closed = follow(robot, landing.q, q, landing.loops, landing.plane, others | self._held(self.table.joints))
+            closed = follow(robot, landing.q, q, landing.loops, landing.plane, others | given)
         except SceneError:
             closed = assemble(robot, q, landing.loops, landing.plane, others).q
         changes = [
-            abs(joint.value(closed) - joint.value(q)) for joint in map(robot.joint, self.table.joints) if joint.axis is not None
+            math.remainder(joint.value(closed) - joint.value(q), math.tau if joint.kind == "continuous" else math.inf)
+            for joint in map(robot.joint, table.joints)
+            if joint.axis is not None
         ]
-        by = max(changes, default=0.0)
+        by = max(map(abs, changes), default=0.0)
         if by > OPEN:
             raise SceneError(
                 f"the loops are open: closing them changes a joint that the table gives by {by:.3g} rad (m), and at most {OPEN:g} "
                 "is taken for a measuring error; correct the table, or leave columns out with --map COLUMN="
             )
         # What is locked in the impact may have moved before it, and keeps its rate.
-        state = dynamics(robot, closed[None])
-        held = others | self._held([mimic.joint for mimic in robot.mimics])
+        state, known = dynamics(robot, closed[None]), self._held(table.rates)
         try:
-            moving = with_loops(robot, state, blocks, rates, held | self._held(self.table.rates), landing.plane)
+            moving = with_loops(robot, state, blocks, rates, others | followers | known, landing.plane)
         except SceneError:
-            moving = with_loops(robot, state, blocks, rates, held, landing.plane)
-        return closed, moving, by, float(np.abs((moving - rates)[self._held(self.table.rates)]).max(initial=0.0))
+            moving = with_loops(robot, state, blocks, rates, others | followers, landing.plane)
+        return closed, moving, by, float(np.abs((moving - rates)[known]).max(initial=0.0))
 
     def _held(self, names: Sequence[str]) -> np.ndarray:
         """Which joint velocities (nv,) are of some joints."""
@@ -229,26 +237,29 @@ class Landings:
         Raises:
             ShockError: it cannot be computed.
         """
-        landing = self.landing(row)
-        return self._profile(row, landing.q, landing.before)
+        return profile_of(self.landing(row))
 
     def landing(self, row: int) -> PosedLanding:
-        """The landing of one row, in whose configuration and motion the loops are closed.
+        """The landing of one row, in whose configuration and motion the loops are closed, with its scene.
 
         Raises:
-            ShockError: they cannot be closed.
+            ShockError: there is none, or they cannot be closed.
         """
-        landing, before = self._landing(self._keys[row]), Motion(*(x[row] for x in self.table.before))
+        if row in self.table.messages:
+            raise StudyError(self.table.messages[row])
+        landing, before = self._landing(self._key(row)), Motion(*(x[row] for x in self.table.before))
         q = self.table.Q[row]
-        if landing.loops:
+        if self.closes:
             q, rates, *_ = self._closed(landing, q, before.joint_rates)
             before = before._replace(joint_rates=rates)
-        return replace(landing.at(q), before=before)
+        return self._written(row, landing.at(q).moving(before, self.table.contact_velocity[row]))
 
-    def _profile(self, row: int, q: Array, before: Motion) -> ShockProfile:
-        """The same with a proof, for a configuration and a motion in which the loops are closed."""
-        landing = replace(self._landing(self._keys[row]).at(q), before=before)
-        return profile_of(replace(landing, scene=self._written(landing)))
+    @property
+    def resolved(self) -> Iterator[PosedLanding]:
+        """The landings of which the rows are, those that can be resolved."""
+        for number in range(len(self.table.scenes)):
+            with contextlib.suppress(ShockError):
+                yield self._landing((number, None))
 
     def row_named(self, name: str) -> int:
         """The number of the row of a name.
@@ -267,119 +278,130 @@ class Landings:
             StudyError: it names several.
         """
         selection, _, place = text.partition("@")
-        named = [one for one in self.computed if one.selection == select(selection) and place in ("", one.place.name)]
+        named = [column for column in self.computed if column.selection == select(selection) and place in ("", column.place.name)]
         if len(named) != 1:
-            raise StudyError(f'"{text}" means {listed((one.name for one in named), 6)}; name one of them')
+            raise StudyError(f'"{text}" means {listed((column.name for column in named), 6)}; name one of them')
         return named[0]
 
     def case(self, row: int) -> Scene:
-        """The landing of one row as a scene."""
-        return self.profile(row).landing.scene
+        """The landing of one row as a scene.
 
-    def _written(self, landing: PosedLanding) -> Scene:
-        """The scene of a posed landing: with loops, the joints that the table gives, from which the others follow."""
-        robot, q, before = self.robot, landing.q, landing.before
+        Raises:
+            ShockError: there is none, or a scene cannot hold its posture.
+        """
+        landing = self.landing(row)
+        if not self.table.own:
+            for joint in self.robot.single_joints[self.robot.free_base :]:
+                if joint.axis is None and not np.array_equal(landing.q[joint.q], self.first.q[joint.q]):
+                    raise StudyError(
+                        f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, whose position a scene '
+                        "cannot hold; analyze the landing in Python, with configuration()"
+                    )
+        return landing.scene
+
+    def _written(self, row: int, landing: PosedLanding) -> PosedLanding:
+        """A landing with the scene of its row; of a table with loops, the joints that it gives, from which the others follow."""
+        if self.table.own:
+            return replace(landing, scene=self.table.own[row] or landing.scene)
+        robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
         followers = {mimic.joint for mimic in robot.mimics}
         names = [name for name in robot.joint_names if robot.joint(name).axis is not None and name not in followers]
         kept = [name for name in names if not landing.loops or name in self.table.joints]
         moving = [name for name in names if before.joint_rates[robot.joint(name).v].any()]
-        posture, strike = landing.scene.posture, landing.scene.strike
+        posture = replace(scene.posture, joints={name: robot.joint(name).value(q) for name in kept}, joints_deg={})
         if robot.free_base:
             position, quaternion = tuple(q[:3].tolist()), tuple(q[3:7].tolist())
             posture = replace(posture, base_rpy_deg=None, base_position=position, base_quaternion=quaternion)
-        posture = replace(posture, joints={name: robot.joint(name).value(q) for name in kept}, joints_deg={})
-        strike = replace(
-            strike, speed=None, strike_angle_deg=None, drop_height=None, velocity=tuple(before.velocity.tolist()),
+        strike = Strike(
+            velocity=tuple(before.velocity.tolist()),
             angular_velocity=tuple(before.omega.tolist()) if before.omega.any() else None,
             joint_velocities={name: float(before.joint_rates[robot.joint(name).v][0]) for name in moving},
-        )  # fmt: skip
-        return replace(landing.scene, posture=posture, strike=strike)
+        )
+        velocities = (None if block.velocity is None else tuple(block.velocity.tolist()) for block in landing.contacts)
+        contact = tuple(replace(c, velocity=velocity) for c, velocity in zip(scene.contact, velocities, strict=True))
+        return replace(landing, scene=replace(scene, posture=posture, strike=strike, contact=contact))
 
 
 def landings(
-    table: Mapping[str, np.ndarray],
-    scene: Scene,
-    quantities: Sequence[str] = (),
-    *,
-    robot: Robot | None = None,
-    rename: Mapping[str, str] | None = None,
-    prove: int = 20,
-    ranked_by: str | None = None,
+    table: Rows, robot: Robot, quantities: Sequence[str] = (), *, prove: int = 20, ranked_by: str | None = None
 ) -> Landings:
     """The landings of a table.
 
     Args:
-        table: columns by name, as `read_table` gives them.
-        scene: what the table does not give.
+        table: the rows.
+        robot: their robot.
         quantities: columns, QUANTITY or QUANTITY@PLACES; by default jump and shock at the sensors and points, or of the base.
-        robot: the scene's robot, if it is loaded already.
-        rename: other names for columns of the table, as for `rows_of`.
         prove: number of rows that are compared with a proof, besides those that need one.
         ranked_by: a further column.
 
     Raises:
-        ShockError: a name is not known, a number cannot be right, or the scene cannot be resolved.
+        ShockError: a name is not known, or a scene cannot be resolved.
     """
-    robot = robot or robot_of(scene)
-    made = Landings(scene, robot, rows_of(table, resolve(scene, robot), rename), (), prove)
-    landing = made.first
-    points = [place for place in landing.points if place.body >= 0]
-    usual = [f"{key}@{place.name}" for place in points for key in ("delta_v", "shock")]
+    study = Landings(robot, table, (), prove)
+    landing = study.first
+    points = {place.name: place for scene in table.scenes for place in point_places(robot, scene.point) if place.body >= 0}
+    usual = [f"{key}@{name}" for name in points for key in ("delta_v", "shock")]
     usual = usual or [f"{key}@{robot.bodies[0].name}" for key in ("delta_v_com", "shock_com")]
-    sets = list(dict.fromkeys(key[0] for key in made._keys))
-    most = max(len(made._scene((contacts, np.nan)).contact) for contacts in sets)
+    contacts = {tuple(contact.frame for contact in scene.contact) for scene in table.scenes}
     computed: list[Column] = []
     for text in dict.fromkeys([*(quantities or usual), *([ranked_by] if ranked_by else [])]):
         selection, places = selected(landing, text)
-        if len(sets) > 1 and selection.quantity.of == "contact":
+        if len(contacts) > 1 and selection.quantity.of == "contact":
             if "@" in text:
                 raise StudyError(f'the contact varies, so "{text}" cannot name one; leave the @ and what follows out')
-            places = tuple(Place(f"contact {k + 1}", number=k) for k in range(most))
+            places = tuple(Place(f"contact {k + 1}", number=k) for k in range(max(map(len, contacts))))
         if not places:
             raise StudyError(f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}')
         computed += [Column(selection, place, asked=True) for place in places]
-    return replace(made, computed=tuple({column.name: column for column in computed}.values()))
+    return replace(study, computed=tuple({column.name: column for column in computed}.values()))
 
 
-class Found(NamedTuple):
+class Results(NamedTuple):
     """The computed landings of a table.
 
     Attributes:
-        made: what was computed.
+        study: what was computed.
         columns: (n,) by heading, but the names of the rows.
         messages: why a row could not be computed, by its number.
     """
 
-    made: Landings
+    study: Landings
     columns: Mapping[str, Array]
     messages: Mapping[int, str]
 
     @classmethod
-    def read(cls, made: Landings, read: Callable[[str], Iterator[Any]]) -> "Found":
+    def read(cls, study: Landings, read: Callable[[str], Iterator[Any]]) -> "Results":
         """The landings of files. Args: read, heading of a column, or "message" → its parts in order."""
-        columns = {name: np.concatenate(list(read(name))) for name in made.headings[1:]}
-        return cls(made, columns, {i: text for i, text in enumerate(itertools.chain.from_iterable(read("message"))) if text})
+        columns = {name: np.concatenate(list(read(name))) for name in study.numbers}
+        return cls(study, columns, {i: text for i, text in enumerate(itertools.chain.from_iterable(read("message"))) if text})
 
     def ranked(self, column: Column | None) -> list[int]:
         """The rows, the worst value of a column first, those without one last; in the order of the table without a column."""
         if column is None:
-            return list(range(self.made.rows))
+            return list(range(self.study.rows))
         values = np.abs(self.columns[column.name])
-        worst = values if column.selection.quantity.worse == "less" else -values
-        return [int(i) for i in np.argsort(worst, kind="stable")]
+        severity = values if column.selection.quantity.worse == "less" else -values
+        return [int(i) for i in np.argsort(severity, kind="stable")]
+
+    def worst(self, count: int, column: Column | None = None) -> list[int]:
+        """The rows with the worst values of a column, at most so many; without a column, the worst of every column in turn."""
+        columns = self.study.computed if column is None else (column,)
+        orders = ([i for i in self.ranked(each)[:count] if np.isfinite(self.columns[each.name][i])] for each in columns)
+        rows = dict.fromkeys(i for places in itertools.zip_longest(*orders) for i in places if i is not None)
+        return list(rows)[:count]
 
 
-def compute(made: Landings, executor: Executor | None = None, done: Callable[..., None] = lambda parts: None) -> Found:
+def compute(study: Landings, executor: Executor | None = None, done: Callable[..., None] = lambda parts: None) -> Results:
     """Compute all landings of a table.
 
     Args:
-        made: the landings.
+        study: the landings.
         executor: computes the parts; this process by default.
         done: is called with the number of rows of each part that is done.
     """
     chunks: list[Chunk] = []
-    for chunk in in_order(executor, functools.partial(with_sweep, pickle.dumps(made), Landings.chunk), range(len(made.parts))):
+    for chunk in in_order(executor, functools.partial(with_sweep, pickle.dumps(study), Landings.chunk), range(len(study.parts))):
         chunks.append(chunk)
         done(parts=len(chunk.columns["proven"]))
-    columns = {name: np.concatenate([chunk.columns[name] for chunk in chunks]) for name in made.headings[1:]}
-    return Found(made, columns, {chunk.first + i: text for chunk in chunks for i, text in chunk.messages.items()})
+    columns = {name: np.concatenate([chunk.columns[name] for chunk in chunks]) for name in study.numbers}
+    return Results(study, columns, {chunk.first + i: text for chunk in chunks for i, text in chunk.messages.items()})

@@ -1,31 +1,28 @@
-"""A table of recorded landings: what its columns mean, and its rows as configurations and motions before the impact.
+"""Recorded landings as rows: configurations, motions before the impact, contacts, and what was measured; of a table or of scenes.
 
 A row is a touchdown. Columns are named: joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude
 (qw … qz, or roll, pitch, yaw) and position (x, y, z), its velocity (vx …) and angular velocity (wx …) in world axes or, with _body,
-in those of the base; after_… holds what was measured after the impact. Arrays qpos and qvel are those of MuJoCo, the arrays name,
-position and velocity those of ROS's JointState.
+in those of the base; vx@FRAME … is the velocity of a contact; after_… is measured after the impact. Arrays qpos and qvel are
+MuJoCo's, the arrays name, position and velocity those of ROS's JointState.
 """
 
-import csv
-import itertools
 import re
-import zipfile
-import zlib
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError
-from shockpc.landing import PosedLanding
+from shockpc.errors import ShockError, StudyError
+from shockpc.landing import PosedLanding, landing_of
+from shockpc.model.contact import Contact, landing_frames
 from shockpc.model.motion import Motion
-from shockpc.model.posture import set_many, settable_joints
-from shockpc.paths import usable_path
+from shockpc.model.posture import Posture, set_many, settable_joints
 from shockpc.printed import listed
 from shockpc.robot.mjcf import qpos_order, qvel_order
-from shockpc.robot.record import Joint, Robot
+from shockpc.robot.record import Robot
+from shockpc.scene import Scene, Strike
 
 DEG = np.pi / 180.0
 
@@ -38,13 +35,19 @@ TURN = 2.0 * np.pi + 0.5
 FASTEST = 200.0
 """Rate of a joint above which it is taken for degrees per second [rad/s]."""
 
-NAMES, NOTES = ("name", "landing", "event", "id"), ("time", "stamp", "timestamp", "t")
-"""Columns that name a row, and others that are not used."""
+LABELS = {"row": ("name", "landing", "event", "id"), "time": ("time", "stamp", "timestamp", "t", "__time")}
+"""Columns that name a row, and that are carried through to the results; the first of each that the table has."""
 
+FRICTION = ("friction", "mu")
+
+REMARKS = (*LABELS["row"], *LABELS["time"], *FRICTION, "contact")
+"""Columns that are neither of the robot's state nor measured."""
+
+COLUMN = re.compile(r"(?:(?P<after>after(?:(?P<ms>\d+(?:\.\d+)?)ms)?_)|(?P<rate>before_|qd_)|q_)?(?P<name>.+?)(?P<deg>_deg)?")
 BASE = re.compile(
     r"(?:base_)?(?:(?P<quaternion>q[wxyz])|(?P<angle>roll|pitch|yaw)|(?P<place>[xyz])|(?P<twist>[vw][xyz])(?P<body>_body)?)"
 )
-AFTER = re.compile(r"after(?:(\d+(?:\.\d+)?)ms)?_(.+)")
+CONTACT_VELOCITY = re.compile(r"v([xyz])@(.+)")
 ROS = (
     (re.compile(r"(?:.*/)?joint_states?/(.+)/position"), "q_{}"),
     (re.compile(r"(?:.*/)?joint_states?/(.+)/velocity"), "before_{}"),
@@ -61,10 +64,10 @@ class Measured(NamedTuple):
 
     Attributes:
         name: of its column, without its beginning.
-        time: after the touchdown [ms]; None where no time is said.
+        time: after the touchdown [ms]; None where no time is given.
         group: quantities that are compared together: "joint rates", "base velocity", "base angular velocity", or its own name.
         key: quantity of the table that predicts it, KEY@PLACE; of the base its component, "vx" … "wz".
-        unit: of the values.
+        unit: of the values; empty where it is that of the quantity.
         jump: (n,) after the impact less before it.
     """
 
@@ -80,116 +83,96 @@ class Rows(NamedTuple):
     """The rows of a table.
 
     Attributes:
-        names: (n,) of the rows: as the table names them, else their numbers.
+        labels: (n,) each: "row", the names of the rows, by default their numbers; and "time", if the table has it.
         Q: (n, nq) configurations; what the table does not give is the scene's.
         before: motions before the impact, one for each row.
+        scenes: landings of which the rows are, in whatever posture and motion.
+        scene: (n,) which of them each row is of.
+        contact_velocity: (n, c, 3) of the contacts before the impact, world axes; NaN where it is that of the robot's motion [m/s].
+        friction: (n,) coefficients of friction; NaN where there are none.
         joints: names of the joints whose positions the table gives.
         rates: names of those whose rates it gives.
-        contact: (n,) contacts of each row, A+B; None where all rows have those of the scene.
-        friction: (n,) coefficients of friction; None where they are the scene's.
-        measured: jumps that were measured.
         given: what the table gives, in words.
         missing: what is the scene's, in words.
+        measured: jumps that were measured.
+        own: the scenes of the rows themselves, if they are not of a table.
+        messages: why a row is no landing, by its number.
     """
 
-    names: np.ndarray
+    labels: Mapping[str, np.ndarray]
     Q: Array
     before: Motion
+    scenes: tuple[Scene, ...]
+    scene: np.ndarray
+    contact_velocity: Array
+    friction: Array
     joints: tuple[str, ...]
     rates: tuple[str, ...]
-    contact: np.ndarray | None
-    friction: Array | None
-    measured: tuple[Measured, ...]
     given: tuple[str, ...]
     missing: tuple[str, ...]
+    measured: tuple[Measured, ...] = ()
+    own: tuple[Scene | None, ...] = ()
+    messages: Mapping[int, str] = {}
+
+    @property
+    def names(self) -> np.ndarray:
+        """Names (n,) of the rows."""
+        return self.labels["row"]
 
 
-def read_table(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may be (n, k).
+def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> Rows:
+    """The rows of scenes, each named by its key; scenes that differ in posture and motion alone are of one landing.
+
+    Args:
+        scenes: of one robot, by name; or why there is none.
+        robot: the robot.
 
     Raises:
-        StudyError: the file cannot be read, has no rows, a name twice, a cell that is no number among numbers, or a column that
-            holds neither real numbers nor texts.
+        ShockError: none of the scenes can be resolved.
     """
-    path = usable_path(str(path))
-    try:
-        match path.suffix.casefold():
-            case ".csv":
-                columns = _read_csv(path)
-            case ".parquet":
-                columns = _read_parquet(path)
-            case ".npz":
-                with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-                    columns = {name: file[name] for name in file.files}
-            case _:
-                raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
-    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as refusal:
-        raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
-    for name, values in columns.items():
-        if values.ndim == 0 or values.dtype.kind not in "fiubOUSM":
-            raise StudyError(
-                f'table "{path}": {name} is {values.dtype} of shape {values.shape}; columns hold real numbers or texts'
-            )
-    if not columns or min(map(np.size, columns.values())) == 0:
-        raise StudyError(f'table "{path}" has no rows')
-    return columns
-
-
-def _read_csv(path: Path) -> dict[str, np.ndarray]:
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        lines = csv.reader(file)
-        header = [name.strip() for name in next(lines, [])]
-        first = next((line for line in lines if line), None)
-    if first is None:
-        return {}
-    if twice := [name for k, name in enumerate(header) if name in header[:k]]:
-        raise ValueError(f'it has two columns "{twice[0]}"')
-    texts = [k for k, cell in enumerate(first) if _number(cell) is None and cell.strip()]
-    numbers = [k for k in range(len(header)) if k not in texts]
-    try:
-        chosen = numbers if texts else None
-        values = np.loadtxt(path, delimiter=",", skiprows=1, usecols=chosen, ndmin=2, quotechar='"', encoding="utf-8-sig")
-        rows: list[list[str]] = []
-        if texts:
-            with path.open(encoding="utf-8-sig", newline="") as file:
-                rows = [row for row in itertools.islice(csv.reader(file), 1, None) if row]
-        if values.shape[1] != len(numbers) or any(len(row) != len(header) for row in rows):
-            raise ValueError("its rows and its header differ in length")
-        columns: dict[str, np.ndarray] = {header[k]: values[:, place] for place, k in enumerate(numbers)}
-        columns |= {header[k]: np.array([row[k].strip() for row in rows]) for k in texts}
-    except (ValueError, IndexError):
-        _refuse_cell(path, header, numbers)
-        raise
-    return {name: columns[name] for name in header}
-
-
-def _refuse_cell(path: Path, header: Sequence[str], numbers: Sequence[int]) -> None:
-    """Raise ValueError for the first row of a CSV file that is no row of numbers."""
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        for i, row in enumerate(itertools.islice(csv.reader(file), 1, None)):
-            if row and len(row) != len(header):
-                raise ValueError(f"row {i} has {len(row)} cells, and the header {len(header)}")
-            for k in numbers if row else ():
-                if _number(row[k]) is None:
-                    raise ValueError(f'row {i}, column {header[k]}: "{row[k]}" is not a number')
-
-
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None
-
-
-def _read_parquet(path: Path) -> dict[str, np.ndarray]:
-    try:
-        import pyarrow.parquet  # an extra
-    except ImportError:
-        raise StudyError(
-            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or give a CSV or NPZ file'
-        ) from None
-    table = pyarrow.parquet.read_table(path)
-    return {name: np.asarray(table[name].to_numpy()) for name in table.column_names}
+    landings: dict[int, PosedLanding] = {}
+    refused: dict[int, ShockError] = {}
+    for i, scene in enumerate(scenes.values()):
+        try:
+            if isinstance(scene, ShockError):
+                raise scene
+            landings[i] = landing_of(scene, robot)
+        except ShockError as error:
+            refused[i] = error
+    if not landings:
+        raise next(iter(refused.values()), StudyError("there are no scenes"))
+    n, most = len(scenes), max(len(landing.contacts) for landing in landings.values())
+    groups: dict[str, int] = {}
+    Q, index = np.full((n, robot.model.nq), np.nan), np.zeros(n, dtype=int)
+    velocity, omega, rates = np.full((n, 3), np.nan), np.full((n, 3), np.nan), np.full((n, robot.model.nv), np.nan)
+    contact_velocity, friction = np.full((n, most, 3), np.nan), np.full(n, np.nan)
+    shared: list[Scene] = []
+    for i, landing in landings.items():
+        scene, strike = landing.scene, landing.before
+        contacts = tuple(replace(c, velocity=None if c.velocity is None else (0.0, 0.0, 0.0)) for c in scene.contact)
+        friction[i] = np.nan if scene.friction is None else scene.friction
+        same = replace(scene, posture=Posture(), strike=Strike(), contact=contacts, friction=scene.friction and 1.0)
+        index[i] = groups.setdefault(repr((same, landing.up.tolist())), len(groups))
+        if index[i] == len(shared):
+            shared.append(scene)
+        Q[i], velocity[i], omega[i], rates[i] = landing.q, strike.velocity, strike.omega, strike.joint_rates
+        for k, contact in enumerate(landing.contacts):
+            contact_velocity[i, k] = np.nan if contact.velocity is None else contact.velocity
+    return Rows(
+        {"row": np.array(list(scenes))},
+        Q,
+        Motion(velocity, omega, rates),
+        tuple(shared),
+        index,
+        contact_velocity,
+        friction,
+        robot.joint_names,
+        robot.joint_names,
+        ("the scene of each landing",),
+        (),
+        own=tuple(landings[i].scene if i in landings else None for i in range(n)),
+        messages={i: str(error) for i, error in refused.items()},
+    )
 
 
 def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Mapping[str, str] | None = None) -> Rows:
@@ -209,8 +192,8 @@ def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Ma
 
 
 def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """The columns by their new names. A name of a joint is found in those of its position, rate and measurements too."""
-    found: dict[str, np.ndarray] = {}
+    """The columns by their new names. A name of a joint also renames its position, its rate and its measurements."""
+    renamed: dict[str, np.ndarray] = {}
     used = set()
     for name, values in columns.items():
         new = name
@@ -222,13 +205,13 @@ def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[
                 prefix, *star, suffix = match.groups()
                 new = prefix + wanted.replace("*", star[0] if star else "*") + (suffix or "") if wanted else ""
                 break
-        if new in found:
-            raise StudyError(f'two columns of the table mean "{new}"; leave one of them out with --map COLUMN=')
+        if new in renamed:
+            raise _twice(f'"{new}"')
         if new:
-            found[new] = values
+            renamed[new] = values
     if unused := [old for old in rename if old not in used]:
         raise StudyError(f'--map: the table has no column for "{unused[0]}"; its columns: {listed(columns, 12)}')
-    return found
+    return renamed
 
 
 def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
@@ -244,23 +227,54 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
                 )
             columns |= {prefix + name: values[:, k] for k, name in enumerate(names) if values.size}
         columns.pop("effort", None)
-    found: dict[str, Any] = {}
+    expanded: dict[str, Any] = {}
     numbered: dict[str, dict[int, np.ndarray]] = {}
     for name, values in columns.items():
         if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?(\d+)\]?", name):
             numbered.setdefault(match[1], {})[int(match[2])] = values
-            continue
-        form = next((form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))), name)
-        if not name.endswith("/effort"):
-            found[form] = values
+        elif not name.endswith("/effort"):
+            expanded[next((form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))), name)] = values
     for name, parts in numbered.items():
         if sorted(parts) != list(range(len(parts))):
             raise StudyError(f"the columns of {name} have to be numbered from 0 without gaps")
-        found[name] = np.stack([parts[k] for k in range(len(parts))], axis=1)
-    for name in ("qpos", "qvel"):
-        if name in found and np.ndim(found[name]) == 2:
-            qpos_order(robot)  # refuses a robot whose order is not known
-    return found
+        expanded[name] = np.stack([parts[k] for k in range(len(parts))], axis=1)
+    return expanded
+
+
+def _twice(what: str) -> StudyError:
+    return StudyError(f"two columns of the table mean {what}; leave one of them out with --map COLUMN=")
+
+
+def _in_rows(rows: np.ndarray, text: str) -> StudyError:
+    """The error for some rows, of which the text names the first."""
+    return StudyError(f"row {rows[0]}{',' if text.startswith('column') else ':'} {text}", rows=rows.tolist())
+
+
+def _finite(name: str, values: np.ndarray, known: bool = True) -> Array:
+    """A column of numbers. Args: known, whether all of them have to be finite."""
+    try:
+        if values.dtype.kind == "M":
+            raise ValueError
+        numbers = values.astype(float)
+    except (ValueError, TypeError):
+        raise StudyError(f"column {name} has to hold numbers") from None
+    if known and (wrong := np.flatnonzero(~np.isfinite(numbers))).size:
+        raise _in_rows(wrong, f"column {name}: {numbers[wrong[0]]} is not a finite number; leave the row out")
+    return numbers
+
+
+def _refuse_degrees(name: str, numbers: Array, wrong: np.ndarray) -> None:
+    if (rows := np.flatnonzero(wrong)).size:
+        text = f"column {name}: {numbers[rows[0]]:g} looks like degrees, and the column is read in radians"
+        raise _in_rows(rows, f"{text}; name it {name}_deg, correct it, or leave the column out (--map)")
+
+
+def _unit(what: str, quaternions: Array) -> Array:
+    """Quaternions (n, 4) of length 1."""
+    length = np.linalg.norm(quaternions, axis=1)
+    if (wrong := np.flatnonzero(np.abs(length - 1.0) > UNIT_LENGTH)).size:
+        raise _in_rows(wrong, f"{what} has length {length[wrong[0]]:.6g}; a rotation's quaternion has length 1")
+    return np.asarray(quaternions / length[:, None])
 
 
 class _Reader:
@@ -272,163 +286,204 @@ class _Reader:
         if len(set(lengths.values())) > 1:
             raise StudyError(f"the columns differ in length: {', '.join(f'{name} {n}' for name, n in lengths.items())}")
         self.n = next(iter(lengths.values()), 0)
+        if not self.n:
+            raise StudyError("the table has no rows")
         self.Q = np.repeat(landing.q[None], self.n, axis=0)
         self.rates = np.repeat(landing.before.joint_rates[None], self.n, axis=0)
-        self.positions: dict[str, Joint] = {}
-        self.moving: dict[str, Joint] = {}
+        self.positions: set[str] = set()
+        self.moving: set[str] = set()
         self.base: dict[str, Array] = {}
         self.in_body: set[str] = set()
+        self.at_contact: dict[tuple[str, int], Array] = {}
         self.after: list[tuple[str, float | None, str, Array]] = []
-        self.texts: dict[str, np.ndarray] = {}
 
     def rows(self) -> Rows:
         """Read all columns."""
         for name, values in self.columns.items():
             self._read(name, values)
-        robot, Q = self.robot, self.Q
+        robot, n = self.robot, self.n
         if not robot.free_base and self.base:
             raise StudyError(f'the base of robot "{robot.name}" is fixed in its file; leave out {listed(self.base)}')
-        set_many(robot, (), Q)
-        rotation = self._attitude()
-        before = self.landing.before
+        set_many(robot, (), self.Q)
+        rotation, before, friction = self._attitude(), self.landing.before, self._friction()
         velocity, omega = (self._vector(kind, default, rotation) for kind, default in (("v", before.velocity), ("w", before.omega)))
-        if self.moving:
-            for mimic in robot.mimics:
-                leaders = [robot.joint(name) for name in mimic.leaders]
-                led = [by * self.rates[:, j.v.start] for j, by in zip(leaders, mimic.leaders.values(), strict=True)]
-                self.rates[:, robot.joint(mimic.joint).v] = np.sum(led, axis=0)[:, None] if led else 0.0
-        motion = Motion(velocity, omega, self.rates)
-        names = next((self.texts[key] for key in NAMES if key in self.texts), np.arange(self.n))
-        friction = self.texts.get("friction", self.texts.get("mu"))
-        measured = tuple(self._measured(*one, motion, rotation) for one in self.after)
-        given, missing = self._origins()
+        for mimic in robot.mimics if self.moving else ():
+            led = np.zeros(n)
+            for leader, multiplier in mimic.leaders.items():
+                led += multiplier * self.rates[:, robot.joint(leader).v.start]
+            self.rates[:, robot.joint(mimic.joint).v] = led[:, None]
+        before = Motion(velocity, omega, self.rates)
         return Rows(
-            np.array([f"{name:g}" if isinstance(name, float) else str(name) for name in names.tolist()]),
-            Q, motion, tuple(self.positions), tuple(self.moving),
-            self.texts.get("contact"), None if friction is None else self._finite("friction", friction), measured, given, missing,
-        )  # fmt: skip
+            self._labels(),
+            self.Q,
+            before,
+            *self._scenes(friction),
+            friction,
+            tuple(self.positions),
+            tuple(self.moving),
+            *self._origins(),
+            tuple(self._measured(*column, before) for column in self.after),
+        )
 
     def _read(self, name: str, values: np.ndarray) -> None:
+        joints = self.robot.joint_names
         if name in ("qpos", "qvel") and values.ndim == 2:
             self._mujoco(name, values)
             return
         if values.ndim != 1:
             raise StudyError(f"column {name} has shape {values.shape}; it has to be one number a row")
-        if name in (*NAMES, *NOTES, "contact", "friction", "mu"):
-            self.texts[name] = values
+        if name in REMARKS and name not in joints:
             return
-        after, target = AFTER.fullmatch(name), name
-        if after is not None:
-            target = after[2]
-        role = "q"
-        for prefix, own in (("before_", "v"), ("qd_", "v"), ("q_", "q")):
-            if after is None and name.startswith(prefix) and name not in self.robot.joint_names:
-                target, role = name.removeprefix(prefix), own
-                break
-        plain, degrees = target, 1.0
-        if target.endswith("_deg") and target not in self.robot.joint_names:
-            plain, degrees = target.removesuffix("_deg"), DEG
-        base = BASE.fullmatch(plain) if plain not in self.robot.joint_names else None
-        if plain not in self.robot.joint_names and base is None and "@" not in plain:
+        form = COLUMN.fullmatch(name)
+        if form is None:
+            raise StudyError("a column has no name; give it one in the header of the table")
+        after, rate, target, degrees = form["after"], form["rate"], form["name"], form["deg"]
+        if name in joints:
+            after, rate, target, degrees = None, None, name, None
+        elif degrees and target + degrees in joints:
+            target, degrees = target + degrees, None
+        base = BASE.fullmatch(target) if target not in joints and rate != "qd_" else None
+        at_contact = CONTACT_VELOCITY.fullmatch(target) if not after else None
+        if at_contact is not None:
+            key = self._contact_frame(name, at_contact[2]), "xyz".index(at_contact[1])
+            if key in self.at_contact:
+                raise _twice(f'"{target}"')
+            self.at_contact[key] = _finite(name, values, known=False)
+            return
+        if target not in joints and base is None and "@" not in target:
             if values.dtype.kind not in "fiub":
                 return  # a remark
-            known = (*self.robot.joint_names, "qw", "roll", "vx", "vx_body", "wx", "contact", "friction")
-            raise self.robot.unknown("joint", plain, known, f'to leave the column out: --map "{name}="')
-        numbers = self._finite(name, values) * degrees
+            known = (*joints, "qw", "roll", "vx", "vx_body", "wx", "vx@FRAME", "contact", "friction")
+            raise self.robot.unknown("joint", target, known, f'to leave the column out: --map "{name}="')
+        if degrees and base is not None and not (base["angle"] or (base["twist"] or "").startswith("w")):
+            raise StudyError(f"column {name} is neither an angle nor a rate of rotation, so it is not in degrees; leave out _deg")
+        numbers = _finite(name, values) * (DEG if degrees else 1.0)
         if after is not None:
-            self.after.append((plain, None if after[1] is None else float(after[1]), name, numbers))
+            self.after.append((target, None if form["ms"] is None else float(form["ms"]), name, numbers))
         elif base is not None:
-            self._base(name, base, numbers, degrees)
-        elif "@" in plain:
-            raise StudyError(f"column {name}: a quantity is measured after the impact; name the column after_{plain}")
+            self._base(name, base, numbers, bool(degrees))
+        elif "@" in target:
+            raise StudyError(f"column {name}: a quantity is measured after the impact; name the column after_{target}")
         else:
-            self._joint(name, plain, role, numbers, degrees)
+            self._joint(name, target, rate is not None, numbers, bool(degrees))
 
-    def _finite(self, name: str, values: np.ndarray) -> Array:
-        try:
-            if values.dtype.kind == "M":
-                raise ValueError
-            numbers = values.astype(float)
-        except (ValueError, TypeError):
-            raise StudyError(f"column {name} has to hold numbers") from None
-        if (wrong := np.flatnonzero(~np.isfinite(numbers))).size:
-            raise StudyError(
-                f"row {wrong[0]}, column {name}: {numbers[wrong[0]]} is not a finite number; leave the row out", rows=wrong.tolist()
-            )
-        return numbers
-
-    def _base(self, name: str, base: re.Match[str], numbers: Array, degrees: float) -> None:
+    def _base(self, name: str, base: re.Match[str], numbers: Array, degrees: bool) -> None:
         key = base["quaternion"] or base["angle"] or base["place"] or base["twist"]
         if key in self.base:
-            raise StudyError(f'two columns of the table mean "{key}" of the base; leave one of them out with --map COLUMN=')
-        if base["angle"] and degrees == 1.0:
-            self._refuse_degrees(name, numbers, np.abs(numbers) > TURN)
+            raise _twice(f'"{key}" of the base')
+        if base["angle"] and not degrees:
+            _refuse_degrees(name, numbers, np.abs(numbers) > TURN)
         self.base[key] = numbers
         if base["body"]:
             self.in_body.add(key)
 
-    def _joint(self, name: str, joint_name: str, role: str, numbers: Array, degrees: float) -> None:
-        """A column of a joint's positions or rates."""
+    def _joint(self, name: str, joint_name: str, rate: bool, numbers: Array, degrees: bool) -> None:
+        """Read a column of a joint's positions or rates."""
         (joint,) = settable_joints(self.robot, joint_name, StudyError)
-        turns = joint.unit == "rad"
-        if degrees != 1.0 and not turns:
+        if degrees and joint.unit != "rad":
             raise StudyError(f"column {name}: the joint is prismatic, and its unit is m, not deg")
-        known = self.positions if role == "q" else self.moving
+        known = self.moving if rate else self.positions
         if joint.name in known:
-            raise StudyError(f'two columns of the table mean joint "{joint.name}"; leave one of them out with --map COLUMN=')
-        known[joint.name] = joint
-        if role == "v":
-            if turns and degrees == 1.0:
-                self._refuse_degrees(name, numbers, np.abs(numbers) > FASTEST)
-            self.rates[:, joint.v] = numbers[:, None]
-            return
-        if turns and degrees == 1.0:
+            raise _twice(f'joint "{joint.name}"')
+        known.add(joint.name)
+        if joint.unit == "rad" and not degrees:
             low, high = joint.limits
             outside = (numbers < low - 0.5) | (numbers > high + 0.5)
             as_degrees = (numbers * DEG >= low - 0.1) & (numbers * DEG <= high + 0.1)
-            wide = np.abs(numbers) > TURN if joint.kind == "continuous" or not np.isfinite(high - low) else outside & as_degrees
-            self._refuse_degrees(name, numbers, wide)
-        set_many(self.robot, ((joint, numbers),), self.Q)
-
-    def _refuse_degrees(self, name: str, numbers: Array, wrong: np.ndarray) -> None:
-        if (rows := np.flatnonzero(wrong)).size:
-            raise StudyError(
-                f"row {rows[0]}, column {name}: {numbers[rows[0]]:g} looks like degrees, and the column is read in radians; "
-                f"name it {name}_deg, correct it, or leave the column out (--map)",
-                rows=rows.tolist(),
+            limited = joint.kind != "continuous" and np.isfinite(high - low)
+            _refuse_degrees(
+                name, numbers, np.abs(numbers) > FASTEST if rate else outside & as_degrees if limited else np.abs(numbers) > TURN
             )
+        if rate:
+            self.rates[:, joint.v] = numbers[:, None]
+        else:
+            set_many(self.robot, ((joint, numbers),), self.Q)
 
     def _mujoco(self, name: str, values: Array) -> None:
-        """All coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate in its own axes."""
+        """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate in its own axes."""
         order, size = qpos_order(self.robot) if name == "qpos" else qvel_order(self.robot)
         if values.shape[1] != size:
             raise StudyError(f"{name} has {values.shape[1]} columns, and those of the robot's file are {size}")
-        found = self._finite(name, values.ravel()).reshape(values.shape)[:, order]
-        joints = {joint.name: joint for joint in self.robot.single_joints if joint.kind != "free"}
+        numbers = _finite(name, values.ravel()).reshape(values.shape)[:, order]
+        joints = {joint.name for joint in self.robot.single_joints if joint.kind != "free"}
         if name == "qpos":
-            self.Q[:] = found
+            self.Q[:] = numbers
             self.positions |= joints
             for joint in self.robot.single_joints:
                 if joint.kind in ("free", "ball"):
                     own = slice(joint.q.stop - 4, joint.q.stop)
-                    self.Q[:, own] = self._unit(f"qpos of joint {joint.name}", self.Q[:, own])
+                    self.Q[:, own] = _unit(f"qpos of joint {joint.name}", self.Q[:, own])
             return
-        self.rates = found
+        self.rates = numbers
         self.moving |= joints
         if self.robot.free_base:
-            self.base |= dict(zip(("vx", "vy", "vz", "wx", "wy", "wz"), found[:, :6].T.copy(), strict=True))
+            self.base |= dict(zip(("vx", "vy", "vz", "wx", "wy", "wz"), numbers[:, :6].T.copy(), strict=True))
             self.rates[:, :6] = 0.0
             self.in_body |= {"wx", "wy", "wz"}
 
-    def _unit(self, what: str, quaternions: Array) -> Array:
-        """Quaternions (n, 4) of length 1."""
-        length = np.linalg.norm(quaternions, axis=1)
-        if (wrong := np.flatnonzero(np.abs(length - 1.0) > UNIT_LENGTH)).size:
+    def _labels(self) -> dict[str, np.ndarray]:
+        labels = {"row": np.arange(self.n)}
+        for key, names in LABELS.items():
+            for name in reversed([name for name in names if name in self.columns and name not in self.robot.joint_names]):
+                labels[key] = self.columns[name]
+        rows = [f"{name:g}" if isinstance(name, float) else str(name) for name in labels.pop("row").tolist()]
+        return {"row": np.array(rows), **{key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}}
+
+    def _contact_frame(self, name: str, frame: str) -> str:
+        if frame not in self.robot.frames:
+            raise self.robot.unknown("contact", frame, self.robot.frames, f"column {name} is the velocity of a contact")
+        return frame
+
+    def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array]:
+        """The scenes that differ in their contacts, which of them each row (n,) is of, and the velocities (n, c, 3) of contacts."""
+        scene, index, texts = self.landing.scene, np.zeros(self.n, dtype=int), [""]
+        if "contact" in self.columns:
+            distinct, index = np.unique(self.columns["contact"].astype(str), return_inverse=True)
+            texts = distinct.tolist()
+        landings = [self._landing(text) if text else scene.contact for text in texts]
+        velocities = np.full((self.n, max(map(len, landings)), 3), np.nan)
+        for k, contacts in enumerate(landings):
+            own = np.flatnonzero(index == k)
+            for c, contact in enumerate(contacts):
+                velocities[own, c] = np.nan if contact.velocity is None else contact.velocity
+                given = {axis: values for (frame, axis), values in self.at_contact.items() if frame == contact.frame}
+                if given and len(given) < 3:
+                    raise StudyError(f'the velocity of contact "{contact.frame}" needs all of vx@, vy@ and vz@{contact.frame}')
+                for axis, values in given.items():
+                    if (wrong := own[~np.isfinite(values[own])]).size:
+                        text = f"column v{'xyz'[axis]}@{contact.frame}: {values[wrong[0]]} is not a finite number"
+                        raise _in_rows(wrong, f"{text}, and this contact strikes; leave the row out")
+                    velocities[own, c, axis] = values[own]
+        if unused := {frame for frame, _ in self.at_contact} - {contact.frame for contacts in landings for contact in contacts}:
             raise StudyError(
-                f"row {wrong[0]}: {what} has length {length[wrong[0]]:.6g}; a rotation's quaternion has length 1",
-                rows=wrong.tolist(),
+                f'the table gives the velocity of "{min(unused)}", which is no contact of any row; leave it out (--map)'
             )
-        return np.asarray(quaternions / length[:, None])
+        scenes = []
+        for k, contacts in enumerate(landings):
+            i = int(np.argmax(index == k))
+            own_velocity = (None if np.isnan(v).any() else tuple(v.tolist()) for v in velocities[i])
+            moving = (replace(contact, velocity=v) for contact, v in zip(contacts, own_velocity, strict=False))
+            scenes.append(replace(scene, contact=tuple(moving), friction=None if np.isnan(friction[i]) else float(friction[i])))
+        return tuple(scenes), index, velocities
+
+    def _landing(self, text: str) -> tuple[Contact, ...]:
+        """The contacts A+B of a row, each as the scene has it or, if it has not, as the first of the scene."""
+        landings, own = landing_frames(self.robot, text), self.landing.scene.contact
+        if len(landings) > 1:
+            raise StudyError(f'contact "{text}" of a row means {len(landings)} landings; name the frames, with + between them')
+        alike = {contact.frame: contact for contact in reversed(own)}
+        return tuple(alike.get(frame, replace(own[0], frame=frame, velocity=None)) for frame in landings[0])
+
+    def _friction(self) -> Array:
+        """Coefficients (n,) of friction; NaN where there are none."""
+        name = next((name for name in FRICTION if name in self.columns), "")
+        if not name:
+            mu = self.landing.scene.friction
+            return np.full(self.n, np.nan if mu is None else mu)
+        friction = _finite(name, self.columns[name])
+        if (wrong := np.flatnonzero(friction < 0.0)).size:
+            raise _in_rows(wrong, f"column {name}: {friction[wrong[0]]:g} is no coefficient of friction; it is at least 0")
+        return friction
 
     def _attitude(self) -> Array:
         """Set the base, and return its rotations (n, 3, 3)."""
@@ -441,7 +496,7 @@ class _Reader:
         if quaternion and (len(quaternion) < 4 or angles):
             raise StudyError("the base's attitude is given by qw, qx, qy and qz, or by roll, pitch and yaw: all of one kind")
         if quaternion:
-            self.Q[:, 3:7] = self._unit("the base's quaternion (qx, qy, qz, qw)", np.stack(quaternion, axis=1))
+            self.Q[:, 3:7] = _unit("the base's quaternion (qx, qy, qz, qw)", np.stack(quaternion, axis=1))
         elif angles:
             own = Rotation.from_quat(self.Q[:, 3:7]).as_euler("xyz")
             for k, key in enumerate(("roll", "pitch", "yaw")):
@@ -449,52 +504,50 @@ class _Reader:
             self.Q[:, 3:7] = Rotation.from_euler("xyz", own).as_quat()
         for k, axis in enumerate("xyz"):
             self.Q[:, k] = self.base.get(axis, self.Q[:, k])
-        rotation = Rotation.from_quat(self.Q[:, 3:7]).as_matrix()
-        body_rotation = self.robot.bodies[0].rotation
-        return np.asarray(rotation @ body_rotation)
+        return np.asarray(Rotation.from_quat(self.Q[:, 3:7]).as_matrix() @ self.robot.bodies[0].rotation)
 
     def _vector(self, kind: str, default: Array, rotation: Array) -> Array:
         """A velocity of the base (n, 3), world axes."""
         keys = [f"{kind}{axis}" for axis in "xyz"]
-        known = [key for key in keys if key in self.base]
-        in_body = [key for key in known if key in self.in_body]
+        in_body = [key for key in keys if key in self.in_body]
         if in_body and len(in_body) != 3:
             raise StudyError(f"{listed(in_body)} of the base in its own axes, but not all of {listed(keys)}; give all three")
         vector = np.stack([self.base.get(key, np.full(self.n, default[k])) for k, key in enumerate(keys)], axis=1)
         return np.asarray((rotation @ vector[..., None])[..., 0] if in_body else vector)
 
-    def _measured(self, name: str, time: float | None, column: str, values: Array, before: Motion, rotation: Array) -> Measured:
-        """What a column after the impact says of a jump."""
+    def _measured(self, name: str, time: float | None, column: str, values: Array, before: Motion) -> Measured:
+        """The jump that a column after the impact means."""
         base = BASE.fullmatch(name) if name not in self.robot.joint_names else None
-        if base is not None and base["twist"]:
-            if base["body"]:
-                raise StudyError(f"column {column}: velocities after the impact are compared in world axes; convert them")
-            group, whole = (
-                ("base velocity", before.velocity) if base["twist"][0] == "v" else ("base angular velocity", before.omega)
-            )
-            if base["twist"] not in self.base:
-                raise StudyError(f"column {column}: the table has no {base['twist']} before the impact, so its jump is not known")
-            unit = "m/s" if base["twist"][0] == "v" else "rad/s"
-            return Measured(name, time, group, base["twist"], unit, values - whole[:, "xyz".index(base["twist"][1])])
         if "@" in name:
             return Measured(name, time, name, name, "", values)
-        if base is not None:
+        if base is None:
+            joint = self.robot.joint(name)
+            known, label, unit, key = name in self.moving, "rate of this joint", f"{joint.unit}/s", f"delta_qd@{name}"
+            group, start = "joint rates", before.joint_rates[:, joint.v.start]
+        elif not (key := base["twist"]):
             raise StudyError(f"column {column}: only velocities change in an impact; leave it out with --map COLUMN=")
-        joint = self.robot.joint(name)
-        if name not in self.moving:
-            raise StudyError(f"column {column}: the table has no rate of this joint before the impact, so its jump is not known")
-        return Measured(name, time, "joint rates", f"delta_qd@{name}", f"{joint.unit}/s", values - self.rates[:, joint.v.start])
+        elif base["body"]:
+            raise StudyError(f"column {column}: velocities after the impact are compared in world axes; convert them")
+        else:
+            whole, known, label = before.velocity if key[0] == "v" else before.omega, key in self.base, key
+            group, unit = ("base velocity", "m/s") if key[0] == "v" else ("base angular velocity", "rad/s")
+            start = whole[:, "xyz".index(key[1])]
+        if not known:
+            raise StudyError(f"column {column}: the table has no {label} before the impact, so its jump is not known")
+        return Measured(name, time, group, key, unit, values - start)
 
     def _origins(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         followers = {mimic.joint for mimic in self.robot.mimics}
         joints = [name for name in self.robot.joint_names if name not in followers]
-        parts = {"contacts": "contact" in self.texts}
+        parts = {"contacts": "contact" in self.columns}
         if self.robot.free_base:
             parts |= {
                 "base attitude": bool({"qw", "roll", "pitch", "yaw"} & self.base.keys()) or "qpos" in self.columns,
                 **{f"base {key}": key in self.base for key in ("vx", "vy", "vz", "wx", "wy", "wz")},
             }
         given, missing = [what for what, known in parts.items() if known], [what for what, known in parts.items() if not known]
+        given += [f'velocity of contact "{frame}"' for frame in dict.fromkeys(frame for frame, _ in self.at_contact)]
+        given += ["friction"] * any(name in self.columns for name in FRICTION)
         for what, known in (("position", self.positions), ("rate", self.moving)):
             absent = [name for name in joints if name not in known]
             if known:

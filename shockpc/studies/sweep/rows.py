@@ -22,10 +22,11 @@ from shockpc.landing import PosedLanding, following, resolve
 from shockpc.model.dynamics import Design
 from shockpc.model.posture import set_many
 from shockpc.profile import shock_profile
+from shockpc.result import ShockProfile
 from shockpc.robot.changes import Property, varied_bodies
 from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Scene
-from shockpc.studies.columns import Column, columns, double_difference, proven_columns
+from shockpc.studies.columns import Column, columns, not_approaching, prove_rows
 from shockpc.studies.sweep.case import applied, armature_set
 from shockpc.studies.sweep.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
 
@@ -86,7 +87,7 @@ class Sweep:
     noun = "sweep"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
     def __iter__(self) -> Iterator[Chunk]:
         return self.chunks()
@@ -98,19 +99,19 @@ class Sweep:
     @functools.cached_property
     def sizes(self) -> tuple[int, ...]:
         """Number of values of each variation in the grid, in the order of `axes`."""
-        return tuple(len(one.values) for one in self.axes)
+        return tuple(len(variation.values) for variation in self.axes)
 
     @functools.cached_property
     def axes(self) -> tuple[Variation, ...]:
         """The variations from the slowest to the fastest: other landings, other postures and inertias, other strikes."""
-        return tuple(sorted(self.variations, key=lambda one: one.stage))
+        return tuple(sorted(self.variations, key=lambda variation: variation.stage))
 
     @property
     def strikes(self) -> int:
         """Number of strikes for each posture; those of a sample differ from row to row."""
         if self.sample is not None:
             return 1
-        return math.prod(n for one, n in zip(self.axes, self.sizes, strict=True) if one.stage == 2)
+        return math.prod(n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage == 2)
 
     @property
     def solves(self) -> int:
@@ -132,7 +133,9 @@ class Sweep:
         """First and last posture of every part, the last one excluded. They do not depend on who computes them."""
         nv = self.robot.model.nv
         rows = min(ROWS, max(1024, 2**25 // nv**2))
-        if self.alone or (self.sample is not None and any(one.stage == 0 and one.kind != "contact" for one in self.axes)):
+        if self.alone or (
+            self.sample is not None and any(variation.stage == 0 and variation.kind != "contact" for variation in self.axes)
+        ):
             rows = 1024
         most, n = max(1, rows // self.strikes), self.solves
         count = -(-n // most)
@@ -142,7 +145,10 @@ class Sweep:
     def description(self) -> dict[str, Any]:
         """What the rows depend on, besides scene and robot."""
         return {
-            "vary": [{key: getattr(one, key) for key in ("subject", "values", "span", "law", "factor")} for one in self.variations],
+            "vary": [
+                {key: getattr(variation, key) for key in ("subject", "values", "span", "law", "factor")}
+                for variation in self.variations
+            ],
             "feasible rows alone": self.feasible,
             "sample": self.sample,
             "latin hypercube": self.lhs,
@@ -153,7 +159,7 @@ class Sweep:
     @property
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
-        return (*(one.column for one in self.variations), *self._names, "condition", "proven", "double_error")
+        return (*(variation.column for variation in self.variations), *self._names, "condition", "proven", "double_error")
 
     @property
     def feasible_column(self) -> Column:
@@ -189,7 +195,9 @@ class Sweep:
     def _chunk(self, k: int) -> Chunk:
         (a, b), S = self.parts[k], self.strikes
         m, values = b - a, self._values(k)
-        found: dict[str, Any] = {one.column: np.broadcast_to(values[one], (m, S)).ravel() for one in self.variations}
+        varied_columns: dict[str, Any] = {
+            variation.column: np.broadcast_to(values[variation], (m, S)).ravel() for variation in self.variations
+        }
         computed = {name: np.full((m, S), np.nan) for name in (*self._names, "condition")}
         posed = any(column.selection.quantity.posed for column in self.computed)
         prove, messages = np.zeros((m, S), dtype=bool), dict[int, str]()
@@ -206,34 +214,21 @@ class Sweep:
                 for name, x in (part | {"condition": condition[:, None]}).items():
                     computed[name][own] = x
                 prove[own] = unsafe[:, None] | posed
-                for i, s, c in np.argwhere(parting).tolist():
-                    text = f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
+                for i, s, text in not_approaching(landing, parting):
                     messages.setdefault(int(own[i]) * S + s, text)
         flat = {name: x.ravel() for name, x in computed.items()}
-        flagged = np.flatnonzero(prove.ravel())
-        proven, error = np.zeros(m * S, dtype=bool), np.full(m * S, np.nan)
-        checked = self._checked[(self._checked >= a * S) & (self._checked < b * S)] - a * S
-        for i in sorted({*flagged.tolist(), *checked.tolist()} - messages.keys()):
-            try:
-                profile = shock_profile(*self._case(_picked(values, *divmod(i, S))))
-                exact = proven_columns(profile, self.computed)
-                error[i] = double_difference(profile, {name: float(flat[name][i]) for name in exact}, exact, self.computed)
-            except Exception as unexpected:
-                messages[i] = str(refusal(unexpected))
-                continue
-            if prove.ravel()[i]:
-                proven[i] = True
-                for name, value in exact.items():
-                    flat[name][i] = value
-        for name in flat:
-            if messages and name != "condition":
-                flat[name][list(messages)] = np.nan
+        compared = self._checked[(self._checked >= a * S) & (self._checked < b * S)] - a * S
+
+        def profile(i: int) -> ShockProfile:
+            return shock_profile(*self._case(_picked(values, *divmod(i, S))))
+
+        proven, error = prove_rows(prove.ravel(), compared.tolist(), profile, self.computed, flat, messages)
         if self.feasible:
             refused = flat[self.feasible_column.name] == 0.0
             for column in self.computed:
                 if column.selection.name not in GROUND:
                     flat[column.name][refused] = np.nan
-        return Chunk(a * S, found | flat | {"proven": proven, "double_error": error}, dict(sorted(messages.items())))
+        return Chunk(a * S, varied_columns | flat | {"proven": proven, "double_error": error}, dict(sorted(messages.items())))
 
     @functools.cached_property
     def _checked(self) -> np.ndarray:
@@ -243,48 +238,56 @@ class Sweep:
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
         a, b = self.parts[k]
         if self.sample is None:
-            outer = tuple(n for one, n in zip(self.axes, self.sizes, strict=True) if one.stage < 2)
+            outer = tuple(n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage < 2)
             inner = self.sizes[len(outer) :]
             solve = np.unravel_index(np.arange(a, b), outer) if outer else ()
             strike = np.unravel_index(np.arange(self.strikes), inner) if inner else ()
             places = [i[:, None] for i in solve] + [i[None, :] for i in strike]
-            return {one: np.asarray(one.values)[i] for one, i in zip(self.axes, places, strict=True)}
+            return {variation: np.asarray(variation.values)[i] for variation, i in zip(self.axes, places, strict=True)}
         u = np.random.default_rng([self.seed, 1, k]).random((len(self.axes), b - a))
         if self.lhs:
             u = (u + [_strata(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]) / self.sample
-        return {one: one.drawn(own)[:, None] for one, own in zip(self.axes, u, strict=True)}
+        return {variation: variation.drawn(own)[:, None] for variation, own in zip(self.axes, u, strict=True)}
 
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
-        choices = {one: x[:, 0] for one, x in values.items() if one.stage < 2 and (one.stage == 0 or self.alone)}
+        choices = {
+            variation: x[:, 0] for variation, x in values.items() if variation.stage < 2 and (variation.stage == 0 or self.alone)
+        }
         codes = [np.arange(m) if self.alone else np.zeros(m, dtype=int)]
         codes += [np.unique(x, return_inverse=True)[1] for x in choices.values()]
         _, code = np.unique(np.stack(codes), axis=1, return_inverse=True)
         order = np.argsort(code.ravel(), kind="stable")
         for group in np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1):
             try:
-                yield group, resolve(*self._case({one: x[group[0]] for one, x in choices.items()}))
+                yield group, resolve(*self._case({variation: x[group[0]] for variation, x in choices.items()}))
             except Exception as error:
                 yield group, refusal(error)
 
     @functools.cached_property
     def first(self) -> PosedLanding:
         """The first of all landings."""
-        return resolve(*self._case({one: (one.values or one.span or ())[0] for one in self.axes if one.stage == 0}))
+        return resolve(
+            *self._case(
+                {variation: (variation.values or variation.span or ())[0] for variation in self.axes if variation.stage == 0}
+            )
+        )
 
     def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
         """Configurations (n, nq) of some rows of a part."""
         Q = np.repeat(landing.q[None], len(own), axis=0)
         if self.alone:
             return Q
-        moved = {one: x[own, 0].astype(float) for one, x in values.items() if one.moves}
-        angles = {one.kind: x for one, x in moved.items() if one.kind != "joint"}
+        moved = {variation: x[own, 0].astype(float) for variation, x in values.items() if variation.moves}
+        angles = {variation.kind: x for variation, x in moved.items() if variation.kind != "joint"}
         if angles:
             from scipy.spatial.transform import Rotation
 
             given = dict(zip(ATTITUDE, landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True)) | angles
             rpy = np.stack([np.broadcast_to(given[kind], len(own)) for kind in ATTITUDE], axis=1)
             Q[:, 3:7] = Rotation.from_euler("xyz", rpy, degrees=True).as_quat()
-        joints = [(joint, x) for one, x in moved.items() if one.kind == "joint" for joint in one.joints(self.robot)]
+        joints = [
+            (joint, x) for variation, x in moved.items() if variation.kind == "joint" for joint in variation.joints(self.robot)
+        ]
         set_many(self.robot, [(joint, x if joint.kind == "prismatic" else x * DEG) for joint, x in joints], Q)
         return Q
 
@@ -292,31 +295,36 @@ class Sweep:
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray
     ) -> tuple[Design | None, dict[int, str]]:
         """The inertias of some rows of a part; None where all have the landing's own. And why no robot has those of a row."""
-        varied = [one for one in values if one.kind in INERTIAL]
+        varied = [variation for variation in values if variation.kind in INERTIAL]
         if not varied or self.alone:
             return None, {}
-        x = {one: values[one][own, 0].astype(float) for one in varied}
+        x = {variation: values[variation][own, 0].astype(float) for variation in varied}
         bodies = varied_bodies(
-            self.robot, [(cast(Property, one.kind), one.target, x[one], one.factor) for one in varied if one.kind in OF_A_LINK]
+            self.robot,
+            [
+                (cast(Property, variation.kind), variation.target, x[variation], variation.factor)
+                for variation in varied
+                if variation.kind in OF_A_LINK
+            ],
         )
         armature = np.repeat(landing.joint_model.armature[None], len(own), axis=0)
-        for one in varied:
-            if one.kind == "armature":
-                chosen = armature_set(landing.scene, self.robot, one)
-                armature[:, chosen] = x[one][:, None] * (armature[:, chosen] if one.factor else 1.0)
+        for variation in varied:
+            if variation.kind == "armature":
+                chosen = armature_set(landing.scene, self.robot, variation)
+                armature[:, chosen] = x[variation][:, None] * (armature[:, chosen] if variation.factor else 1.0)
         mass, com, inertia = (np.broadcast_to(part, (len(own), *part.shape[1:])) for part in bodies)
         refused = {}
         with np.errstate(all="ignore"):
             plausible = (np.where(mass > 0.0, mass, 1.0) > 1e-14) & (mass < 1e23) & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
         for i in np.flatnonzero(~plausible.all(axis=1)).tolist():
             try:
-                self._case({one: row[i] for one, row in x.items()})
+                self._case({variation: row[i] for variation, row in x.items()})
             except ShockError as error:
                 refused[i] = str(error)
         return Design(mass, com, inertia, armature), refused
 
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
-        varied = {one.kind: x if self.sample is None else x[own] for one, x in values.items() if one.stage == 2}
+        varied = {variation.kind: x if self.sample is None else x[own] for variation, x in values.items() if variation.stage == 2}
         if not varied:
             return np.broadcast_to(landing.before.velocity, (len(own), self.strikes, 3))
         strike = landing.scene.strike
@@ -330,9 +338,9 @@ class Sweep:
 
     def _case(self, choice: dict[Variation, Any]) -> tuple[Scene, Robot]:
         scene, robot = self.scene, self.robot
-        for one, value in choice.items():
-            scene, robot = applied(scene, robot, one, value)
-        if any(one.moves for one in choice) and self.alone:
+        for variation, value in choice.items():
+            scene, robot = applied(scene, robot, variation, value)
+        if any(variation.moves for variation in choice) and self.alone:
             scene = following(scene, self.first)
         return scene, robot
 
@@ -349,7 +357,7 @@ def _unpickled(pickled: bytes) -> Any:
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:
     """The values of one row."""
-    return {one: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0] for one, x in values.items()}
+    return {variation: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0] for variation, x in values.items()}
 
 
 def _strata(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:

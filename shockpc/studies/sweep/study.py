@@ -66,43 +66,43 @@ def sweep(
     for name, number in {"seed": seed, "prove": prove}.items():
         if number < 0:
             raise StudyError(f"{name} is {number}, and it has to be a whole number from 0")
-    found = [variation(robot, subject, values) for subject, values in vary]
-    found += [one for subject, values in vary_each for one in each_of(robot, variation(robot, subject, values))]
+    variations = [variation(robot, subject, values) for subject, values in vary]
+    variations += [varied for subject, values in vary_each for varied in each_of(robot, variation(robot, subject, values))]
     if sample is not None:
         if sample < 1:
             raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
-        if not held and not any(one.kind == "joint" or one.uncertain for one in found):
-            found += _all_joints(robot)
+        if not held and not any(varied.kind == "joint" or varied.uncertain for varied in variations):
+            variations += _all_joints(robot)
     elif lhs:
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
-    if not found:
+    if not variations:
         raise StudyError("nothing varies; name a joint or another quantity with --vary, or draw random postures with --sample")
-    found = [part for one in found for part in ((one,) if one.values or one.span else each_of(robot, one))]
-    found = [_complete(robot, one, sample is not None) for one in found]
-    _refuse_twice(robot, found)
-    if scene.posture.base_quaternion is not None and any(one.kind.startswith("base-") for one in found):
+    variations = [part for varied in variations for part in ((varied,) if varied.values or varied.span else each_of(robot, varied))]
+    variations = [_complete(robot, varied, sample is not None) for varied in variations]
+    _refuse_twice(robot, variations)
+    if scene.posture.base_quaternion is not None and any(varied.kind.startswith("base-") for varied in variations):
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     scene = replace(scene, point=points)
-    made = Sweep(scene, robot, tuple(found), (), feasible, sample, lhs, seed, prove)
-    if made.rows > MOST_ROWS:
+    study = Sweep(scene, robot, tuple(variations), (), feasible, sample, lhs, seed, prove)
+    if study.rows > MOST_ROWS:
         raise StudyError(
-            f"{made.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
+            f"{study.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
         )
     plane = plane_of(scene)
-    for one in made.axes:
-        for value in (one.values or one.span or ()) if one.stage == 2 else ():
-            applied(scene, robot, one, value)[0].strike.vector(plane)
-        if one.kind == "armature":
-            armature_set(scene, robot, one)
-    return replace(made, computed=_columns(made, points, bodies, greatest, quantities))
+    for varied in study.axes:
+        for value in (varied.values or varied.span or ()) if varied.stage == 2 else ():
+            applied(scene, robot, varied, value)[0].strike.vector(plane)
+        if varied.kind == "armature":
+            armature_set(scene, robot, varied)
+    return replace(study, computed=_columns(study, points, bodies, greatest, quantities))
 
 
 def _columns(
-    made: Sweep, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
+    study: Sweep, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
 ) -> tuple[Column, ...]:
     """The columns of the points and bodies that are named, or of the base, what the ground allows, and what is asked for."""
-    robot, landing = made.robot, made.first
+    robot, landing = study.robot, study.first
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
     bodies = [i for name in names for i in robot.match_bodies(name)] or ([] if places else [0])
     severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
@@ -111,7 +111,7 @@ def _columns(
     for body in dict.fromkeys(bodies):
         place = body_places(robot)[body]
         columns += [Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))]
-    varied = [str(value).split("+") for one in made.variations if one.kind == "contact" for value in one.values]
+    varied = [str(value).split("+") for varied in study.variations if varied.kind == "contact" for value in varied.values]
     for text in (*GROUND, *quantities):
         selection, chosen = selected(landing, text)
         if text in GROUND and selection.quantity.of == "contact":
@@ -134,32 +134,32 @@ def _all_joints(robot: Robot) -> list[Variation]:
     return [variation(robot, f"joint:{name}") for name in free]
 
 
-def _complete(robot: Robot, one: Variation, sample: bool) -> Variation:
+def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
     """A variation with the range of its joint, if it was given no values."""
-    if not one.values and one.span is None:
-        joint = robot.joint(one.target)
-        size = 1.0 if one.unit == "m" else 180.0 / math.pi
+    if not varied.values and varied.span is None:
+        joint = robot.joint(varied.target)
+        size = 1.0 if varied.unit == "m" else 180.0 / math.pi
         low, high = (limit * size for limit in joint.limits)
-        if joint.kind == "continuous" or (one.unit == "deg" and not high - low < 1e6):
+        if joint.kind == "continuous" or (varied.unit == "deg" and not high - low < 1e6):
             low, high = -180.0, 180.0
         if not high > low or not math.isfinite(high - low):
             raise StudyError(
                 f'joint "{joint.name}" has no range of motion in the robot file; give values, such as {joint.name}=0:0.1:5'
             )
-        one = replace(one, subject=joint.name, span=(low, high))
-    if not sample and one.span is not None:
+        varied = replace(varied, subject=joint.name, span=(low, high))
+    if not sample and varied.span is not None:
         raise StudyError(
-            f"{one.subject}: a range is drawn from by --sample N; for a grid give the number of values too, such as "
-            f"{one.span[0]:g}:{one.span[1]:g}:10"
+            f"{varied.subject}: a range is drawn from by --sample N; for a grid give the number of values too, such as "
+            f"{varied.span[0]:g}:{varied.span[1]:g}:10"
         )
-    return one
+    return varied
 
 
-def _refuse_twice(robot: Robot, found: list[Variation]) -> None:
+def _refuse_twice(robot: Robot, variations: list[Variation]) -> None:
     seen: dict[str, str] = {}
-    for one in found:
-        own = [joint.name for joint in one.joints(robot)] if one.kind == "joint" else [one.subject]
+    for varied in variations:
+        own = [joint.name for joint in varied.joints(robot)] if varied.kind == "joint" else [varied.subject]
         for name in own:
             if name in seen:
-                raise StudyError(f'"{name}" is varied twice, by "{seen[name]}" and by "{one.subject}"; keep one of them')
-            seen[name] = one.subject
+                raise StudyError(f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep one of them')
+            seen[name] = varied.subject

@@ -121,19 +121,19 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
     feasible = _whole(sweep.rows, read(sweep.feasible_column.name))
     no, causes = feasible == 0.0, []
     friction: Any = np.inf if sweep.scene.friction is None else sweep.scene.friction
-    for one in sweep.variations:
-        if one.kind == "friction":
-            friction = _whole(sweep.rows, read(one.column))
+    for variation in sweep.variations:
+        if variation.kind == "friction":
+            friction = _whole(sweep.rows, read(variation.column))
     for key, limit in (("pull", 0.0), ("friction_needed", friction)):
         own = [column for column in sweep.computed if column.selection.name == key]
-        causes.append(no & functools.reduce(np.logical_or, (_whole(sweep.rows, read(one.name)) > limit for one in own)))
+        causes.append(no & functools.reduce(np.logical_or, (_whole(sweep.rows, read(column.name)) > limit for column in own)))
     pulled, slipping = causes
     counts = [int(np.sum(rows)) for rows in (no, pulled, slipping & ~pulled, no & ~pulled & ~slipping)]
     drawn = sweep.sample is None and len(sweep.variations) <= 2
     columns = [column for column in sweep.computed if column.shock or column.asked]
-    varied = tuple(one for one in sweep.variations if sweep.sample is not None and one.kind != "contact")
+    varied = tuple(variation for variation in sweep.variations if sweep.sample is not None and variation.kind != "contact")
     step = -(-sweep.rows // RANKED)
-    drivers = [_whole(sweep.rows, read(one.column))[::step].copy() for one in varied]
+    drivers = [_whole(sweep.rows, read(variation.column))[::step].copy() for variation in varied]
     extents, effects = [], []
     for column in columns:
         values = _whole(sweep.rows, read(column.name))

@@ -146,20 +146,20 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     if law == "log-uniform" and not least > 0.0:
         raise StudyError(f"{subject}: {least:g} has no logarithm; give a range above zero, or leave :log out")
     if kind == "joint":
-        found = Variation(subject, kind, target, _unit(robot, subject, target, {"rad": "deg", "m": "m"}), numbers, span, law)
-        return _within_limits(robot, found)
+        varied = Variation(subject, kind, target, _unit(robot, subject, target, {"rad": "deg", "m": "m"}), numbers, span, law)
+        return _within_limits(robot, varied)
     return Variation(subject, kind, target, "-" if factor else unit, numbers, span, law, factor)
 
 
-def each_of(robot: Robot, found: Variation) -> tuple[Variation, ...]:
+def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     """A variation with a quantity of its own for each joint or link that matches; one of the whole landing as it is."""
-    if found.kind == "joint":
-        own = (replace(found, subject=joint.name, target=joint.name) for joint in found.joints(robot))
-        return tuple(_within_limits(robot, one) for one in own)
-    if found.kind in INERTIAL:
-        names = robot.match_joints(found.target) if found.kind == "armature" else links_with_mass(robot, found.target)
-        return tuple(replace(found, subject=f"{found.kind}:{name}", target=name) for name in names)
-    return (found,)
+    if varied.kind == "joint":
+        own = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
+        return tuple(_within_limits(robot, each) for each in own)
+    if varied.kind in INERTIAL:
+        names = robot.match_joints(varied.target) if varied.kind == "armature" else links_with_mass(robot, varied.target)
+        return tuple(replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names)
+    return (varied,)
 
 
 def _kind(robot: Robot, subject: str) -> tuple[str, str]:
@@ -239,22 +239,22 @@ def _number(subject: str, text: str) -> float:
 
 def _unit(robot: Robot, subject: str, pattern: str, units: dict[str, str]) -> str:
     """The common unit of the joints that a pattern means."""
-    found = {units[robot.joint(name).unit] for name in robot.match_joints(pattern)}
-    if len(found) > 1:
+    common = {units[robot.joint(name).unit] for name in robot.match_joints(pattern)}
+    if len(common) > 1:
         raise StudyError(f"{subject} means revolute and prismatic joints, which have different units; vary them separately")
-    return found.pop()
+    return common.pop()
 
 
-def _within_limits(robot: Robot, found: Variation) -> Variation:
+def _within_limits(robot: Robot, varied: Variation) -> Variation:
     """Refuse joints that one number cannot set and values outside limits."""
-    size = 180.0 / math.pi if found.unit == "deg" else 1.0
-    for joint in found.joints(robot):
+    size = 180.0 / math.pi if varied.unit == "deg" else 1.0
+    for joint in varied.joints(robot):
         low, high = (limit * size for limit in joint.limits)
-        for value in found.span or found.values:
+        for value in varied.span or varied.values:
             # Files state limits in rounded decimals.
             if isinstance(value, float) and not low - 1e-2 <= value <= high + 1e-2:
                 raise StudyError(
-                    f'{found.subject}: {value:g} {found.unit} is outside the limits of joint "{joint.name}", {low:.6g} to '
-                    f"{high:.6g} {found.unit}; give values within them"
+                    f'{varied.subject}: {value:g} {varied.unit} is outside the limits of joint "{joint.name}", {low:.6g} to '
+                    f"{high:.6g} {varied.unit}; give values within them"
                 )
-    return found
+    return varied
