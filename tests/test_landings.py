@@ -17,6 +17,8 @@ from shockpc import Contact, Joints, Scene, StudyError, UnknownName, load_robot,
 from shockpc.bench.measured import measured_landings
 from shockpc.landing import landing_of
 from shockpc.model.motion import Motion
+from shockpc.quantities.table import quantity
+from shockpc.scene import scene_text
 from shockpc.studies.landings.comparison import STATISTICS, compare_measured
 from shockpc.studies.landings.study import CLOSED_BY, compute, landings
 from shockpc.studies.landings.files import read_table
@@ -174,7 +176,7 @@ def test_loops_are_closed_by_the_least_change():
 
 def test_motions_of_many_postures_are_those_of_each():
     """Kinetic energy and velocities before the impact with a motion for every posture."""
-    robot, columns = known_robot("anymal_b"), table()
+    columns = table()
     made = study(columns, quantities=("energy_lost", "total_impulse.z", "approach@LF_FOOT"))
     found = compute(made)
     for i in range(6):
@@ -182,6 +184,69 @@ def test_motions_of_many_postures_are_those_of_each():
         assert found.columns[made.computed[0].name][i] == pytest.approx(profile.value("energy_lost", "robot"), rel=1e-9)
         assert found.columns["approach@LF_FOOT"][i] == pytest.approx(np.linalg.norm(profile.contacts[0].approach), rel=1e-12)
     assert isinstance(made.table.before, Motion)
+
+
+def equal_to_single_landings(results, robot):
+    """Whether all rows have the numbers that their scenes have with a proof."""
+    for i in sorted(set(range(results.study.rows)) - results.messages.keys()):
+        profile = shock_profile(results.study.case(i), robot)
+        for column in results.study.computed:
+            (value,) = profile.numbers(column.selection, [column.place])
+            assert results.columns[column.name][i] == pytest.approx(value, rel=1e-9, abs=1e-12, nan_ok=True)
+
+
+def test_velocities_of_contacts_are_those_of_the_scene():
+    """vx@FRAME … is the velocity of that contact, whatever the robot's motion; the others move with the robot."""
+    robot, rng = known_robot("anymal_b"), np.random.default_rng(3)
+    given = {f"v{axis}@LF_FOOT": rng.normal(-1.0 if axis == "z" else 0.0, 0.1, 6) for axis in "xyz"}
+    feet = np.array(["LF_FOOT", "RH_FOOT", "LF_FOOT+RH_FOOT"] * 2)
+    given["vx@LF_FOOT"][1] = np.nan  # a row in which that contact does not strike
+    results = compute(study(table() | given | {"contact": feet}, quantities=("shock@imu_link", "delta_v@imu_link", "approach")))
+    equal_to_single_landings(results, robot)
+    velocities = [contact.velocity for i in (0, 1, 2) for contact in results.study.case(i).contact]
+    assert velocities == [
+        tuple(given[f"v{axis}@LF_FOOT"][0] for axis in "xyz"),
+        None,
+        (*(given[f"v{a}@LF_FOOT"][2] for a in "xyz"),),
+        None,
+    ]
+    with pytest.raises(StudyError, match="row 0, column vz@LF_FOOT: nan is not a finite number") as refused:
+        study(table() | given | {"contact": feet, "vz@LF_FOOT": np.full(6, np.nan)})
+    assert refused.value.rows == (0, 2, 3, 5)
+
+
+def test_friction_of_each_row():
+    """The quantities with friction, and whether the ground allows the landing, are those of a scene with the row's own."""
+    friction = {"friction": np.array([0.05, 0.4, 0.8, 0.05, 0.4, 0.0])}
+    results = compute(study(table() | friction, quantities=("delta_v_friction@imu_link", "feasible", "friction_needed")))
+    equal_to_single_landings(results, known_robot("anymal_b"))
+    assert [results.study.case(i).friction for i in range(6)] == friction["friction"].tolist()
+    with pytest.raises(StudyError, match="row 1, column friction: -1 is no coefficient of friction"):
+        study(table() | {"friction": np.array([0.1, -1.0, 0.1, 0.1, 0.1, 0.1])})
+
+
+def test_contacts_of_rows_are_like_those_of_the_scene():
+    """A contact that a row names has the restitution and the offset of the scene's."""
+    contact = Contact(frame="LF_FOOT", restitution=0.4, offset=(0.0, 0.0, -0.02))
+    columns = table() | {"contact": np.array(["LF_FOOT", "RH_FOOT"] * 3)}
+    cases = study(columns, replace(SCENE, contact=(contact,)))
+    assert [cases.case(i).contact for i in (0, 1)] == [(contact,), (replace(contact, frame="RH_FOOT"),)]
+
+
+def test_scenes_are_rows_of_the_landings_that_they_share():
+    """Postures, motions, contacts' velocities and friction differ between the rows of a landing; joint models and contacts do not."""
+    robot = known_robot("anymal_b")
+    scenes = {f"row {i}": study(table()).case(i) for i in range(4)}
+    scenes["moving"] = replace(scenes["row 0"], contact=(Contact(frame="LF_FOOT", velocity=(0.1, 0.0, -2.0)),))
+    scenes["faster"] = replace(scenes["row 1"], contact=(Contact(frame="LF_FOOT", velocity=(0.0, 0.0, -3.0)),))
+    scenes["locked"] = replace(scenes["row 2"], joints=Joints(model="locked"))
+    scenes["hind"] = replace(scenes["row 3"], contact=(Contact(frame="RH_FOOT"),), friction=0.3)
+    rows = rows_of_scenes({**scenes, "none": StudyError("no scene")}, robot)
+    assert len(rows.scenes) == 4
+    results = compute(landings(rows, robot, ("shock@imu_link", "delta_v@imu_link", "approach"), prove=0))
+    assert dict(results.messages) == {8: "no scene"}
+    equal_to_single_landings(results, robot)
+    assert [results.study.case(i) for i in range(8)] == [resolve(scene, robot).scene for scene in scenes.values()]
 
 
 # Measured against predicted
@@ -296,6 +361,42 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
     outcome = run(capfd, "analyze", here / "worst.toml", "--format", "json")
     (imu,) = (point for point in json.loads(outcome.out)["points"] if point["frame"] == "imu_link")
     assert np.linalg.norm(imu["delta_v"]) == pytest.approx(values[0], rel=1e-12)
+
+
+def test_a_folder_of_scenes_is_a_table(here, capfd):
+    """Rows are named by their files, a file that is no scene has a message, and --command prints the scene of a row."""
+    (here / "scenes").mkdir()
+    for i in range(3):
+        (here / "scenes" / f"jump {i}.toml").write_text(scene_text(study(table()).case(i), here / "scenes"))
+    (here / "scenes" / "budgets.toml").write_text("[[budget]]\nmax = 1\n")
+    outcome = run(capfd, "landings", here / "scenes", "--rank", "shock@imu_link", "--format", "json", "--prove", 0)
+    assert outcome.code == 3
+    rows = json.loads(outcome.out)["rows"]
+    assert [row["landing"] for row in rows if row["message"]] == ["budgets"]
+    assert sorted(row["landing"] for row in rows) == ["budgets", "jump 0", "jump 1", "jump 2"]
+    for row in rows[:3]:
+        (here / "row.toml").write_text(run(capfd, "landings", here / "scenes", "--command", row["landing"]).out)
+        profile = shock_profile(read_scene(here / "row.toml"), known_robot("anymal_b"))
+        assert row["shock@imu_link"] == pytest.approx(profile.values(quantity("point", "shock"))[0], rel=1e-9)
+    (here / "scenes" / "other.toml").write_text(scene_text(Scene(robot="go2", contact=("FL_foot",)), here / "scenes"))
+    assert "of different robots" in run(capfd, "landings", here / "scenes").err
+    assert "leave out anymal_b" in run(capfd, "landings", here / "scenes", "anymal_b").err
+    assert "a table needs a robot" in run(capfd, "landings", here / "log.csv").err
+
+
+def test_times_are_carried_through_and_the_worst_landings_are_shown(here, capfd):
+    """The column of times stands beside the names in every file; report.html has the worst landings, the figures name them."""
+    stamps = np.array([100.25, 101.5, 102.0, 103.0, 104.0, 105.0])
+    columns = table() | {"name": np.array([f"jump {k}" for k in range(6)]), "stamp": stamps}
+    written(here / "log.csv", measured(columns, known_robot("anymal_b"), 0.1))
+    words = ("anymal_b", "--contact", "LF_FOOT", "--prove", 0, "--out", here / "out")
+    assert run(capfd, "landings", here / "log.csv", *words, "--rank", "shock@imu_link").code == 0
+    rows = list(csv.DictReader((here / "out" / "landings.csv").read_text(encoding="utf-8").splitlines()))
+    assert {row["landing"]: float(row["time"]) for row in rows} == dict(zip(columns["name"].tolist(), stamps.tolist(), strict=True))
+    page = (here / "out" / "report.html").read_text(encoding="utf-8")
+    assert f">{rows[0]['landing']}</option>" in page
+    assert {"landings.png", "measured.png"} <= {file.name for file in (here / "out").iterdir()}
+    assert rows[0]["landing"] in (here / "out" / "landings.svg").read_text(encoding="utf-8")
 
 
 def test_rows_in_parts_are_continued(here, capfd):

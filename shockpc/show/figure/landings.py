@@ -14,6 +14,9 @@ from shockpc.studies.landings.study import Results
 MOST, WORST, BINS = 8, 3, 60
 """Distributions of one figure, landings that are named beside each, and its bins."""
 
+REACH = 1.4
+"""Half the width of the frame of a comparison, in greatest measured jumps; predictions beyond it are drawn on its edge."""
+
 MARKERS = ("o", "^", "s", "D")
 """Of quantities whose colours are the same."""
 
@@ -56,8 +59,7 @@ def draw_comparison(results: Results, comparison: Comparison) -> Figure:
     title = f"{printable(results.study.robot.name, 40)}: {printable(largest.name, 40)} in {count(results.study.rows, 'landing')}"
     figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
-    values = np.abs([part for each in shown for part in (each.measured, each.predicted)])
-    reach = 1.05 * float(np.nanmax(values, initial=0.0)) or 1.0
+    reach = REACH * max(float(np.abs(each.measured).max()) for each in shown) or 1.0
     for panel in panels.ravel():
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
@@ -65,9 +67,17 @@ def draw_comparison(results: Results, comparison: Comparison) -> Figure:
     for each in shown:
         panel = panels[times.index(each.time), models.index(each.model)]
         for k, name in enumerate(quantities):
-            marks = {"marker": MARKERS[k // len(CURVES) % len(MARKERS)], "markersize": 2.5, "linestyle": "none"}
-            panel.plot(each.predicted[:, k], each.measured[:, k], color=CURVES[k % len(CURVES)], label=printable(name, 30), **marks)
+            marks = {"marker": MARKERS[k // len(CURVES) % len(MARKERS)], "markersize": 2.5, "linestyle": "none", "clip_on": False}
+            panel.plot(
+                np.clip(each.predicted[:, k], -reach, reach),
+                each.measured[:, k],
+                color=CURVES[k % len(CURVES)],
+                label=printable(name, 30),
+                **marks,
+            )
         statistics = f"r {each.statistics['r'][0]:.2f}, median error {each.statistics['error'][0]:.2f}"
+        beyond = int(np.sum(np.abs(each.predicted) > reach))
+        statistics += f"\n{beyond} of {each.predicted.size} outside" if beyond else ""
         first = [*textwrap.wrap(printable(each.model, 60), 30)] if each.time == times[0] else []
         panel.set(title="\n".join([*first, statistics]))
     for time, panel in zip(times, panels[:, 0], strict=True):
