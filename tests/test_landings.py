@@ -20,8 +20,8 @@ from shockpc.model.motion import Motion
 from shockpc.quantities.table import quantity
 from shockpc.scene import scene_text
 from shockpc.studies.landings.comparison import STATISTICS, compare_measured
-from shockpc.studies.landings.study import CLOSED_BY, compute, landings
 from shockpc.studies.landings.files import read_table
+from shockpc.studies.landings.study import CLOSED_BY, compute, landings
 from shockpc.studies.landings.table import rows_of, rows_of_scenes
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
@@ -234,7 +234,7 @@ def test_contacts_of_rows_are_like_those_of_the_scene():
 
 
 def test_scenes_are_rows_of_the_landings_that_they_share():
-    """Postures, motions, contacts' velocities and friction differ between the rows of a landing; joint models and contacts do not."""
+    """The rows of a landing differ in posture, motion, velocities of contacts and friction, not in joint model and contacts."""
     robot = known_robot("anymal_b")
     scenes = {f"row {i}": study(table()).case(i) for i in range(4)}
     scenes["moving"] = replace(scenes["row 0"], contact=(Contact(frame="LF_FOOT", velocity=(0.1, 0.0, -2.0)),))
@@ -381,7 +381,7 @@ def test_a_folder_of_scenes_is_a_table(here, capfd):
     (here / "scenes" / "other.toml").write_text(scene_text(Scene(robot="go2", contact=("FL_foot",)), here / "scenes"))
     assert "of different robots" in run(capfd, "landings", here / "scenes").err
     assert "leave out anymal_b" in run(capfd, "landings", here / "scenes", "anymal_b").err
-    assert "a table needs a robot" in run(capfd, "landings", here / "log.csv").err
+    assert "a table needs a robot" in run(capfd, "landings", written(here / "log.csv", table())).err
 
 
 def test_times_are_carried_through_and_the_worst_landings_are_shown(here, capfd):

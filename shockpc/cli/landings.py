@@ -81,9 +81,9 @@ def landings(
         loaded, scenes = scenes_in(table, options)
         rows_in_table = rows_of_scenes(scenes, loaded)
     else:
+        columns, renames = read_table(table), dict(map_)
         if robot is None:
             raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
-        columns, renames = read_table(table), dict(map_)
         if "contact" in columns and not options.contact:
             # The rows have contacts of their own; the scene needs one until they are set.
             options = options._replace(contact=(str(columns["contact"][0]),))

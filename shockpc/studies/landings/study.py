@@ -143,16 +143,15 @@ class Landings:
         computed = {name: np.full(n, np.nan) for name in self.numbers if name != "proven"}
         posed = any(column.selection.quantity.posed for column in self.computed)
         prove, messages = np.full(n, posed), {i - a: text for i, text in table.messages.items() if a <= i < b}
-        groups: dict[Key, list[int]] = {}
-        for i in range(n):
-            if i not in messages:
-                number, friction = self._key(a + i)
-                groups.setdefault((number, friction if self._by_friction else None), []).append(i)
+        known = np.array([i for i in range(n) if i not in messages], dtype=int)
+        friction = np.nan_to_num(table.friction[a:b] if self._by_friction else np.zeros(n), nan=-1.0)[known]
+        _, first, group = np.unique(np.stack([table.scene[a:b][known], friction]), axis=1, return_index=True, return_inverse=True)
         Q, velocities = table.Q[a:b].copy(), table.contact_velocity[a:b]
         before = Motion(table.before.velocity[a:b], table.before.omega[a:b], table.before.joint_rates[a:b].copy())
-        for key, chosen in groups.items():
+        for k, i in enumerate(known[first].tolist()):
+            chosen = known[group.ravel() == k].tolist()
             try:
-                landing = self._landing(key)
+                landing = self._landing(self._key(a + i))
             except ShockError as error:
                 messages |= dict.fromkeys(chosen, str(error))
                 continue

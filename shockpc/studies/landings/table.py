@@ -141,38 +141,36 @@ def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> Ro
             refused[i] = error
     if not landings:
         raise next(iter(refused.values()), StudyError("there are no scenes"))
-    n, most = len(scenes), max(len(landing.contacts) for landing in landings.values())
+    most = max(len(landing.contacts) for landing in landings.values())
+    shapes = {
+        "q": (robot.model.nq,),
+        "velocity": (3,),
+        "omega": (3,),
+        "rates": (robot.model.nv,),
+        "contacts": (most, 3),
+        "friction": (),
+    }
+    rows = {key: np.full((len(scenes), *shape), np.nan) for key, shape in shapes.items()}
     groups: dict[str, int] = {}
-    Q, index = np.full((n, robot.model.nq), np.nan), np.zeros(n, dtype=int)
-    velocity, omega, rates = np.full((n, 3), np.nan), np.full((n, 3), np.nan), np.full((n, robot.model.nv), np.nan)
-    contact_velocity, friction = np.full((n, most, 3), np.nan), np.full(n, np.nan)
-    shared: list[Scene] = []
+    index, shared = np.zeros(len(scenes), dtype=int), list[Scene]()
     for i, landing in landings.items():
-        scene, strike = landing.scene, landing.before
-        contacts = tuple(replace(c, velocity=None if c.velocity is None else (0.0, 0.0, 0.0)) for c in scene.contact)
-        friction[i] = np.nan if scene.friction is None else scene.friction
-        same = replace(scene, posture=Posture(), strike=Strike(), contact=contacts, friction=scene.friction and 1.0)
-        index[i] = groups.setdefault(repr((same, landing.up.tolist())), len(groups))
-        if index[i] == len(shared):
-            shared.append(scene)
-        Q[i], velocity[i], omega[i], rates[i] = landing.q, strike.velocity, strike.omega, strike.joint_rates
-        for k, contact in enumerate(landing.contacts):
-            contact_velocity[i, k] = np.nan if contact.velocity is None else contact.velocity
+        scene, before = landing.scene, landing.before
+        contacts = tuple(replace(contact, velocity=contact.velocity and (0.0, 0.0, 0.0)) for contact in scene.contact)
+        alike = replace(
+            scene, posture=Posture(), strike=Strike(), contact=contacts, friction=None if scene.friction is None else 1.0
+        )
+        index[i] = groups.setdefault(repr((alike, landing.up.tolist())), len(groups))
+        shared += [scene] * (len(groups) - len(shared))
+        rows["q"][i], rows["velocity"][i], rows["omega"][i], rows["rates"][i] = landing.q, *before
+        rows["friction"][i] = np.nan if scene.friction is None else scene.friction
+        for k, contact in enumerate(scene.contact):
+            rows["contacts"][i, k] = np.nan if contact.velocity is None else contact.velocity
     return Rows(
-        {"row": np.array(list(scenes))},
-        Q,
-        Motion(velocity, omega, rates),
-        tuple(shared),
-        index,
-        contact_velocity,
-        friction,
-        robot.joint_names,
-        robot.joint_names,
-        ("the scene of each landing",),
-        (),
-        own=tuple(landings[i].scene if i in landings else None for i in range(n)),
+        {"row": np.array(list(scenes))}, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
+        rows["contacts"], rows["friction"], robot.joint_names, robot.joint_names, ("posture, motion, contacts and joint model",), (),
+        own=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),
         messages={i: str(error) for i, error in refused.items()},
-    )
+    )  # fmt: skip
 
 
 def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Mapping[str, str] | None = None) -> Rows:
@@ -235,8 +233,8 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
         elif not name.endswith("/effort"):
             expanded[next((form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))), name)] = values
     for name, parts in numbered.items():
-        if sorted(parts) != list(range(len(parts))):
-            raise StudyError(f"the columns of {name} have to be numbered from 0 without gaps")
+        if sorted(parts) != list(range(len(parts))) or len({part.shape for part in parts.values()}) > 1:
+            raise StudyError(f"the columns of {name} have to be numbered from 0 without gaps, and of one length")
         expanded[name] = np.stack([parts[k] for k in range(len(parts))], axis=1)
     return expanded
 
@@ -314,16 +312,9 @@ class _Reader:
             self.rates[:, robot.joint(mimic.joint).v] = led[:, None]
         before = Motion(velocity, omega, self.rates)
         return Rows(
-            self._labels(),
-            self.Q,
-            before,
-            *self._scenes(friction),
-            friction,
-            tuple(self.positions),
-            tuple(self.moving),
-            *self._origins(),
-            tuple(self._measured(*column, before) for column in self.after),
-        )
+            self._labels(), self.Q, before, *self._scenes(friction), friction, tuple(self.positions), tuple(self.moving),
+            *self._origins(), tuple(self._measured(*column, before) for column in self.after),
+        )  # fmt: skip
 
     def _read(self, name: str, values: np.ndarray) -> None:
         joints = self.robot.joint_names
@@ -345,7 +336,7 @@ class _Reader:
         base = BASE.fullmatch(target) if target not in joints and rate != "qd_" else None
         at_contact = CONTACT_VELOCITY.fullmatch(target) if not after else None
         if at_contact is not None:
-            key = self._contact_frame(name, at_contact[2]), "xyz".index(at_contact[1])
+            key = self.robot.frame(at_contact[2]).name, "xyz".index(at_contact[1])
             if key in self.at_contact:
                 raise _twice(f'"{target}"')
             self.at_contact[key] = _finite(name, values, known=False)
@@ -428,11 +419,6 @@ class _Reader:
                 labels[key] = self.columns[name]
         rows = [f"{name:g}" if isinstance(name, float) else str(name) for name in labels.pop("row").tolist()]
         return {"row": np.array(rows), **{key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}}
-
-    def _contact_frame(self, name: str, frame: str) -> str:
-        if frame not in self.robot.frames:
-            raise self.robot.unknown("contact", frame, self.robot.frames, f"column {name} is the velocity of a contact")
-        return frame
 
     def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array]:
         """The scenes that differ in their contacts, which of them each row (n,) is of, and the velocities (n, c, 3) of contacts."""
