@@ -230,7 +230,7 @@ def test_a_number_that_is_zero():
     [
         ("shok@trunk_imu", UnknownName, 'no quantity "shok".*nearest: "shock"'),
         ("copc.x@base_link", StudyError, "copc.x .* cannot be used here: neither of its directions is worse"),
-        ("delta_qd", StudyError, "delta_qd of what. Write delta_qd@JOINT"),
+        ("delta_qd", StudyError, "delta_qd needs a place; write delta_qd@JOINT"),
         ("peak_force@lf_foot", StudyError, "peak_force .* cannot be used here: it is of friction or of finite stiffness"),
         ("shock@world", UnknownName, 'no frame "world"'),
         ("shock_max@base_link", StudyError, "greatest shock over the body is computed in double precision"),

@@ -382,7 +382,7 @@ def test_a_change_of_a_link_changes_that_link_alone():
         ({"speed": [-1]}, {}, ShockError, "above zero"),
         ({"mass:base": "0x:1x:3"}, {}, StudyError, "not above zero"),
         ({"mass:nothing": "1x"}, {}, UnknownName, "nothing"),
-        ({"mass": "1x"}, {}, StudyError, "Write mass:LINK=VALUES"),
+        ({"mass": "1x"}, {}, StudyError, "mass names no link; write mass:LINK=VALUES"),
         ({"inertia:base": "1,2"}, {}, StudyError, "by factors"),
         ({"armature:*": [-1]}, {}, StudyError, "below zero"),
         ({"contact": ""}, {}, ShockError, ""),

@@ -136,7 +136,7 @@ def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]
     if selection.quantity.shared and profile.redundant:
         raise StudyError(f"{key} is not determined, because contacts or loops are redundant; choose another quantity")
     if "@" not in text and kind != "ROBOT" and len(places) != 1:
-        raise StudyError(f"{key} of what? Write {key}@{kind}, such as {key}@{places[0].name if places else kind}")
+        raise StudyError(f"{key} needs a place; write {key}@{kind}, such as {key}@{places[0].name if places else kind}")
     if len(places) > 1:
         raise StudyError(f'"{text}" means {listed((place.name for place in places), 6)}; name one of them')
     return Column(selection, places[0])

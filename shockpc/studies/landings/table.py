@@ -167,7 +167,7 @@ def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> Ro
             rows["contacts"][i, k] = np.nan if contact.velocity is None else contact.velocity
     return Rows(
         {"row": np.array(list(scenes))}, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
-        rows["contacts"], rows["friction"], robot.joint_names, robot.joint_names, ("posture, motion, contacts and joint model",), (),
+        rows["contacts"], rows["friction"], robot.joint_names, robot.joint_names, ("posture, motion, contacts, joint model",), (),
         own=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),
         messages={i: str(error) for i, error in refused.items()},
     )  # fmt: skip

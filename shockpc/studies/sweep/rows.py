@@ -1,7 +1,7 @@
 """The rows of a sweep, part by part: many landings that differ in posture, strike, contact, inertia or joint model.
 
 Changes of the strike are products with the maps of a posture, changes of the posture and of inertias are rows of one array, and
-only the others need a landing of their own. Rows that ask for it are proven one by one, and so is a random sample of the others.
+only the others need a landing of their own. Rows that need it are proven one by one, and so is a random sample of the others.
 """
 
 import functools
@@ -71,7 +71,7 @@ class Sweep:
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
-        prove: number of random rows to prove besides those that ask for it.
+        prove: number of random rows to prove besides those that need it.
     """
 
     scene: Scene

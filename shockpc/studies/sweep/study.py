@@ -1,4 +1,4 @@
-"""A sweep asked for and checked: what varies, over a full grid or in a sample, and its computation in parts."""
+"""The arguments of a sweep, checked: what varies, over a full grid or in a sample, and its computation in parts."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -101,7 +101,7 @@ def sweep(
 def _columns(
     study: Sweep, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
 ) -> tuple[Column, ...]:
-    """The columns of the points and bodies that are named, or of the base, what the ground allows, and what is asked for."""
+    """The columns of the points and bodies, or of the base, what the ground allows, and of the further quantities."""
     robot, landing = study.robot, study.first
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
     bodies = [i for name in names for i in robot.match_bodies(name)] or ([] if places else [0])
@@ -123,7 +123,7 @@ def _columns(
         if not chosen:
             raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame: {text}@{robot.links[0]}')
         columns += [Column(selection, place, asked=text in quantities) for place in chosen]
-    # A column that is asked for besides stands in the place of its own.
+    # A further quantity replaces a column of the same name.
     return tuple({column.name: column for column in columns}.values())
 
 

@@ -77,14 +77,14 @@ class SweepSummary(NamedTuple):
 
     Attributes:
         sweep: what was computed.
-        extents: of every shock, and of every quantity that was asked for.
+        extents: of every shock, and of every further quantity.
         varied: what differs between the rows of a sample and is a number.
         correlations: (v, e) rank correlation (Spearman) of each of these with each of the extents' columns; NaN of a constant.
         ranked: number of rows of which they are.
         messages: why rows could not be computed, with the number of such rows, most frequent first.
         failed: number of rows that could not be computed.
         refused: number of rows that flat ground does not allow.
-        proven: number of rows that asked for a proof and have one.
+        proven: number of rows that needed a proof and have one.
         compared: number of other rows that were proven as well.
         largest_error: how far double precision was off there at most, relative to the most severe shock of the same point.
     """

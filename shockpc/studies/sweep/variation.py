@@ -130,7 +130,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
             f"{unit or 'SI units'}"
         )
     if law == "normal" and isinstance(values, str) and values.startswith(("±", "+-")) and not (factor or kind.startswith("com")):
-        raise StudyError(f"{subject}: {values} about which value? Give the mean too, such as 1{values}")
+        raise StudyError(f"{subject}: {values} has no mean; give it too, such as 1{values}")
     if kind == "inertia" and not factor:
         raise StudyError(f"{subject}: the moments of inertia are varied by factors; give them with an x, such as 0.5x:2x:4")
     if kind in OF_A_LINK:
@@ -175,7 +175,8 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
             raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
         return subject, ""
     if subject in INERTIAL:
-        raise StudyError(f"{subject} of what? Write {subject}:{'JOINT' if subject == 'armature' else 'LINK'}=VALUES")
+        kind = "JOINT" if subject == "armature" else "LINK"
+        raise StudyError(f"{subject} names no {kind.lower()}; write {subject}:{kind}=VALUES")
     robot.match("joint or quantity", subject, robot.joint_names, WORDS)
     return "joint", subject
 
