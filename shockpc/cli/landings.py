@@ -59,7 +59,7 @@ def landings(
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import one_scene, scenes_in
     from shockpc.cli.write_parts import written_parts
-    from shockpc.errors import SolveError, StudyError
+    from shockpc.errors import ShockError, SolveError, StudyError
     from shockpc.executor import executor
     from shockpc.landing import landing_of
     from shockpc.scene import Scene, scene_text
@@ -110,6 +110,12 @@ def landings(
             model: dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model)) for model in models
         }
         comparison = compare_measured(columns, compared or {study.first.joint_model.name: scene}, loaded, renames)
-    worst = {str(rows_in_table.names[i]): study.profile(i) for i in (results.worst(SHOWN, ranked) if output.out else ())}
+    worst = {}
+    for i in results.worst(SHOWN, ranked) if output.out is not None else ():
+        name = str(rows_in_table.names[i])
+        try:
+            worst[name] = study.profile(i)
+        except ShockError as error:
+            print_error(f'landing "{name}" is not in report.html: {error}')
     emit(landings_report(str(table), results, ranked, comparison, worst), output)
     return SolveError.exit_code if results.messages else 0

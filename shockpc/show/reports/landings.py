@@ -83,8 +83,8 @@ def _header(table: str, results: Results) -> Iterator[tuple[str, str]]:
     yield "of the scene", ", ".join(rows.missing) or "nothing"
     contacts = dict.fromkeys(" + ".join(contact.frame for contact in landing.scene.contact) for landing in landings)
     yield "contact", few(list(contacts), 4, what=" sets of contacts")
-    models = dict.fromkeys(landing.joint_model.name for landing in landings)
-    yield "joint model", "; ".join(JOINT_MODELS[model] for model in models)
+    models = dict.fromkeys((landing.joint_model.name, landing.joint_model.drives) for landing in landings)
+    yield "joint model", "; ".join(f"{name}: {drives}" if drives else JOINT_MODELS[name] for name, drives in models)
 
 
 def _extents(results: Results) -> Sheet:

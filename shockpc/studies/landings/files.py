@@ -12,6 +12,9 @@ import numpy as np
 from shockpc.errors import StudyError
 from shockpc.paths import usable_path
 
+BLOCK = 8192
+"""Rows of a CSV file that are read together."""
+
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
     """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may be (n, k).
@@ -45,49 +48,40 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
+    blocks: list[list[np.ndarray]] = []
     with path.open(encoding="utf-8-sig", newline="") as file:
         lines = csv.reader(file)
         header = [name.strip() for name in next(lines, [])]
-        first = next((line for line in lines if line), None)
-    if first is None:
-        return {}
-    if twice := [name for k, name in enumerate(header) if name in header[:k]]:
-        raise ValueError(f'it has two columns "{twice[0]}"')
-    texts = [k for k, cell in enumerate(first) if _number(cell) is None and cell.strip()]
-    numbers = [k for k in range(len(header)) if k not in texts]
+        if twice := [name for k, name in enumerate(header) if name in header[:k]]:
+            raise ValueError(f'it has two columns "{twice[0]}"')
+        rows, count = (row for row in lines if row), 0
+        while block := list(itertools.islice(rows, BLOCK)):
+            for i, row in enumerate(block):
+                if len(row) != len(header):
+                    raise ValueError(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
+            # The first row decides which columns hold texts.
+            texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else [_is_text(cell) for cell in block[0]]
+            columns = zip(header, texts, zip(*block, strict=True), strict=True)
+            blocks.append([np.char.strip(cells) if text else _numbers(name, cells, count) for name, text, cells in columns])
+            count += len(block)
+    return {name: np.concatenate([columns[k] for columns in blocks]) for k, name in enumerate(header if blocks else ())}
+
+
+def _is_text(cell: str) -> bool:
     try:
-        chosen = numbers if texts else None
-        values = np.loadtxt(path, delimiter=",", skiprows=1, usecols=chosen, ndmin=2, quotechar='"', encoding="utf-8-sig")
-        rows: list[list[str]] = []
-        if texts:
-            with path.open(encoding="utf-8-sig", newline="") as file:
-                rows = [row for row in itertools.islice(csv.reader(file), 1, None) if row]
-        if values.shape[1] != len(numbers) or any(len(row) != len(header) for row in rows):
-            raise ValueError("its rows and its header differ in length")
-        columns: dict[str, np.ndarray] = {header[k]: values[:, place] for place, k in enumerate(numbers)}
-        columns |= {header[k]: np.array([row[k].strip() for row in rows]) for k in texts}
-    except (ValueError, IndexError):
-        _refuse_cell(path, header, numbers)
-        raise
-    return {name: columns[name] for name in header}
-
-
-def _refuse_cell(path: Path, header: Sequence[str], numbers: Sequence[int]) -> None:
-    """Raise ValueError for the first row of a CSV file that is no row of numbers."""
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        for i, row in enumerate(itertools.islice(csv.reader(file), 1, None)):
-            if row and len(row) != len(header):
-                raise ValueError(f"row {i} has {len(row)} cells, and the header {len(header)}")
-            for k in numbers if row else ():
-                if _number(row[k]) is None:
-                    raise ValueError(f'row {i}, column {header[k]}: "{row[k]}" is not a number')
-
-
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
+        float(cell)
     except ValueError:
-        return None
+        return bool(cell.strip())
+    return False
+
+
+def _numbers(name: str, cells: Sequence[str], first: int) -> np.ndarray:
+    """Cells as numbers. Args: first, number of their first row."""
+    try:
+        return np.array(cells, dtype=float)
+    except ValueError:
+        i = next(i for i, cell in enumerate(cells) if _is_text(cell) or not cell.strip())
+        raise ValueError(f'row {first + i}, column {name}: "{cells[i]}" is not a number') from None
 
 
 def _read_parquet(path: Path) -> dict[str, np.ndarray]:
