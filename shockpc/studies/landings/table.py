@@ -334,7 +334,7 @@ class _Reader:
         elif degrees and target + degrees in joints:
             target, degrees = target + degrees, None
         base = BASE.fullmatch(target) if target not in joints and rate != "qd_" else None
-        at_contact = CONTACT_VELOCITY.fullmatch(target) if not after else None
+        at_contact = CONTACT_VELOCITY.fullmatch(target) if not (after or degrees) else None
         if at_contact is not None:
             key = self.robot.frame(at_contact[2]).name, "xyz".index(at_contact[1])
             if key in self.at_contact:
