@@ -1,6 +1,6 @@
 """Measured jumps against predicted ones: how well they agree, with bootstrap intervals over the landings."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -75,7 +75,6 @@ def compare_measured(
     scenes: Mapping[str, Scene],
     robot: Robot,
     rename: Mapping[str, str] | None = None,
-    progress: Callable[[str], None] = lambda model: None,
 ) -> Comparison:
     """Compare what a table measured with the predictions of several joint models.
 
@@ -87,7 +86,6 @@ def compare_measured(
         scenes: what the table does not give, by the name of the joint model.
         robot: the robot of all.
         rename: other names for columns, as for `rows_of`.
-        progress: is called with the name of each model that is computed.
 
     Raises:
         ShockError: as for `rows_of`; the table measured nothing.
@@ -111,7 +109,6 @@ def compare_measured(
         for name, measured, predicted, messages in predictions:
             agreements += _agreements(name, measured, predicted)
             failures += [(name, str(rows.names[i]), text) for i, text in messages.items()]
-        progress(model)
     return Comparison(tuple(agreements), tuple(failures))
 
 
