@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 import threading
+import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
@@ -113,6 +114,14 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
         raise StudyError(f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler') from None
     missing = f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
     workers, lost, ended = client.get_executor(pure=False), threading.Event(), threading.Event()
+    submit, submitted = workers.submit, weakref.WeakSet[Future[Any]]()
+
+    def remembered(*task: Any) -> Future[Any]:
+        future: Future[Any] = submit(*task)
+        submitted.add(future)
+        return future
+
+    workers.submit = remembered
 
     def watch(absent: int) -> None:
         """Cancel what runs when there have been no workers for some seconds, or report that they are waited for."""
@@ -125,7 +134,9 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
                 waiting(f"{missing}; waiting for them")
             elif absent == ABSENT:
                 lost.set()
-                workers.shutdown(wait=False)
+                logging.getLogger("tornado.application").setLevel(logging.CRITICAL)  # it reports what is cancelled
+                for future in list(submitted):
+                    future.cancel()
                 return
 
     watcher = threading.Thread(target=watch, args=(0,), daemon=True)
