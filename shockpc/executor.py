@@ -154,7 +154,7 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
         raise StudyError(f"several workers of the cluster died over one part: {death}; give them more memory") from None
     except (CancelledError, RuntimeError) as end:
         if lost.is_set():
-            raise StudyError(f"{missing}, or wait for them with --wait; it had some before") from None
+            raise StudyError(f"{missing.replace('has no worker', 'lost all its workers')}; or wait for them with --wait") from None
         if isinstance(end, RuntimeError):
             raise
         raise StudyError(f'the cluster at "{address}" went away; start it again') from None
