@@ -73,9 +73,10 @@ def by_pinocchio(model: pin.Model, text: str, profile: ShockProfile) -> tuple[Ju
         model.jointPlacements[1] = pin.SE3.Identity()
     data, column = model.createData(), {name: joint.idx_v for name, joint in zip(model.names, model.joints, strict=True)}
     held = []
-    for joint in ElementTree.fromstring(text).iter("joint"):
+    joints = {joint.get("name"): joint for joint in ElementTree.fromstring(text).iter("joint")}
+    for joint in joints.values():
         for mimic in joint.findall("mimic"):
-            if joint.get("name") in column:
+            if joint.get("name") in column and mimic.get("joint") in joints:
                 held.append(np.eye(model.nv)[column[joint.get("name")]])
                 if mimic.get("joint") in column:
                     held[-1][column[mimic.get("joint")]] -= float(mimic.get("multiplier", "1"))
