@@ -172,7 +172,7 @@ class Scene(Record):
     Attributes:
         robot: a name that `shockpc robots` lists, or the path of a URDF, xacro or MJCF file.
         base: free; planar (moves and rotates in the plane only); fixed. By default free, or fixed where an MJCF file fixes it
-            or the root link is called world.
+            or the root link is called world. With free and planar the one top-level body of such a file gets a free joint.
         plane: xz (sagittal), yz (frontal), xy (horizontal), or the normal of another plane.
         srdf: file of reference postures; by default the one beside the robot.
         packages: folders of packages, for `package://` and `$(find …)`.
@@ -312,7 +312,7 @@ def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
     """
     scene = check_scene(scene)
     frames = frames or [contact.frame for contact in scene.contact]
-    return shared_robot(scene.robot, scene.xacro, scene.packages, scene.srdf, frames)
+    return shared_robot(scene.robot, scene.xacro, scene.packages, scene.srdf, frames, scene.base in ("free", "planar"))
 
 
 def read_scene(path: Path | str) -> Scene:

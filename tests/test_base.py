@@ -1,5 +1,6 @@
 """The base of a robot: which joint or link of the file it is, how it moves, and what the header says of it."""
 
+import json
 import re
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ from commands import good, run
 from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
-from shockpc import Joints, Posture, Scene, Strike, shock_profile
+from shockpc import Joints, Posture, Scene, Strike, load_robot, shock_profile
 from shockpc.model.joint_model import joint_model
 from shockpc.show.document import document
 
@@ -97,7 +98,7 @@ HEADERS = {
     arm(base=link("world"), elbow=joint("elbow", "world", "tip")): (
         'fixed to the world, because its root link is called "world"; --base free releases it'
     ),
-    mjcf(body("tip", BODY, HINGE)): "fixed in the file; a <freejoint/> in its root body releases it",
+    mjcf(body("tip", BODY, HINGE)): "fixed in the file; --base free releases it",
 }
 
 
@@ -106,3 +107,49 @@ def test_the_header_says_whether_an_arm_is_bolted_down_and_what_changes_it(text,
     robot = written(tmp_path, text, "arm.xml" if "<mujoco" in text else "arm.urdf")
     for command in (("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0"), ("robots", robot)):
         assert f"\nbase         {HEADERS[text]}\n" in good(capfd, *command)
+
+
+LEGS = body("shin", BODY + body("foot", BODY, HINGE.replace('"j"', '"ankle"')), HINGE)
+KEY = '<keyframe><key name="home" qpos="{}0.3 -0.2"/></keyframe>'
+
+
+@pytest.mark.parametrize("base", ["free", "planar"])
+def test_the_base_of_an_mjcf_that_fixes_it_can_be_freed(base, tmp_path, capfd):
+    """Every number is that of the file with a <freejoint/> in its top-level body and keyframe; by option, scene and Python."""
+    held = mjcf(body("trunk", BODY + LEGS, "", 'pos="0 0 1"'), after=KEY.format(""))
+    freed = held.replace('pos="0 0 1">', 'pos="0 0 1"><freejoint/>').replace('qpos="', 'qpos="0 0 1 1 0 0 0 ')
+    texts = {
+        "held.xml": held,
+        "freed.xml": freed,
+        "scene.toml": f'robot = "held.xml"\nbase = "{base}"\n[[contact]]\nframe = "foot"',
+    }
+    held, freed, scene = (written(tmp_path, text, name) for name, text in texts.items())
+    options = ("--contact", "foot", "--base", base, "--format", "json")
+    expected = json.loads(good(capfd, "analyze", freed, *options))
+    python = document(shock_profile(Scene(robot=held, contact="foot", base=base)))
+    assert load_robot(held, free=True).free_base
+    assert not load_robot(held).free_base
+    for found in (good(capfd, "analyze", held, *options), good(capfd, "analyze", scene, "--format", "json"), json.dumps(python)):
+        numbers = json.loads(found)
+        assert numbers["scene"]["posture"]["reference"] == "home"
+        for key in ("bodies", "contacts", "joints"):
+            assert numbers[key] == expected[key]
+
+
+@pytest.mark.parametrize(
+    ("bodies", "parts"),
+    [
+        (
+            body("left", at="") + body("right", joints=HINGE.replace('"j"', '"k"')),
+            ("2 bodies", '"left", "right"', "the trunk, with a <freejoint/>"),
+        ),
+        (body("arm"), ('body "arm"', 'joint "j"', "<freejoint/>")),
+    ],
+)  # fmt: skip
+def test_a_base_that_cannot_be_freed(bodies, parts, tmp_path, capfd):
+    """Legs that hang on the world apart from one another, and a body on a joint of its own."""
+    robot = written(tmp_path, mjcf(bodies), "legs.xml")
+    outcome = run(capfd, "analyze", robot, "--contact", "*", "--base", "free")
+    assert (outcome.code, outcome.out) == (2, "")
+    for part in ("cannot be freed", *parts):
+        assert part in outcome.err

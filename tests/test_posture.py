@@ -15,6 +15,7 @@ from shockpc import Contact, Posture, Scene, SceneError, UnknownName, shock_prof
 from shockpc.model.dynamics import dynamics
 from shockpc.model.posture import configuration, outside_limits, reference_name
 from shockpc.robot.landmarks import STANDING
+from shockpc.show.header import posture_text
 
 ANGLES = st.floats(-180.0, 180.0)
 
@@ -319,3 +320,61 @@ def test_the_neutral_posture_keeps_to_the_limits():
     expected = {"knee": -0.6, "ankle": 0.3, "hip": 0.0, "toe": 0.0, "odd": 0.0, "rod": 1.3}
     assert {name: robot.joint(name).value(q) for name in expected} == pytest.approx(expected, abs=1e-15)
     assert not robot.start.flags.writeable
+
+
+def leg(knee="0 2.5", axis="0 1 0", foot="foot", bend="0 0 0"):
+    """A leg of three parallel joints under a body, its shank turned by `bend` [rad]."""
+    low, high = knee.split()
+    limit = f'<limit lower="{low}" upper="{high}" effort="1" velocity="1"/>'
+    below = '<origin xyz="0 0 {}" rpy="{}"/>'
+    return urdf(
+        *map(link, ("base", "thigh", "shank", foot)),
+        joint("hip", "base", "thigh", "continuous", "0 -1 0"),
+        joint("knee", "thigh", "shank", axis=axis, more=below.format(-0.3, bend) + limit),
+        joint("ankle", "shank", foot, "continuous", "0 1 0", below.format(-0.25, "0 0 0")),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("knee", "axis", "angle"),
+    [
+        ("0 2.5", "0 1 0", 30.0),
+        ("-2 0", "0 1 0", -30.0),
+        ("-3 0.3", "0 -1 0", -30.0),
+        ("0 0.2", "0 1 0", math.degrees(0.2)),
+        ("-2 2", "0 1 0", 30.0),
+        ("-2 2", "0 -1 0", -30.0),
+    ],
+)
+def test_straight_legs_are_bent_where_no_posture_is_known(knee, axis, angle):
+    """The knee by 30°, or to its limit, to the side with more room, else forward; the foot stays below the hip, and level."""
+    robot = robot_from(leg(knee, axis))
+    assert reference_name(robot, None) == "neutral_bent"
+    q, straight = configuration(robot), configuration(robot, Posture(reference="neutral"))
+    assert math.degrees(robot.joint("knee").value(q)) == pytest.approx(angle)
+    state = dynamics(robot, np.stack([q, straight]))
+    _, hip, shank, foot = state.position[0]
+    np.testing.assert_allclose(foot[:2], hip[:2], atol=1e-12)
+    assert foot[2] > state.position[1, 3, 2]
+    np.testing.assert_allclose(*state.rotation[:, 3], atol=1e-12)
+    assert np.sign(shank[0]) == np.sign(angle if axis == "0 1 0" else -angle)
+    profile = shock_profile(Scene(robot="r.urdf", contact=robot.bodies[3].name), robot)
+    assert "30 deg at the knees" in posture_text(profile)
+    assert not [warning for warning in profile.health.warnings if warning.kind == "posture"]
+
+
+@pytest.mark.parametrize("text", [leg(bend="0 0.3 0"), leg("0 0"), leg(axis="1 0 0"), leg(foot="hand"), None])
+def test_other_limbs_are_left_as_they_are(text):
+    """Bent already, without room or a parallel axis, not named like a leg; and of a robot with a standing posture."""
+    robot = robot_from(text) if text else known_robot("solo12")
+    assert "neutral_bent" not in robot.postures
+
+
+@pytest.mark.parametrize("name", ["g1", "alexander", "human"])
+def test_humanoids_without_a_posture_stand_with_bent_knees(name):
+    """Both knees by 30°, all joints within their limits, both feet turned and placed alike."""
+    robot = known_robot(name)
+    q = configuration(robot)
+    knees = [joint.value(q) for joint in robot.single_joints if "knee" in joint.name.casefold() and joint.axis is not None]
+    assert sorted(map(abs, knees))[-2:] == pytest.approx([math.pi / 6] * 2)
+    assert outside_limits(robot, q) == ()

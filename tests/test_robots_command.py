@@ -39,7 +39,7 @@ def test_mjcf_with_a_fixed_base(capfd, tmp_path):
     assert out.splitlines()[:6] == [
         "robot        m, 1.5 kg, 2 moving bodies, 2 velocities",
         f"file         {tmp_path}/arm.xml",
-        "base         fixed in the file; a <freejoint/> in its root body releases it",
+        "base         fixed in the file; --base free releases it",
         "feet         wheel",
         "sensors      tip_imu",
         "postures     up, neutral; up by default",

@@ -92,7 +92,8 @@ class SceneOptions(NamedTuple):
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     base_rpy: Vector | None = _in_posture("Roll, pitch and yaw of the base [deg]; a positive pitch is nose down.", "R,P,Y", vector)
     base: Literal["free", "planar", "fixed"] | None = _in_posture(
-        "How the base may move; by default free, or fixed where the file fixes it or its root link is called world."
+        "How the base may move; by default free, or fixed where the file fixes it or its root link is called world. free and "
+        "planar also free the base of an MJCF file."
     )
     assemble: tuple[str, ...] = _in_posture("The only joints that may move to close loops.", "JOINT")
     strike_angle: float | None = _in_impact(

@@ -36,6 +36,7 @@ def scenes_from(
     scene = _scene_of(robot)
     scene = _with(
         scene,
+        base=options.base,
         srdf=None if options.srdf is None else str(options.srdf),
         xacro={**scene.xacro, **dict(options.xacro)},
         packages={**scene.packages, **dict(options.package)},
@@ -44,7 +45,6 @@ def scenes_from(
         loaded = robot_of(scene, [name.strip() for text in options.contact for name in (text, *text.split("+"))])
     scene = _with(
         scene,
-        base=options.base,
         plane=options.plane,
         posture=_posture(scene.posture, options),
         strike=_strike(scene.strike, options),

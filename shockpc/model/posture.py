@@ -177,7 +177,7 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
     if not robot.free_base:
         raise SceneError(
             f'the base of robot "{robot.name}" is fixed in its file, so it cannot be moved or turned; '
-            "give the root body a <freejoint/>, or leave the base's place out"
+            'free it with base = "free", or leave out where the base is'
         )
     if posture.base_position is not None:
         q[:3] = posture.base_position

@@ -17,6 +17,9 @@ VARIANTS = ("standing.*", "homing.*")
 KEYFRAMES = ("(?i).*stand.*", "(?i).*home.*", "(?i).*(walk|default|init).*")
 """The same for keyframes of an MJCF, which are postures of a whole robot; a file's only keyframe is taken whatever its name."""
 
+BENT = "neutral_bent"
+"""The posture of a robot without a standing one whose straight legs can be bent, as `bent_legs` has it."""
+
 FOOT = r"(?i)foot(?!print)|feet|sole|toe|hoof|paw"
 LEG_END = r"(?i)ankle|wheel"
 IMU = r"(?i)imu|gyro|acceleromet"
@@ -30,13 +33,15 @@ LOW = 0.3
 
 
 def standing_posture(robot: Robot) -> str:
-    """The name of the posture in which a robot stands; "neutral" if it has none that is known to be one."""
+    """The name of the posture in which a robot stands; if none is known to be one, that with bent legs, or else "neutral"."""
     mjcf, names = robot.source.kind == "mjcf", tuple(robot.postures)
     for pattern in (*STANDING, *VARIANTS, *(KEYFRAMES if mjcf else ())):
         for name in names:
             if re.fullmatch(pattern, name):
                 return name
-    return names[0] if mjcf and len(names) == 1 else "neutral"
+    if mjcf and len(names) == 1:
+        return names[0]
+    return BENT if BENT in names else "neutral"
 
 
 @functools.lru_cache(maxsize=8)

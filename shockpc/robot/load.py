@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import freeze
+from shockpc.core.spatial import freeze, read_only
 from shockpc.errors import RobotError
 from shockpc.printed import listed
+from shockpc.robot.bent_legs import bent_legs
 from shockpc.robot.drives import default_drives
+from shockpc.robot.landmarks import BENT, standing_posture
 from shockpc.robot.limits import LIMIT_SLACK, refuse_number
 from shockpc.robot.record import Mimic, Robot, RobotSource
 from shockpc.robot.source import YourdfpyRobot, read_source, source_of_yourdfpy
@@ -38,6 +40,7 @@ def load_robot(
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
     frames: Sequence[str] = (),
+    free: bool = False,
 ) -> Robot:
     """Load a robot from a file (URDF, xacro or MJCF, recognised by its content), by name, or from what another library loaded.
 
@@ -50,6 +53,7 @@ def load_robot(
         srdf: a file of reference postures; by default the one found beside the robot.
         frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
             loaded, or else the one with the most joints.
+        free: whether the base of an MJCF file that fixes it gets a free joint.
 
     Raises:
         UnknownName: no robot has that name.
@@ -68,7 +72,7 @@ def load_robot(
     if geometry is not None:
         raise RobotError("geometry belongs to a pinocchio.Model; files name their shapes themselves, so leave it out")
     if isinstance(robot, str | os.PathLike):
-        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=packages, srdf=srdf), frames)
+        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=packages, srdf=srdf, freed=free), frames)
     if type(robot).__module__.partition(".")[0] != "yourdfpy":
         given = f"{type(robot).__module__}.{type(robot).__qualname__}"
         raise RobotError(f"a {given} is not a robot; give a name, a path, a pinocchio.Model or a yourdfpy.URDF")
@@ -78,20 +82,20 @@ def load_robot(
 
 
 def shared_robot(
-    robot: str, xacro: Mapping[str, str], packages: Mapping[str, str], srdf: str | None, frames: Sequence[str]
+    robot: str, xacro: Mapping[str, str], packages: Mapping[str, str], srdf: str | None, frames: Sequence[str], free: bool = False
 ) -> Robot:
     """As `load_robot`, but the same object for all who ask for the same robot, until a file that it was read from changes.
 
     Robots are the same if the file, the xacro arguments, the packages, the SRDF and, of several robots in one MJCF, the bodies
-    are. The last few are kept. Nobody may change the object.
+    are, and whether its base is freed. The last few are kept. Nobody may change the object.
 
     Raises:
         ShockError: as for `load_robot`.
     """
-    key = robot, *(tuple(sorted(given.items())) for given in (xacro, packages)), srdf, os.environ.get("ROS_PACKAGE_PATH")
+    key = robot, *(tuple(sorted(given.items())) for given in (xacro, packages)), srdf, free, os.environ.get("ROS_PACKAGE_PATH")
     source = _SOURCES.pop(key, None)
     if source is None or not source.folders.unchanged():
-        source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf)
+        source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf, freed=free)
     _SOURCES[key] = source
     for oldest in list(_SOURCES)[:-_KEPT]:
         _SOURCES.pop(oldest, None)
@@ -129,7 +133,7 @@ def _built(source: RobotSource, bodies: "RobotBodies | None") -> Robot:
 def _finished(robot: Robot, srdf: Path | None) -> Robot:
     """The robot with the postures and rotors of its SRDF, checked, with exact rotations and its mimic joints in order."""
     model = robot.model
-    postures = robot.postures if srdf is None else {**robot.postures, **read_srdf(srdf, model, robot.start)}
+    postures = {**robot.postures, **({} if srdf is None else read_srdf(srdf, model, robot.start))}
     if (size := 8 * 8 * model.nv**3) > _MEMORY:  # Pinocchio's data have eight arrays (nv, nv, nv)
         sizes = f"take {size / 2**30:.3g} GB, more than {_MEMORY / 2**30:.2g}"
         raise RobotError(f"it moves with {model.nv} velocities, for which Pinocchio's data {sizes}; fix joints that do not matter")
@@ -148,6 +152,8 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
                 joint.set(value, robot.start)
     robot.set_followers(robot.start)
     freeze(robot.start)
+    if standing_posture(robot) == "neutral" and (bent := bent_legs(robot)) is not None:
+        postures[BENT] = read_only(bent)
     # Of its own joints, which a second copy would have to find again.
     vars(robot)["default_drives"] = default_drives(robot)
     return robot

@@ -17,6 +17,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.errors import RobotError
 from shockpc.paths import read_file
+from shockpc.printed import listed
 from shockpc.robot.child import LIMITS, in_child
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
 from shockpc.robot.record import RobotSource
@@ -178,12 +179,15 @@ def _compile(mujoco: Any, source: RobotSource) -> tuple[Compiled, bytes, Mapping
             text = _without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
             spec = mujoco.MjSpec.from_string(text, include=parts)
             spec.compiler.fusestatic = False  # it would drop links
+            freed = source.freed and _free_base(mujoco, spec)
             keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
             for key in list(spec.keys):
                 spec.delete(key)
             _name(mujoco, spec)
             boxes = _load_meshes(mujoco, spec, source)
             model = spec.compile()
+            if freed:
+                keys = tuple((name, (*model.qpos0[:7], *qpos) if qpos else qpos) for name, qpos in keys)
     except (MemoryError, RuntimeError):  # the latter when an array is too large, or a model is attached to itself
         raise RobotError(_TOO_LARGE) from None
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as refusal:
@@ -197,6 +201,26 @@ def _compile(mujoco: Any, source: RobotSource) -> tuple[Compiled, bytes, Mapping
     mujoco.mj_saveModel(model, None, binary)
     found = Compiled(None, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
     return found, binary.tobytes(), source.folders.seen
+
+
+def _free_base(mujoco: Any, spec: Any) -> bool:
+    """Give the one top-level body that moves a free joint; whether that was needed.
+
+    Raises:
+        RobotError: there are several, or it hangs on the world by a joint of its own.
+    """
+    tops = [body for body in spec.worldbody.bodies if body.find_all(mujoco.mjtObj.mjOBJ_JOINT)] or list(spec.worldbody.bodies)
+    joints = [joint for body in tops for joint in body.joints]
+    if any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in joints) or not tops:
+        return False
+    if len(tops) > 1:
+        several = f"{len(tops)} bodies hang on the world apart from one another ({listed([body.name for body in tops], 4)})"
+        raise RobotError(f"its base cannot be freed: {several}; put them into one body, the trunk, with a <freejoint/>")
+    if joints:
+        joint = f'body "{tops[0].name}" hangs on the world by joint "{joints[0].name}"'
+        raise RobotError(f"its base cannot be freed: {joint}; give it a <freejoint/> instead, or the world a body that carries it")
+    tops[0].add_freejoint()
+    return True
 
 
 def _name(mujoco: Any, spec: Any) -> None:

@@ -43,6 +43,7 @@ class RobotSource:
         srdf: the file of reference postures, given or found beside the robot.
         folders: the robot file, and what may be read along with it.
         warnings: what was met on the way, each with its consequence.
+        freed: whether the base of an MJCF without one that moves gets a free joint.
     """
 
     name: str | None
@@ -52,6 +53,7 @@ class RobotSource:
     srdf: Path | None
     folders: OpenFolders
     warnings: tuple[str, ...]
+    freed: bool = False
 
     @property
     def path(self) -> Path:

@@ -30,8 +30,9 @@ def read_source(
     xacro: Mapping[str, str] | None = None,
     packages: Mapping[str, str] | None = None,
     srdf: str | None = None,
+    freed: bool = False,
 ) -> RobotSource:
-    """Read a robot's file. The arguments are those of `load_robot`.
+    """Read a robot's file. The arguments are those of `load_robot`, where `freed` is called `free`.
 
     Raises:
         UnknownName: no robot has that name.
@@ -62,7 +63,8 @@ def read_source(
             raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {remedy}")
         from shockpc.robot.mjcf_compiled import insert_includes
 
-        return RobotSource(name, "mjcf", insert_includes(parse_xml(text, path.name), folders), robot_name, None, folders, warnings)
+        text = insert_includes(parse_xml(text, path.name), folders)
+        return RobotSource(name, "mjcf", text, robot_name, None, folders, warnings, freed)
     if root.tag != "robot":
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")
         raise RobotError(

@@ -9,6 +9,7 @@ import numpy as np
 from shockpc.model.columns import Base
 from shockpc.printed import few, printable
 from shockpc.result import ShockProfile
+from shockpc.robot.landmarks import BENT
 from shockpc.robot.record import WORLD, Robot
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ BASES = {
     "planar": "moves in the plane only; --base free releases it",
     "fixed": "fixed to the world; --base free releases it",
     "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
-    "file": "fixed in the file; a <freejoint/> in its root body releases it",
+    "file": "fixed in the file; --base free releases it",
 }
 PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
 
@@ -100,7 +101,8 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
 def posture_text(profile: ShockProfile) -> str:
     """The reference posture and what was set besides, with units."""
     posture = profile.scene.posture
-    words = [printable(str(posture.reference))]
+    bent = " (neutral, with straight legs bent by 30 deg at the knees, as no standing posture is known)"
+    words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
     words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(profile.robot, posture.joints_deg, ("deg", "m"))
     if posture.base_rpy_deg:
         words.append("base at roll {:g}, pitch {:g}, yaw {:g} deg".format(*posture.base_rpy_deg))

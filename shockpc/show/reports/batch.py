@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from shockpc.quantities.table import select
-from shockpc.robot.landmarks import is_imu
+from shockpc.robot.landmarks import BENT, is_imu
 from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
@@ -84,9 +84,10 @@ def _notes(batch: Batch) -> Iterable[str]:
         yield "of several IMUs the one with the greatest shock; CSV and JSON hold all"
     if any(row.values["shock_max"] is None for row in rows):
         yield "–: the trunk has no geometry; such rows come last, ranked by the shock at its centre of mass"
-    neutral = list(dict.fromkeys(row.robot for row in rows if row.scene.posture.reference == "neutral"))
+    neutral = list(dict.fromkeys(row.robot for row in rows if row.scene.posture.reference in ("neutral", BENT)))
     if neutral:
-        yield f"in the neutral posture, which is taken where no standing one is known: {', '.join(neutral)}"
+        bent = "with straight legs bent where they can be"
+        yield f"in the neutral posture, {bent}, which is taken where no standing one is known: {', '.join(neutral)}"
     refused = [f"{row.robot} {row.contact}" for row in rows if row.values["feasible"] == 0.0]
     if refused:
         yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
