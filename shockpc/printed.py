@@ -1,6 +1,7 @@
 """How names from files are printed: without what controls a terminal, the direction of text or a CI runner, and not too long."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 _COMMANDS = (("^( *):(?=:)", r"\1\\x3a"), (r"(?i)##(?=\[|vso\[)", r"#\\x23"))
@@ -37,6 +38,11 @@ def printable(text: str, most: int | None = None) -> str:
 def message(text: str) -> str:
     """A message on one line of at most 2000 characters, in which quoted names of more than 160 are shortened to 80."""
     return printable(re.sub('"([^"]{161,})"', lambda name: f'"{printable(name[1], 80)}"', text), 2000)
+
+
+def alike(texts: Iterable[str]) -> Counter[str]:
+    """How often each message occurs; those that differ only in the gap of a loop that stays open are one."""
+    return Counter(re.sub(r"[\d.e+-]+(?= (mm apart|deg turned))", "some", text) for text in texts)
 
 
 def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:

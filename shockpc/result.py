@@ -78,8 +78,9 @@ class ContactImpulse(NamedTuple):
         mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
         mass_frictionless: the same if it slides [kg].
         effective_mass: that of the two which the contact has.
-        mitigation: impact mitigation factor in the directions in which joints can move the contact: 1 if they decouple the robot
-            from the ground, 0 if none can move it [1]; None unless the base is free.
+        mitigation: impact mitigation factor if the contact sticks, in the directions in which joints can move it: 1 if they
+            decouple the robot from the ground, 0 if none can move it [1]; None unless the base is free.
+        mitigation_frictionless: the same if it slides, along the ground's normal [1].
         pull: by how much the ground would have to pull [N s]; None without an impulse.
     """
 
@@ -93,6 +94,7 @@ class ContactImpulse(NamedTuple):
     mass_frictionless: float
     effective_mass: float
     mitigation: float | None
+    mitigation_frictionless: float | None
     pull: float | None
 
 

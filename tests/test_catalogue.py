@@ -5,6 +5,7 @@ import timeit
 from pathlib import Path
 
 import pytest
+from commands import good
 from robot_texts import refused
 
 from shockpc import RobotError, UnknownName
@@ -16,6 +17,7 @@ def test_every_robot_file_has_one_name():
     share = data_folder()
     assert share is not None
     files = [*share.rglob("*.urdf"), *share.rglob("*.xacro"), *own_robots_folder().glob("*.urdf.xacro")]
+    files.append(own_robots_folder() / "cassie.xml")
     assert len(files) > 70
     assert sorted(files) == sorted(entry.path for entry in catalogue())
 
@@ -46,6 +48,13 @@ def test_names_are_unique_and_normalised():
 def test_names_that_people_type(typed: str, file: str):
     """A short name in any case, with '-' or '_', is the robot that one means."""
     assert find_robot(typed)[0].as_posix().endswith(f"/robots/{file}")
+
+
+def test_an_own_mjcf_has_a_name(capfd):
+    """Cassie lands on a foot by name as by file, with its own rotors."""
+    file = find_robot("cassie")[0]
+    words = ("--contact", "left-foot", "--format", "csv")
+    assert good(capfd, "analyze", "cassie", *words) == good(capfd, "analyze", file, *words)
 
 
 def test_own_quadruped_wins_its_name():

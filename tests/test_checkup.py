@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, loaded, mjcf, urdf
+from trees import robot_from
 
 from shockpc import Robot, load_robot
 from shockpc.robot.checkup import Finding, check_robot
@@ -202,3 +203,12 @@ def test_inertias_about_the_origin_of_a_link_are_found(tmp_path: Path):
         found = [one.text for one in check_robot(loaded(tmp_path, bars(about_origin=about_origin))) if one.level == "warning"]
         assert len(found) == about_origin
         assert all('"bar0", "bar1", "bar2" look as if they were about the links\' origins' in text for text in found)
+
+
+def test_ten_joints_that_follow_one_are_one_line():
+    """Whatever their multipliers are; the first three are named."""
+    arms = [f'{LIMIT}<mimic joint="lead" multiplier="{0.1 * k:g}" offset="{k}"/>' for k in range(10)]
+    followers = [joint(f"f{k}", "base", f"l{k}", more=more) for k, more in enumerate(arms)]
+    robot = robot_from(urdf(*map(link, ("base", "tip", *(f"l{k}" for k in range(10)))), joint("lead", "base", "tip"), *followers))
+    (line,) = (found for found in check_robot(robot) if "mimic" in found.text)
+    assert line.where == 'joints "f0", "f1", "f2" and 7 more'

@@ -57,7 +57,7 @@ SCENES = {
 STRIKES = "most_severe:strike least_severe:strike"
 FOOT = (
     "frame:str point:vector impulse:vector? friction_needed:float? approach:vector? mass_sticking:float? mass_frictionless:float? "
-    "mitigation:float? moment:vector? effective_mass:float? pull:float?"
+    "mitigation:float? mitigation_frictionless:float? moment:vector? effective_mass:float? pull:float?"
 )
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from commands import ROBOTS
 from robot_texts import BODY, LIMIT, body, floating, joint, link, loaded, mjcf, urdf
 
 from shockpc import Scene, load_robot, shock_profile
@@ -430,3 +431,10 @@ def test_the_inertia_box_has_the_inertia_of_the_body():
 def test_an_impossible_inertia_has_no_box(mass, inertia):
     """Inertias that no body can have give no box."""
     assert inertia_box(weight(mass, inertia)) is None
+
+
+def test_why_a_mesh_cannot_be_read_is_said_without_a_class_of_python():
+    """Pycollada's messages begin with the class of the error."""
+    data = (ROBOTS / "stick" / "part.dae").read_bytes().replace(b'"#g"', b'"#h"')
+    with pytest.raises(ValueError, match=r"^it is not a valid DAE file \(Geometry #h not found in library\)$"):
+        read_mesh(data, "dae")

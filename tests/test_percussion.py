@@ -88,6 +88,8 @@ def test_off_plane_share_lies_between_none_and_all(normal, omega, v, gyration):
     assert off_plane_share(plane.e1, normal, normal, g) == pytest.approx(1.0, rel=1e-12)
     assert off_plane_share(nothing, normal, normal, g) == pytest.approx(1.0, rel=1e-12)
     assert off_plane_share(nothing, nothing, normal, g) == 0.0
+    # Of a body at rest rounding is left, of any direction.
+    assert off_plane_share(nothing, 1e-17 * normal, normal, g, 1e-12) == 0.0
     # A rotation that is rounding beside the translation does not count as an off-plane jump of its own.
     assert off_plane_share(1e-14 * plane.e1, plane.e2, normal, g) < 1e-13
 

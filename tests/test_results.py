@@ -203,13 +203,24 @@ def test_effective_masses_of_an_anymal_c():
 
 @pytest.mark.parametrize(("name", "factor"), [("anymal_c", 0.721), ("go2", 0.780), ("solo12", 0.783), ("hyq", 0.866)])
 def test_impact_mitigation_factors(name, factor):
-    """det(1 − Λ Λ_L⁻¹), Wensing et al. (T-RO 2017), one foot; by Pinocchio's H, whose base rows alone are the locked robot."""
+    """det(1 − Λ Λ_L⁻¹), Wensing et al. (T-RO 2017), one foot; by Pinocchio's H, whose base rows alone are the locked robot.
+
+    Without friction 1 − m / m_L, of the effective masses along the normal.
+    """
     profile = struck(name, joints=Joints(model="free"))
     H, J = (of(profile.robot.model, profile.q, *more) for of, more in ((dense.inertia, ()), (dense.point_rows, FEET[name][:1])))
     A, A_locked = response(H, J, np.zeros((0, len(H)))), response(H[:6, :6], J[:, :6], np.zeros((0, 6)))
     assert profile.contacts[0].mitigation == pytest.approx(np.linalg.det(A - A_locked) / np.linalg.det(A), rel=1e-9)
     assert profile.contacts[0].mitigation == pytest.approx(factor, abs=6e-4)
-    assert struck(name, base="fixed").contacts[0].mitigation is None
+    assert profile.contacts[0].mitigation_frictionless == pytest.approx(1.0 - A_locked[2, 2] / A[2, 2], rel=1e-9)
+    if name == "go2":
+        assert profile.contacts[0].mitigation_frictionless == pytest.approx(0.948, abs=6e-4)
+    locked = struck(name, joints=Joints(model="locked")).contacts[0]
+    masses = profile.contacts[0].mass_frictionless / locked.mass_frictionless
+    assert profile.contacts[0].mitigation_frictionless == pytest.approx(1.0 - masses, rel=1e-9)
+    assert locked.mitigation_frictionless == 0.0
+    fixed = struck(name, base="fixed").contacts[0]
+    assert (fixed.mitigation, fixed.mitigation_frictionless) == (None, None)
 
 
 @pytest.mark.parametrize(("rotor", "mass", "factor"), [(None, 1.0, 10.0 / 11.0), (10.0, 6.0, 5.0 / 11.0)])
@@ -220,6 +231,7 @@ def test_impact_mitigation_factor_of_a_slider(rotor, mass, factor):
     joints = Joints(armature={} if rotor is None else {"slide": rotor})
     (contact,) = shock_profile(Scene(robot="r", contact="foot", joints=joints), robot).contacts
     assert (contact.mass_sticking, contact.mitigation) == pytest.approx((mass, factor), rel=1e-12)
+    assert contact.mitigation_frictionless == pytest.approx(factor, rel=1e-12)
 
 
 @pytest.mark.parametrize(("name", "friction"), [("go2", 0.44), ("anymal_c", 0.57), ("solo12", 0.62), ("hyq", 0.72)])

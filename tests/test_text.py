@@ -17,7 +17,7 @@ from trees import robot_from
 from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.diagnostic import Diagnostic
-from shockpc.printed import printable
+from shockpc.printed import alike, printable
 from shockpc.result import StanceImpulse
 from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_report
@@ -343,3 +343,10 @@ def test_bodies_that_do_not_move_become_one_line():
     listed = "base, LH_HIP, LH_THIGH, LH_SHANK, RF_HIP, RF_THIGH and 4 more"
     assert f"\n(10 bodies not shown, not moved by the impact: {listed})\n" in report
     assert text_of([profile], "csv").count("\n") == 14
+
+
+def test_messages_that_differ_only_in_a_gap_are_counted_together():
+    text = 'closure "a–b" cannot be closed: its ends stay {} mm apart and {} deg turned; joints that may move: "{}"'
+    counted = alike([text.format(*given) for given in (("1.2", "3", "k"), ("4e-05", "-0.5", "k"), ("1.2", "3", "other"))])
+    assert sorted(counted.values()) == [1, 2]
+    assert text.format("some", "some", "k") in counted

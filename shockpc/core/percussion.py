@@ -99,8 +99,8 @@ def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:
     return norm(velocity_at(delta_omega, delta_v, r)) / v_in
 
 
-def off_plane_share(delta_omega: Any, v_com: Any, normal: Any, gyration: Any) -> Any:
-    """How much of a body's jump a planar picture cannot show: 0 all in the plane, 1 all across it.
+def off_plane_share(delta_omega: Any, v_com: Any, normal: Any, gyration: Any, at_rest: Any = 0.0) -> Any:
+    """How much of a body's jump a planar picture cannot show: 0 all in the plane or at rest, 1 all across it.
 
     The larger of the share of the translation across the plane and the share of the rotation about axes in the plane, both
     measured as velocities (rotation times radius of gyration), so that the rounding of a part that vanishes never counts as a
@@ -111,11 +111,12 @@ def off_plane_share(delta_omega: Any, v_com: Any, normal: Any, gyration: Any) ->
         v_com: (..., 3) jump of velocity of the centre of mass [m/s].
         normal: (..., 3) unit normal of the plane.
         gyration: (...) radius of gyration of the body about its centre of mass [m].
+        at_rest: (...) velocity up to which a jump is rounding [m/s].
     """
     rotation, translation = gyration * norm(delta_omega), norm(v_com)
     turn = dot(delta_omega, normal)
     rotation_off = gyration * norm(delta_omega - normal * turn[..., None])
     translation_off = np.abs(dot(v_com, normal))
     size = larger(rotation, translation)
-    moves = np.asarray(size > 0, dtype=bool)
+    moves = np.asarray(size > at_rest, dtype=bool)
     return np.where(moves, larger(rotation_off, translation_off) / np.where(moves, size, 1), 0 * size)

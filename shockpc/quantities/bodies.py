@@ -15,6 +15,9 @@ from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
 
+AT_REST = 1e-12
+"""Share of the strike's speed up to which a body is at rest."""
+
 ROUNDED = 1e-9
 """Rotation that moves no point of the robot by more than this share of the strike is no rotation: files give angles and lengths
 with ten digits or so, and their rounding rotates bodies by as much."""
@@ -61,7 +64,8 @@ def _off_plane(impact: Impact, places: Places) -> Any:
     omega, v = _split(impact, places)
     design, bodies = impact.design, [place.body for place in places]
     v_com = velocity_at(omega, v, impact.exact(design.com[:, None, bodies]))
-    return off_plane_share(omega, v_com, _normal(impact, places), impact.exact(design.gyration[:, None, bodies]))
+    gyration, at_rest = impact.exact(design.gyration[:, None, bodies]), AT_REST * impact.v_in.astype(float)[..., None]
+    return off_plane_share(omega, v_com, _normal(impact, places), gyration, at_rest)
 
 
 def _extremes(impact: Impact, places: Places) -> Array:

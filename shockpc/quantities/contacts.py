@@ -129,7 +129,8 @@ class _Resistance:
 
     With the Delassus matrix A of the contact point, a flat contact's rotations held too: effective mass 1 / (nᵀ A n) along the
     ground's normal n if it slides, nᵀ A⁻¹ n if it sticks; impact mitigation factor det(1 − Λ Λ_L⁻¹) of the contact point, Λ = A⁻¹
-    and Λ_L with every joint locked (Wensing et al., T-RO 2017), in the directions in which joints can move the point.
+    and Λ_L with every joint locked (Wensing et al., T-RO 2017), in the directions in which joints can move the point; if it slides,
+    that of the normal alone, 1 − nᵀ A_L n / nᵀ A n.
     """
 
     def __init__(self, impact: BallImpact, contact: int) -> None:
@@ -174,11 +175,26 @@ class _Resistance:
         return self.impact.rounded(entries(part.transpose() * impulse), lambda mass: 0.0).item()
 
     @functools.cached_property
-    def mitigation(self) -> float:
-        """Impact mitigation factor of the contact point [1]; NaN where it has no meaning."""
+    def mobility_by_joints(self) -> BallMatrix:
+        """A − A_L: what the joints add to the mobility of the contact point."""
+        return self.point_mobility - self.impact.rigid_mobility(self.point)
+
+    @functools.cached_property
+    def mitigation_frictionless(self) -> float:
+        """Impact mitigation factor of the contact point if it slides [1]; NaN where it has no meaning."""
         if not self.impact.landing.floating:
             return np.nan
-        A, by_joints = self.point_mobility, self.point_mobility - self.impact.rigid_mobility(self.point)
+        by_joints, whole = (balls(self.n) @ entries(A) @ balls(self.n) for A in (self.mobility_by_joints, self.point_mobility))
+        if not float(by_joints) > STRUCTURAL * _largest(self.point_mobility):
+            return 0.0
+        return float(self.impact.rounded(np.array(by_joints / whole), lambda factor: 1.0))
+
+    @functools.cached_property
+    def mitigation(self) -> float:
+        """Impact mitigation factor of the contact point if it sticks [1]; NaN where it has no meaning."""
+        if not self.impact.landing.floating:
+            return np.nan
+        A, by_joints = self.point_mobility, self.mobility_by_joints
         axes = _moving_axes(A)
         A, by_joints = _part(A, axes, axes), _part(by_joints, axes, axes)
         moved = _moving_axes(by_joints, _largest(A))
@@ -236,8 +252,10 @@ CONTACTS = (
         posed=True),
     Quantity("mass_frictionless", "contact", "effective mass if it slides", "kg", "greater", _resistance("frictionless"),
         missing=STANDS, posed=True),
-    Quantity("mitigation", "contact", "impact mitigation factor", "1", "less", _resistance("mitigation"), missing=MITIGATION,
-        posed=True),
+    Quantity("mitigation", "contact", "impact mitigation factor if it sticks", "1", "less", _resistance("mitigation"),
+        missing=MITIGATION, posed=True),
+    Quantity("mitigation_frictionless", "contact", "impact mitigation factor if it slides", "1", "less",
+        _resistance("mitigation_frictionless"), missing=MITIGATION, posed=True),
     Quantity("moment", "contact", "moment about the contact point, world axes", "N m s", "greater", _moment, _impulse_size,
         f"{REDUNDANT}; or it is a point", vector=True),
     Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True),

@@ -68,7 +68,8 @@ class CatalogueEntry(NamedTuple):
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    own = [CatalogueEntry(_normalised(_stem(path)), path) for path in sorted(own_robots_folder().glob("*.urdf.xacro"))]
+    files = sorted(path for kind in ("*.urdf.xacro", "*.xml") for path in own_robots_folder().glob(kind))
+    own = [CatalogueEntry(_normalised(_stem(path)), path) for path in files]
     taken = {entry.name for entry in own}
     data = []
     share = data_folder()

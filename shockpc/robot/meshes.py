@@ -98,7 +98,8 @@ def _by_library(data: bytes, suffix: str) -> tuple[Array, np.ndarray, bool]:
             # The loader itself, because a `trimesh.Trimesh` made of its result may omit triangles silently.
             return *_joined(mesh_loaders[suffix](io.BytesIO(data), file_type=suffix, skip_materials=True)), False
     except Exception as refusal:  # of many kinds, and the robot is computed without the mesh
-        reason = " ".join(str(refusal).split()) or type(refusal).__name__
+        kind = type(refusal).__name__
+        reason = " ".join(str(refusal).split()).removeprefix(f"{kind}: ") or kind  # pycollada's messages begin with their class
         raise ValueError(f"it is not a valid {suffix.upper()} file ({reason})") from None
 
 

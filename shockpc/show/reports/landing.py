@@ -379,8 +379,10 @@ def _balance_lines(profile: ShockProfile) -> list[str]:
     lost = f"{profile.energy_lost:.4g} J{share}" if math.isfinite(profile.energy_lost) else "not determined: a motor does work"
     lines = [f"energy lost: {lost}"]
     for contact in profile.contacts:
-        sticking = "" if contact.effective_mass == contact.mass_sticking else " (if it sticks)"
-        mitigation = NO_MITIGATION if contact.mitigation is None else f"impact mitigation factor{sticking} {contact.mitigation:.3f}"
+        mitigation = NO_MITIGATION
+        if contact.mitigation is not None:
+            factors = f"{contact.mitigation:.3f} sticking, {contact.mitigation_frictionless:.3f} frictionless"
+            mitigation = f"impact mitigation factor {factors}"
         masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
         lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
     if assembly := profile.assembly:

@@ -1,13 +1,12 @@
 """The landings of a table: ranges of every quantity, the landings themselves, and measured jumps against predicted ones."""
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from shockpc.printed import few
+from shockpc.printed import alike, few
 from shockpc.result import ShockProfile
 from shockpc.show.header import JOINT_MODELS, count, proven_text, shown_as
 from shockpc.show.reports.report import Block, Picture, Report
@@ -160,7 +159,7 @@ def _closing(results: Results, comparison: Comparison | None) -> Iterator[str]:
     for what, texts in (("computed", list(results.messages.values())), ("predicted", failures)):
         if texts:
             yield f"not {what}: {count(len(texts), 'landing')}"
-            yield from (f"  {n} x {text}" for text, n in Counter(texts).most_common(MESSAGES))
+            yield from (f"  {n} x {text}" for text, n in alike(texts).most_common(MESSAGES))
 
 
 def _warnings(results: Results) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """A sweep in a few numbers: ranges and percentiles, what they depend on, and how far double precision was off."""
 
 import functools
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -9,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.printed import alike
 from shockpc.studies.columns import Column, percentile
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.variation import Variation
@@ -111,7 +111,7 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
     """
     messages: Counter[str] = Counter()
     for part in read("message"):
-        messages.update(re.sub(r"[\d.e+-]+(?= mm apart)", "some", text) for text in part if text)
+        messages.update(alike(text for text in part if text))
     proven = compared = 0
     largest = 0.0
     for flags, errors in zip(read("proven"), read("double_error"), strict=True):
