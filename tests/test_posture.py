@@ -363,10 +363,10 @@ def test_straight_legs_are_bent_where_no_posture_is_known(knee, axis, angle):
     assert not [warning for warning in profile.health.warnings if warning.kind == "posture"]
 
 
-@pytest.mark.parametrize("text", [leg(bend="0 0.3 0"), leg("0 0"), leg(axis="1 0 0"), leg(foot="hand"), None])
+@pytest.mark.parametrize("text", [leg(bend="0 0.3 0"), leg("0 0"), leg(axis="1 0 0"), leg(foot="hand"), "solo12", "five_bar"])
 def test_other_limbs_are_left_as_they_are(text):
-    """Bent already, without room or a parallel axis, not named like a leg; and of a robot with a standing posture."""
-    robot = robot_from(text) if text else known_robot("solo12")
+    """Bent already, without room or a parallel axis, not named like a leg; of a robot with a standing posture, or joined limbs."""
+    robot = robot_from(text) if "<" in text else known_robot(text)
     assert "neutral_bent" not in robot.postures
 
 

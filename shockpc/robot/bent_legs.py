@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
+from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.landmarks import LEG_END, each_foot, is_foot
 from shockpc.robot.record import Joint, Robot
 
@@ -20,7 +21,7 @@ ANGLE = math.radians(30.0)
 STRAIGHT = math.radians(5.0)
 """Angle of a knee up to which a leg counts as straight."""
 
-SHORT = 0.1
+SHORT = 0.25
 """Share of the distance from a leg's first joint to its foot up to which a part of it is neither thigh nor shank."""
 
 
@@ -41,47 +42,44 @@ def bent_legs(robot: Robot) -> Array | None:
             for joint, turn in _turns(robot, data, foot):
                 joint.set(joint.value(robot.start) + turn, q)
     robot.set_followers(q)
-    return None if (q == robot.start).all() else q
+    # Limbs that a scene of the catalogue joins to one another cannot bend alone.
+    return None if (q == robot.start).all() or closing_scene(robot.source.path) else q
 
 
 def _turns(robot: Robot, data: pin.Data, foot: str) -> Iterator[tuple[Joint, float]]:
     """The joints of a leg that turn, and by how much [rad]; none of a leg that is bent already, or has no knee."""
-    followers, frame = {mimic.joint for mimic in robot.mimics}, robot.frames[foot]
-    body, carrier = robot.bodies[frame.body], data.oMi[robot.bodies[frame.body].joint]
-    end = carrier.act(body.offset + body.rotation @ frame.offset)
-    chain, axes, places = [], [], []
+    frame, followers = robot.frames[foot], {mimic.joint for mimic in robot.mimics}
+    body = robot.bodies[frame.body]
+    end = data.oMi[body.joint].act(body.offset + body.rotation @ frame.offset)
+    leg: list[tuple[Joint, Array, Array]] = []  # joints, their axes and places, from the trunk
     number = frame.body
     while number >= 0:
-        joint, placement = robot.joints[number], data.oMi[robot.bodies[number].joint]
+        joint, place = robot.joints[number], data.oMi[robot.bodies[number].joint]
         if joint.axis is not None and joint.kind in ("revolute", "continuous") and joint.name not in followers:
-            chain.insert(0, joint)
-            axes.insert(0, placement.rotation @ joint.axis)
-            places.insert(0, np.array(placement.translation))
+            leg.insert(0, (joint, place.rotation @ joint.axis, np.array(place.translation)))
         number = robot.parents[number]
-    for k in range(1, len(chain)):
-        axis = axes[k]
-        along = [float(axis @ other) for other in axes]
-        parallel = [i for i, cosine in enumerate(along) if abs(cosine) > math.cos(STRAIGHT)]
-        at = parallel.index(k)
-        if at == 0:
+    for k, (knee, axis, at) in enumerate(leg):
+        along = [(joint, float(axis @ other), place) for joint, other, place in leg]
+        above, below = ([one for one in part if abs(one[1]) > math.cos(STRAIGHT)] for part in (along[:k], along[k + 1 :]))
+        if not above:
             continue
-        hip, ankle = parallel[at - 1], next(iter(parallel[at + 1 :]), None)
+        hip, hip_sign, hip_place = above[-1]
         plane = np.eye(3) - np.outer(axis, axis)
-        thigh, shank = plane @ (places[k] - places[hip]), plane @ ((end if ankle is None else places[ankle]) - places[k])
-        if min(np.linalg.norm(thigh), np.linalg.norm(shank)) <= SHORT * np.linalg.norm(end - places[0]):
+        thigh, shank = plane @ (at - hip_place), plane @ ((below[0][2] if below else end) - at)
+        if min(np.linalg.norm(thigh), np.linalg.norm(shank)) <= SHORT * np.linalg.norm(end - leg[0][2]):
             continue
-        room = _room(chain[k], robot.start)
+        room = _room(knee, robot.start)
         if abs(_angle(thigh, shank, axis)) > STRAIGHT or max(room) <= STRAIGHT:
             return
-        forward = np.cross(axis, thigh)[0] <= 0.0  # as the hip turns back, by which the knee goes forward
-        side = 1.0 if room[1] - room[0] > STRAIGHT or (abs(room[1] - room[0]) <= STRAIGHT and forward) else -1.0
-        knee = side * min(ANGLE, room[side > 0.0])
-        turned = pin.AngleAxis(knee, axis).toRotationMatrix() @ shank
-        back = -_angle(thigh + shank, thigh + turned, axis)
-        yield chain[k], knee
-        yield chain[hip], _within(math.copysign(1.0, along[hip]) * back, _room(chain[hip], robot.start))
-        if ankle is not None:
-            yield chain[ankle], _within(-math.copysign(1.0, along[ankle]) * (knee + back), _room(chain[ankle], robot.start))
+        forward = np.cross(axis, thigh)[0] <= 0.0  # the knee goes forward as the hip turns back
+        more = room[1] - room[0]
+        side = 1.0 if more > STRAIGHT or (abs(more) <= STRAIGHT and forward) else -1.0
+        bend = side * min(ANGLE, room[side > 0.0])
+        back = -_angle(thigh + shank, thigh + pin.AngleAxis(bend, axis).toRotationMatrix() @ shank, axis)
+        yield knee, bend
+        yield hip, _within(math.copysign(back, back * hip_sign), _room(hip, robot.start))
+        for ankle, ankle_sign, _ in below[:1]:
+            yield ankle, _within(math.copysign(1.0, -ankle_sign) * (bend + back), _room(ankle, robot.start))
         return
 
 
