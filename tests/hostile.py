@@ -221,7 +221,7 @@ EXTRAS = _table("""
 --pulse half-sine:5ms --range-g 4 ¦ --velocity 0.3,0.2,-1 ¦ --base fixed ¦ --base planar ¦ --set knee=30 ¦ --stance arm ¦
 --srdf robot.srdf ¦ --explain ¦ --plane yz ¦ --angular-velocity 0,1,0 ¦ --lock knee ¦ --contact arm ¦ --contact shin+arm ¦
 --together --contact * ¦ --srdf pipe ¦ --srdf /dev/zero ¦ --v-in com ¦ --posture standing ¦ --package stick=. ¦
---package other=/dev --package outside=. ¦ --xacro mass:=3 ¦ --xacro mass:=nan ¦ --save-scene saved.toml
+--package other=/dev --package outside=. ¦ --xacro mass:=3 ¦ --xacro mass:=nan ¦ --save-scene saved.toml ¦ --base free
 """)
 """Options of `analyze`."""
 
