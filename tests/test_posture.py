@@ -273,7 +273,7 @@ REFUSED = {
     "a ball joint": (robot_from(FREE, ".xml"), Posture(joints={"hip": 0.1}), SceneError, ('"hip"', "3 degrees of freedom")),
     "a follower": (CHAIN, Posture(joints={"slide": 0.1}), SceneError, ('"slide"', '"wheel"')),
     "a quaternion of zeros": ("hyq", Posture(base_quaternion=(0.0,) * 4), SceneError, ("base_quaternion", "length 0")),
-    "position of a fixed base": (robot_from(HELD, ".xml"), Posture(base_position=(0.0,) * 3), SceneError, ('"m"', "<freejoint/>")),
+    "position of a fixed base": (robot_from(HELD, ".xml"), Posture(base_position=(0.0,) * 3), SceneError, ('"m"', 'base = "free"')),
     "no rotation in a file": (posed(state("standing", root_joint="0 0 1 0 0 0.7 2")), Posture(), SceneError, ('"standing"', '"r"')),
     "zeros in a file": (posed(state("standing", root_joint="0 0 1 0 0 0 0")), Posture(), SceneError, ('"standing"', '"r"')),
 }  # fmt: skip

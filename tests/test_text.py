@@ -324,7 +324,9 @@ def test_a_body_that_rotates_out_of_the_plane(plane, base):
 
 def test_stance_feet_are_listed_with_the_total(snapshot):
     """A row for each stance foot, one for the total, and the total moment; contacts without an impulse of their own say so."""
-    contacts = (ContactImpulse("box", np.zeros(3), np.array([0.0, 0.0, 1.5]), None, 0.0, np.zeros(3), 1.0, 1.0, 1.0, None, 0.0),)
+    contacts = (
+        ContactImpulse("box", np.zeros(3), np.array([0.0, 0.0, 1.5]), None, 0.0, np.zeros(3), 1.0, 1.0, 1.0, None, None, 0.0),
+    )
     stance = (StanceImpulse("flap", np.zeros(3), np.array([0.0, 0.0, -0.5]), None, 0.5),)
     total = {"total_impulse": np.array([0.0, 0.0, 1.0]), "total_moment": np.array([-1e-17, 0.25, 0.0])}
     found = SimpleNamespace(contacts=contacts, stance=stance, **total)
