@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 
 import clarabel
 import numpy as np
@@ -11,7 +12,7 @@ from commands import good, run
 from scipy.spatial.transform import Rotation
 
 import shockpc
-from shockpc.robot.geometry import facets, half_spaces, outline
+from shockpc.robot.geometry import Shape, distance_to_surface, facets, half_spaces, outline
 from shockpc.robot.load import load_robot
 from shockpc.show.reports.place import place_report
 from shockpc.studies.place.cone import Cell, least_shock
@@ -283,6 +284,35 @@ def test_a_box_replaces_the_geometry_and_limits_the_surface():
     assert above.places[0].position[2] >= -1e-8
     assert above.combined >= anywhere.combined - 1e-12
     assert anywhere.combined >= shockpc.place(landings()).combined - 1e-12
+
+
+def test_a_surface_is_what_one_sees_or_says_how_far_it_is_from_that(capfd):
+    """The visual geometry by default; a place on the collision geometry of Go2 is centimetres from it."""
+    seen, solid = (
+        good(capfd, "place", "go2", "--surface", "--alternatives", "0", *more) for more in ((), ("--geometry", "collision"))
+    )
+    assert "on the surface of the visual geometry of base" in seen
+    assert "distance from the geometry that one sees" not in seen
+    (millimetres,) = re.findall(r"distance from the geometry that one sees: best ([\d.]+) mm; --geometry visual is on it", solid)
+    robot = load_robot("go2")
+    scene = shockpc.Scene(robot="go2", contact="FL_foot")
+    on, under = (shockpc.place({"": scene}, robot, surface=True, alternatives=0, geometry=kind) for kind in ("visual", "collision"))
+    visible = outline(robot, "visual").shapes[0]
+    corners = np.concatenate([np.array(facets(shape)) for shape in visible])
+    a, b, c = corners.swapaxes(0, 1)
+    u, v = (grid.ravel()[:, None, None] for grid in np.meshgrid(*2 * [np.linspace(0.0, 1.0, 21)]))
+    samples = (a + u * (b - a) + (1.0 - u) * v * (c - a)).reshape(-1, 3)
+    nearest = np.linalg.norm(samples - under.places[0].position, axis=1).min()
+    assert under.places[0].hidden <= nearest <= under.places[0].hidden + 2e-3
+    assert on.places[0].hidden is None
+    assert distance_to_surface(visible, on.places[0].position) < 1e-7
+    assert float(millimetres) > 5.0
+
+
+@pytest.mark.parametrize(("point", "distance"), [((0.0, 0.0, 0.0), 1.0), ((0.9, 0.0, 0.2), 0.1), ((2.0, 3.0, 0.0), math.sqrt(5.0))])
+def test_distance_from_the_surface_of_a_box(point, distance):
+    cube = Shape("cube", corners((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)))
+    assert distance_to_surface([cube], np.array(point)) == pytest.approx(distance)
 
 
 def test_weights_compare_places_by_the_mean():

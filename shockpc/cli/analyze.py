@@ -31,8 +31,8 @@ def analyze(
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import emit, file_names, scene_files
-        from shockpc.cli.scenes import scenes_from
+        from shockpc.cli.output import emit, scene_files
+        from shockpc.cli.scenes import file_names, scenes_from
         from shockpc.errors import StudyError
         from shockpc.profile import shock_profile
         from shockpc.scene import scene_text

@@ -51,8 +51,7 @@ def _suite(out: Path) -> None:
 def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
     """The landings that the options describe, each with a table; several have a folder each in `out`."""
     from shockpc.bench.report import bench_report
-    from shockpc.cli.output import file_names
-    from shockpc.cli.scenes import scenes_from
+    from shockpc.cli.scenes import file_names, scenes_from
     from shockpc.show.files import write_folder
 
     loaded, scenes = scenes_from(robot, options)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import command, print_error
 from shockpc.cli.progress import ShownTrace
+from shockpc.cli.scenes import file_names
 from shockpc.errors import OutputError
 from shockpc.scene import Scene
 from shockpc.show.files import write_folder
@@ -15,10 +16,6 @@ from shockpc.show.html import INSTALL, plotly
 
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
-
-
-LONGEST = 200
-"""Bytes of a contact's name that become a part of a file's name."""
 
 
 def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
@@ -52,16 +49,3 @@ def write_report(report: "Report", folder: Path) -> None:
         write_folder(folder, report.files(shlex.join(command)))
     if report.landings and plotly() is None:
         print_error(INSTALL)
-
-
-def file_names(scenes: list[Scene]) -> list[str]:
-    """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
-    names: list[str] = []
-    for scene in scenes:
-        contact = "+".join(contact.frame for contact in scene.contact)
-        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact)
-        name = f"_{name[1:]}" if name.startswith(".") else name
-        name = name.encode()[:LONGEST].decode(errors="ignore")
-        taken = {known.casefold() for known in names}
-        names.append(next(n for n in (name, *(f"{name}-{k}" for k in range(2, len(scenes) + 2))) if n.casefold() not in taken))
-    return names

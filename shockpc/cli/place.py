@@ -1,6 +1,5 @@
 """`shockpc place`: where on a body a sensor sees least shock."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from shockpc.cli.declare import argument, command, group
@@ -46,7 +45,9 @@ def place(
         "Only in this box of the body's frame, whatever the geometry [m].", "X0:X1,Y0:Y1,Z0:Z1", box
     ),
     surface: bool = _in_region("Only on the surface of the geometry (within the box, if one is given)."),
-    geometry: Literal["collision", "visual"] = _in_region("Which geometry; collision by default.", default="collision"),
+    geometry: Literal["collision", "visual"] | None = _in_region(
+        "Which geometry; visual by default for its surface, else collision."
+    ),
     count: int = _in_sensors(
         "Number of sensors that belong together: in each landing the one with the least shock counts.", "N", default=1
     ),
@@ -56,22 +57,17 @@ def place(
     ),
     output: OutputOptions,
 ) -> int:
-    from shockpc.cli.output import emit, file_names
+    from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
-    from shockpc.cli.scenes import is_scene_file, scenes_from
+    from shockpc.cli.scenes import landings_from
     from shockpc.errors import SolveError
     from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
     from shockpc.studies.sweep.case import scene_grid
 
     landings: dict[str, Scene] = {}
-    names = list(dict.fromkeys(scenes))
-    stems = [Path(name).stem for name in names]
-    for name, stem in zip(names, stems, strict=True):
-        robot, robot_scenes = scenes_from(name, options, on_each_foot=True)
-        prefix = f"{stem if stems.count(stem) == 1 else name} " if is_scene_file(name) and len(names) > 1 else ""
-        for scene, contact in zip(robot_scenes, file_names(robot_scenes), strict=True):
-            landings |= scene_grid(prefix + contact, scene, robot, vary)
+    for name, (robot, scene) in landings_from(scenes, options).items():
+        landings |= scene_grid(name, scene, robot, vary)
     result = study(
         landings,
         body=body,

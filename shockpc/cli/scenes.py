@@ -16,6 +16,10 @@ from shockpc.scene import Scene, Strike, check_scene, plane_of, points_at, read_
 from shockpc.trace import Trace
 
 T = TypeVar("T")
+
+LONGEST = 200
+"""Bytes of a contact's name that become a part of a file's name."""
+
 Record = TypeVar("Record", Contact, Posture, Joints, Scene, Strike)
 
 
@@ -75,6 +79,31 @@ def scenes_from(
         return _with(contact, directions=(contact.normal,) if contact.normal else _up(scene)) if options.slide else contact
 
     return loaded, [_with(scene, contact=tuple(map(changed, landing))) for landing in landings]
+
+
+def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | None = None) -> dict[str, tuple[Robot, Scene]]:
+    """All landings of scenes and robots by name, those of a robot without contacts on each of its feet; each with its robot."""
+    names = list(dict.fromkeys(names))
+    landings: dict[str, tuple[Robot, Scene]] = {}
+    stems = [Path(name).stem for name in names]
+    for name, stem in zip(names, stems, strict=True):
+        robot, scenes = scenes_from(name, options, trace, on_each_foot=True)
+        prefix = f"{stem if stems.count(stem) == 1 else name} " if is_scene_file(name) and len(names) > 1 else ""
+        landings |= {prefix + contact: (robot, scene) for scene, contact in zip(scenes, file_names(scenes), strict=True)}
+    return landings
+
+
+def file_names(scenes: list[Scene]) -> list[str]:
+    """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
+    names: list[str] = []
+    for scene in scenes:
+        contact = "+".join(contact.frame for contact in scene.contact)
+        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact)
+        name = f"_{name[1:]}" if name.startswith(".") else name
+        name = name.encode()[:LONGEST].decode(errors="ignore")
+        taken = {known.casefold() for known in names}
+        names.append(next(n for n in (name, *(f"{name}-{k}" for k in range(2, len(scenes) + 2))) if n.casefold() not in taken))
+    return names
 
 
 def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, Scene]:

@@ -8,7 +8,7 @@ without meshes.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -21,7 +21,7 @@ from shockpc.errors import RobotError
 from shockpc.paths import read_file
 from shockpc.printed import few, listed
 from shockpc.robot.files import shared_xml
-from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
+from shockpc.robot.meshes import Mesh, distance, hull, hull_corners, read_mesh
 from shockpc.robot.record import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf import vector
@@ -330,6 +330,14 @@ def facets(shape: Shape) -> list[Array]:
     points = _corners(shape)
     found = hull(points)
     return [points] if found is None else list(points[found.simplices])
+
+
+def distance_to_surface(shapes: Sequence[Shape], point: Array) -> float:
+    """Distance of a point (3,) from the surface of some shapes of a body, in its frame [m]."""
+    corners = [
+        facet[list(three)] for shape in shapes for facet in facets(shape) for three in itertools.combinations(range(len(facet)), 3)
+    ]
+    return distance(np.array(corners), point)
 
 
 def half_spaces(shape: Shape) -> HalfSpaces | None:

@@ -51,6 +51,32 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
     return [(name, printable(text)) for name, text in lines.items()]
 
 
+def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
+    """What several landings have in common, and their names; all lines of a single one."""
+    own = [dict(header_lines(profile)) for profile in landings.values()]
+    if len(own) == 1:
+        return list(own[0].items())
+    texts = {name: list(dict.fromkeys(one[name] for one in own)) for name in ("robot", "posture", "base", "joint model")}
+    lines = [(name, text if not others else "differs between the landings") for name, (text, *others) in texts.items()]
+    names = list(landings)
+    return [*lines, ("landings", "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}")]
+
+
+def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
+    """A line for each thing that landings warn of, with the landing in which it is largest. Args: without, warnings of a kind."""
+    warnings: dict[tuple[str, str], list[tuple[float, str, str]]] = {}
+    for name, profile in landings.items():
+        for one in profile.health.warnings:
+            if one.kind != without:
+                warnings.setdefault((one.kind, one.subject), []).append((abs(one.value or 0.0), str(one), name))
+    lines = []
+    for every in warnings.values():
+        _, text, name = max(every, key=lambda one: one[0])
+        less = f", less in {len(every) - 1} more" if len(every) > 1 else ""
+        lines.append(f"warning: {text}" + ("" if len(every) == len(landings) else f" (in {name}{less})"))
+    return lines
+
+
 def base_text(robot: Robot, base: Base) -> str:
     """How the base moves, why, and what changes it."""
     if base != "fixed" or not robot.free_base:

@@ -1,4 +1,6 @@
-"""What several studies ask for: a point that moves, the strike angle, and scenes in which nothing is given that has no effect."""
+"""What several studies ask for: one robot, a point that moves, the strike angle, and nothing given that has no effect."""
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -6,7 +8,26 @@ from shockpc.errors import StudyError
 from shockpc.landing import Landing
 from shockpc.places import Place, point_place
 from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene
+from shockpc.scene import Point, Scene, robot_of
+
+
+def common_robot(landings: Mapping[str, Scene]) -> Robot:
+    """The robot of all landings, which are given by name.
+
+    Raises:
+        StudyError: there is no landing, or they are of different robots.
+    """
+    robots = {name: robot_of(scene) for name, scene in landings.items()}
+    if not robots:
+        raise StudyError("no landing is given; give at least one scene")
+    (first, robot), *_ = robots.items()
+    other = next((name for name, another in robots.items() if another is not robot), None)
+    if other is not None:
+        raise StudyError(
+            f'the landings "{first}" and "{other}" are of different robots; give scenes that have the file, xacro arguments, '
+            "packages and SRDF in common, and in an MJCF the robot that has the contact"
+        )
+    return robot
 
 
 def moving_point(robot: Robot, point: Point) -> Place:

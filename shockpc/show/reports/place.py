@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.result import ShockProfile
 from shockpc.show.document import record
-from shockpc.show.header import count, header_lines, proof_text
+from shockpc.show.header import count, proof_text, shared_lines, shared_warnings
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
@@ -28,11 +29,15 @@ def place_report(study: PlaceStudy) -> Report:
             _landings(study, None if full else 6),
         ],
         closing=[*_gains(study), *_proof(study)],
-        warnings=[*failed, *(f"warning: {text}" for text in (*study.region.warnings, *_warnings(study)))],
+        warnings=[*failed, *(f"warning: {text}" for text in study.region.warnings), *shared_warnings(_named(study), "sensor")],
         sheets={"places": lambda: _places(study), "landings": lambda: _landings(study)},
         document=lambda: _document(study),
-        landings=dict(zip(study.landings, study.profiles, strict=True)),
+        landings=_named(study),
     )
+
+
+def _named(study: PlaceStudy) -> dict[str, ShockProfile]:
+    return dict(zip(study.landings, study.profiles, strict=True))
 
 
 def _document(study: PlaceStudy) -> dict[str, Any]:
@@ -66,7 +71,7 @@ def _place(one: SensorPlace) -> dict[str, Any]:
     margin = one.margin
     turned = margin and {"rotation": margin.mounting.rotation, "peak_g": margin.mounting.greatest, "bound": margin.mounting.bound}
     return {
-        **record(one, "name", "position"),
+        **record(one, "name", "position", "hidden"),
         "greatest": one.shocks.max(),
         **record(one, "combined", "bound"),
         "shock": one.shocks,
@@ -76,15 +81,8 @@ def _place(one: SensorPlace) -> dict[str, Any]:
 
 
 def _header(study: PlaceStudy) -> list[tuple[str, str]]:
-    shared = [dict(header_lines(profile)) for profile in study.profiles]
-    lines = []
-    for name in ("robot", "posture", "base", "joint model"):
-        texts = {one[name] for one in shared}
-        lines.append((name, texts.pop() if len(texts) == 1 else "differs between the landings"))
-    names = study.landings
-    listed = "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}"
     number = "greatest shock" if study.weights is None else "weighted mean of the shock"
-    return [*lines, ("landings", listed), ("where", study.region.text), ("compared by", f"{number} over the landings")]
+    return [*shared_lines(_named(study)), ("where", study.region.text), ("compared by", f"{number} over the landings")]
 
 
 def _places(study: PlaceStudy) -> Sheet:
@@ -97,6 +95,9 @@ def _places(study: PlaceStudy) -> Sheet:
         notes.append("together: in each landing the sensor with the least shock")
     elif len(study.places) > 1:
         notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
+    hidden = [f"{one.name} {1e3 * one.hidden:.3g} mm" for one in study.places if one.hidden is not None]
+    if hidden:
+        notes.append(f"distance from the geometry that one sees: {', '.join(hidden)}; --geometry visual is on it")
     # At the best place several landings have the greatest shock; the first is named, whatever the processor rounds.
     rows: list[Row] = [
         (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[(shocks >= _EQUAL * shocks.max()).argmax()])
@@ -167,18 +168,3 @@ def _proof(study: PlaceStudy) -> list[str]:
         f"optimum: {what} {study.region.text} {verb} below {study.bound:.6g} (gap {study.gap:.0e}){unfinished}",
         f"accuracy: the shock at these places is {proof_text(bound)}",
     ]
-
-
-def _warnings(study: PlaceStudy) -> list[str]:
-    """One line for each thing that landings warn of, with the landing in which it is largest; margins stand in a table."""
-    found: dict[tuple[str, str], list[tuple[float, str, str]]] = {}
-    for name, profile in zip(study.landings, study.profiles, strict=True):
-        for one in profile.health.warnings:
-            if one.kind != "sensor":
-                found.setdefault((one.kind, one.subject), []).append((abs(one.value or 0.0), str(one), name))
-    lines = []
-    for every in found.values():
-        _, text, name = max(every, key=lambda one: one[0])
-        less = f", less in {len(every) - 1} more" if len(every) > 1 else ""
-        lines.append(text if len(every) == len(study.landings) else f"{text} (in {name}{less})")
-    return lines

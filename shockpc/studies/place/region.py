@@ -7,7 +7,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.errors import StudyError
-from shockpc.robot.geometry import LARGEST, HalfSpaces, Kind, facets, half_spaces, outline
+from shockpc.robot.geometry import LARGEST, HalfSpaces, Kind, Shape, facets, half_spaces, outline
 from shockpc.robot.record import Robot
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.search import box
@@ -28,6 +28,7 @@ class Region(NamedTuple):
         outside: convex sets whose inside does not belong to it.
         size: the longest side of its box [m].
         solid: whether it has an inside, which a surface has not.
+        visible: shapes that one sees instead, where it is the surface of others.
         warnings: about shapes that could not be read.
     """
 
@@ -37,9 +38,10 @@ class Region(NamedTuple):
     size: float
     solid: bool
     warnings: tuple[str, ...]
+    visible: tuple[Shape, ...] = ()
 
 
-def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geometry: Kind) -> Region:
+def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geometry: Kind | None) -> Region:
     """Where on a body a sensor may be.
 
     Args:
@@ -47,15 +49,17 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
         body: index of the body.
         within: only in this box of the body's frame [m].
         surface: only on the surface of the geometry.
-        geometry: which; the other kind if the body has no such geometry.
+        geometry: which; by default the visual geometry for its surface, else the collision geometry; the other kind if the body has
+            no such geometry.
 
     Raises:
         StudyError: there is no such place.
     """
     name = robot.bodies[body].name
     limits = None if within is None else _checked_box(within)
-    other: Kind = "visual" if geometry == "collision" else "collision"
-    kind = geometry if outline(robot, geometry).shapes[body] else other
+    wanted: Kind = geometry or ("visual" if surface else "collision")
+    other: Kind = "visual" if wanted == "collision" else "collision"
+    kind = wanted if outline(robot, wanted).shapes[body] else other
     seen = outline(robot, kind)
     shapes = seen.shapes[body]
     if not shapes and (limits is None or surface):
@@ -80,7 +84,8 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
     held = "" if limits is None else f", within {_box_text(limits)}"
     text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{held})"
     outside = tuple(one for shape in solid if (one := half_spaces(shape)) is not None)
-    return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings)
+    visible = outline(robot, "visual").shapes[body] if kind == "collision" else ()
+    return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings, visible)
 
 
 def _size(limits: tuple[Array, Array]) -> float:

@@ -15,17 +15,17 @@ from shockpc.landing import pulse_of
 from shockpc.places import Place, point_place, point_places
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
-from shockpc.robot.geometry import Kind
+from shockpc.robot.geometry import Kind, distance_to_surface
 from shockpc.robot.names import match
 from shockpc.robot.record import Robot
-from shockpc.scene import GRAVITY, Point, Scene, robot_of
+from shockpc.scene import GRAVITY, Point, Scene
 from shockpc.studies.place.cone import Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.mounting import Mounting, best_mounting
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.studies.place.search import best_places
-from shockpc.studies.question import refuse_ground
+from shockpc.studies.question import common_robot, refuse_ground
 
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
@@ -61,6 +61,7 @@ class SensorPlace(NamedTuple):
         delta_v: (L, 3) jump of velocity in the axes of the sensor, which for a new place are those of the body [m/s].
         bound: no allowed place has less than this [1]; None for what is there today.
         margin: for the pulse of the scenes; None without one.
+        hidden: distance from the geometry that one sees, of a place on the surface of another [m].
     """
 
     name: str
@@ -70,6 +71,7 @@ class SensorPlace(NamedTuple):
     delta_v: Array
     bound: float | None
     margin: Margin | None
+    hidden: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +134,7 @@ def place(
     body: str | None = None,
     within: Box | None = None,
     surface: bool = False,
-    geometry: Kind = "collision",
+    geometry: Kind | None = None,
     weights: Mapping[str, float] | None = None,
     count: int = 1,
     alternatives: int = 2,
@@ -151,7 +153,8 @@ def place(
         body: a body, or a link or site fixed to it, by name or glob; by default the base.
         within: only in this box of the body's frame, whatever the geometry [m].
         surface: only on the surface of the geometry (within the box, if one is given).
-        geometry: "collision" or "visual"; the other kind if the body has no such geometry.
+        geometry: "collision" or "visual"; by default the visual geometry for its surface, else the collision geometry; the other
+            kind if the body has no such geometry.
         weights: of the landings by name or glob; then their weighted mean is compared instead of the greatest. Others weigh 1.
         count: number of sensors, of which in each landing the one with the least shock counts.
         alternatives: further places, each as good as possible at a distance from those before; for one sensor.
@@ -162,20 +165,10 @@ def place(
         StudyError: there is no landing, no such region, or a number is out of range.
         ShockError: the robot cannot be read, or none of the landings computed.
     """
-    if not landings:
-        raise StudyError("no landing is given, so there is no shock to compare places by; give at least one scene")
     scenes = list(landings.values())
     for scene in scenes:
         refuse_ground(scene)
-    if robot is None:
-        robots = {name: robot_of(scene) for name, scene in landings.items()}
-        (first, robot), *_ = robots.items()
-        other = next((name for name, another in robots.items() if another is not robot), None)
-        if other is not None:
-            raise StudyError(
-                f'the landings "{first}" and "{other}" are of different robots; give scenes that have the file, xacro arguments, '
-                "packages and SRDF in common, and in an MJCF the robot that has the contact"
-            )
+    robot = robot or common_robot(landings)
     i = 0 if body is None else robot.body(body)
     if count < 1 or not 0 <= alternatives <= MOST:
         valid = f"give at least one sensor and at most {MOST} alternatives"
@@ -212,6 +205,7 @@ def place(
             delta_v=delta_v[k],
             bound=None if k < len(today) else optima[k - len(today)].bound,
             margin=_margin(delta_v[k], place, found),
+            hidden=distance_to_surface(region.visible, place.r) if k >= len(today) and region.visible else None,
         )
         for k, (name, place) in enumerate(zip([*(place.name for place in today), *titles], every, strict=True))
     ]
