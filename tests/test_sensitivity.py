@@ -19,9 +19,12 @@ from shockpc.exact.derivative import displaced
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.profile import profile_of, shock_profile
+from shockpc.robot.changes import Change, changed, links_with_mass
 from shockpc.scene import Point, Scene, Strike
 from shockpc.studies.columns import proven_columns
 from shockpc.studies.sensitivity import sensitivity
+from shockpc.studies.sweep.case import applied
+from shockpc.studies.sweep.variation import variation
 
 
 def hyq(**changes):
@@ -60,6 +63,7 @@ LANDINGS = {
     "shock@upper_leg": lambda: leg("contact"),
     "delta_omega@upper_leg": lambda: leg("com"),
     "shock@imu_link": lowest,
+    "copc.x@lf_upperleg": lambda: hyq(strike=Strike(strike_angle_deg=30.0)),
 }
 
 
@@ -106,7 +110,7 @@ def numbers(profile, study):
 
 
 def predicted(effect):
-    return np.array([effect.derivative, *effect.copc, effect.ropc])
+    return np.array([effect.derivatives[0], *effect.percussion])
 
 
 @pytest.mark.parametrize("target", LANDINGS)
@@ -114,7 +118,7 @@ def test_derivatives_against_landings_beside_the_given_one(target):
     """Some effects of each kind: differences of analyses of changed robots and scenes."""
     scene, robot = LANDINGS[target]()
     study = sensitivity(scene, target, robot)
-    here = numbers(study.profile, study)
+    here = numbers(study.profiles[0], study)
     known = slice(5 if np.isfinite(study.ropc) else 1)
     kinds = {effect.kind for effect in study.ranked} - ({"armature"} if scene.joints is not GEARED else set())
     for kind in kinds:
@@ -133,10 +137,10 @@ def test_joint_values_against_other_postures(number):
     robot, scene = random_landing(number)
     body = robot.bodies[int(np.flatnonzero(shock_profile(scene, robot).moved)[0])].name
     study = sensitivity(scene, Point(frame=body, offset=(0.1, 0.2, 0.3)), robot)
-    landing = study.profile.landing
+    landing = study.profiles[0].landing
     angles = [effect for effect in study.effects if effect.kind == "angle"]
     if landing.loops:
-        assert all(effect.reason or np.isfinite(effect.derivative) for effect in angles)
+        assert all(effect.reason or np.isfinite(effect.derivatives[0]) for effect in angles)
         return
     followers = {mimic.joint for mimic in robot.mimics}
     joints = [joint for joint in robot.joints[robot.free_base :] if joint.name not in followers]
@@ -149,7 +153,7 @@ def test_joint_values_against_other_postures(number):
         def value(t, rates=rates):
             return numbers(profile_of(landing.at(pin.integrate(robot.model, landing.q, t * rates))), study)[0]
 
-        assert effect.derivative == pytest.approx(slope(value, 1e-3), abs=1e-6 * study.value)
+        assert effect.derivatives[0] == pytest.approx(slope(value, 1e-3), abs=1e-6 * study.value)
 
 
 @pytest.mark.parametrize(
@@ -213,7 +217,7 @@ def test_contacts_that_depend_on_one_another_in_one_posture_alone():
         value = next(effect.value for effect in study.effects if effect.kind == "angle" and effect.name == joint)
         posture = dataclasses.replace(scene.posture, joints={joint: value + 1e-3})
         rank = shock_profile(dataclasses.replace(scene, posture=posture), robot).health.rank
-        assert bool(reason) == (rank > study.profile.health.rank), joint
+        assert bool(reason) == (rank > study.profiles[0].health.rank), joint
 
 
 def test_a_number_that_is_zero():
@@ -229,7 +233,7 @@ def test_a_number_that_is_zero():
     ("target", "error", "text"),
     [
         ("shok@trunk_imu", UnknownName, 'no quantity "shok".*nearest: "shock"'),
-        ("copc.x@base_link", StudyError, "copc.x .* cannot be used here: neither of its directions is worse"),
+        ("feasible", StudyError, "whether flat ground allows the landing is computed in double precision"),
         ("delta_qd", StudyError, "delta_qd needs a place; write delta_qd@JOINT"),
         ("peak_force@lf_foot", StudyError, "peak_force .* cannot be used here: it is of friction or of finite stiffness"),
         ("shock@world", UnknownName, 'no frame "world"'),
@@ -254,7 +258,7 @@ def test_command(capfd, tmp_path):
     """Table, document, spreadsheet and folder agree."""
     words = ("sensitivity", "hyq", "--contact", "lf_foot", "--at", "trunk_imu")
     table = good(capfd, *words, "--rows", 3, "--out", tmp_path)
-    assert "mass and inertia   lf_upperleg" in table
+    assert "joint angle        lf_kfe_joint" in table
     assert "(165 parameters with smaller values not shown; --out writes all)" in table
     document = json.loads(good(capfd, *words[:-2], "--quantity", "shock@trunk_imu", "--format", "json"))
     assert document == json.loads((tmp_path / "sensitivity.json").read_text())
@@ -263,11 +267,117 @@ def test_command(capfd, tmp_path):
     assert text == (tmp_path / "sensitivity.csv").read_text()
     first = next(csv.DictReader(text.splitlines()))
     effect = next(e for e in document["effects"] if e["parameter"] == first["parameter"] and e["of"] == first["of"])
-    assert float(first["shock [-]"]) == effect["derivative"] * effect["step"]
+    assert float(first["shock [-]"]) == effect["derivatives"][0] * effect["step"] == effect["up"]
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
-        "sensitivity.json", "sensitivity.csv", "report.md", "sensitivity.svg", "sensitivity.png",
+        "sensitivity.json", "sensitivity.csv", "report.md", "report.html", "sensitivity.svg", "sensitivity.png",
     }  # fmt: skip
-    outcome = run(capfd, "sensitivity", "hyq", "--contact", "*_foot", "--at", "trunk_imu")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert "is given 4 landings" in outcome.err
     assert "give a point with --at, or a quantity with --quantity" in run(capfd, *words[:-2]).err
+
+
+FEET = {foot: dataclasses.replace(hyq()[0], contact=(Contact(frame=foot),)) for foot in ("lf_foot", "rf_foot")}
+
+
+def changes(study):
+    """The effects by what is changed."""
+    return {(effect.kind, effect.axis, effect.name): effect for effect in study.effects}
+
+
+def test_worst_and_mean_of_several_landings():
+    """With the values and derivatives of each landing: the change of the greatest, and the mean of the changes."""
+    robot = known_robot("hyq")
+    single = [sensitivity(scene, IMU, robot) for scene in FEET.values()]
+    worst, mean = (sensitivity(FEET, IMU, robot, mean=choice) for choice in (False, True))
+    values = np.array([study.value for study in single])
+    assert worst.value == values.max()
+    assert mean.value == pytest.approx(values.mean(), rel=1e-15)
+    assert worst.worst == list(FEET)[values.argmax()]
+    for key, effect in changes(worst).items():
+        slopes = np.array([changes(study)[key].derivatives[0] for study in single])
+        np.testing.assert_array_equal(effect.derivatives, slopes)
+        for step, change in ((effect.step, effect.up), (-effect.step, effect.down)):
+            assert change == pytest.approx((values + step * slopes).max() - values.max(), abs=1e-15)
+        assert changes(mean)[key].up == pytest.approx(effect.step * slopes.mean(), abs=1e-15)
+
+
+def test_less_is_worse():
+    """Of several radii of percussion the least counts, and a change that makes it greater is better."""
+    study = sensitivity(FEET, "ropc@base_link", known_robot("hyq"))
+    assert study.value == study.values.min()
+    assert study.worse(-1.0)
+    assert not study.worse(1.0)
+
+
+def test_a_group_changes_by_one_factor():
+    """The effect of a group is that of all its links and joints multiplied by one factor, as in a changed robot."""
+    scene, robot = hyq(joints=GEARED)
+    study = sensitivity(scene, IMU, robot, groups=("*_lowerleg", "*_kfe_joint"), percent=10.0)
+    effects = changes(study)
+    assert ("mass", "", "lf_lowerleg") not in effects
+    masses, knees = effects["proportion", "", "*_lowerleg"], effects["armature", "", "*_kfe_joint"]
+    assert (masses.unit, masses.step, len(masses.parts), len(knees.parts)) == ("1", 0.1, 4, 3)
+
+    def value(t):
+        # The feet are parts of the bodies.
+        other = changed(robot, [Change("mass", links, 1.0 + t, True) for links in ("*_lowerleg", "*_foot")])
+        return numbers(shock_profile(scene, other), study)[0]
+
+    assert effects["proportion", "", "*_lowerleg"].derivatives[0] == pytest.approx(slope(value, 1e-3), rel=1e-7)
+    alone = changes(sensitivity(scene, IMU, robot))
+    coms = effects["com", "y", "*_lowerleg"]
+    signs = [np.sign(alone["com", "y", name].value) for _, _, name in coms.parts]
+    np.testing.assert_array_equal(np.sign(list(coms.parts.values())), signs)
+
+
+@pytest.mark.parametrize(
+    ("subject", "values", "step", "low", "high"),
+    [
+        ("mass:l*_lowerleg", "0.8x:1.2x", 0.4, 0.999, 1.001),
+        ("mass:lf_upperleg", "2:4", 2.0, None, None),
+        ("inertia:*_upperleg", "0.5x:2x", 1.5, 0.999, 1.001),
+        ("com-z:trunk", "-0.01:0.03", 0.04, -1e-3, 1e-3),
+        ("armature:*_kfe_joint", "0.01:0.1", 0.09, 0.0199, 0.0201),
+        ("lf_kfe_joint", "-100:-60", math.radians(40.0), None, None),
+        ("strike-angle", "0,10,30", math.radians(30.0), 19.99, 20.01),
+    ],
+)
+def test_ranges_as_a_sweep_varies_them(subject, values, step, low, high):
+    """The derivative is that of landings in which the subject is set as a sweep sets it, and the step a share of the range."""
+    scene, robot = hyq(joints=GEARED, strike=Strike(strike_angle_deg=20.0))
+    study = sensitivity(scene, IMU, robot, vary=[(subject, values)], percent=50.0)
+    (effect,) = study.effects
+    assert effect.step == pytest.approx(0.5 * step)
+    one = variation(robot, subject, values)
+    if subject == "mass:lf_upperleg":
+        low, high = (links_with_mass(robot, "lf_upperleg")["lf_upperleg"] + t for t in (-1e-3, 1e-3))
+    elif subject == "lf_kfe_joint":
+        low, high = (math.degrees(effect.value) + t for t in (-0.01, 0.01))
+    less, more = (numbers(shock_profile(*applied(scene, robot, one, value)), study)[0] for value in (low, high))
+    width = math.radians(high - low) if effect.unit == "rad" else high - low
+    assert effect.derivatives[0] == pytest.approx((more - less) / width, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("subject", "values", "text"),
+    [
+        ("speed", "1:2", "speed cannot be changed here; valid are strike-angle, joints"),
+        ("lf_kfe_joint", "-60", "has no range; give one, such as lf_kfe_joint=LOW:HIGH"),
+        ("armature:lh_*", "0.01:0.1", "changes nothing here: these joints are locked"),
+    ],
+)
+def test_subjects_without_a_derivative(subject, values, text):
+    scene, robot = hyq(joints=GEARED)
+    with pytest.raises(StudyError, match=text):
+        sensitivity(scene, IMU, robot, vary=[(subject, values)])
+
+
+def test_groups_and_feet_on_the_command_line(capfd, tmp_path):
+    """A robot lands on each of its feet; the figure has the colours of better and worse."""
+    words = ("sensitivity", "hyq", "--at", "trunk_imu", "--group", "*_lowerleg", "--rows", 3)
+    text = good(capfd, *words, "--out", tmp_path)
+    assert "the worst of 4 landings; the worst is" in text
+    assert "shock, opposite change" in text
+    document = json.loads((tmp_path / "sensitivity.json").read_text())
+    assert [len(document["landings"]), document["over"], document["worse"]] == [4, "worst", "greater"]
+    svg = (tmp_path / "sensitivity.svg").read_text()
+    assert all(word in svg for word in ("worse", "better", "the opposite change"))
+    assert "no body or joint" in run(capfd, *words[:4], "--group", "calf").err

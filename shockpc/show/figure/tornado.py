@@ -1,12 +1,12 @@
-"""The largest effects on a number of a landing as a tornado chart: one bar for each parameter, changed by one step up and down."""
+"""The largest effects on a number of some landings as a tornado chart: a bar for each change up and one for the opposite change."""
 
-import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from shockpc.printed import printable
-from shockpc.show.figure.style import BANDS, INK, new_chart
-from shockpc.show.header import contact_name
-from shockpc.show.reports.sensitivity import effect_words, step_words
+from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
+from shockpc.show.header import contact_name, count
+from shockpc.show.reports.sensitivity import change_words, step_words
 from shockpc.studies.sensitivity import Sensitivity
 
 MOST = 16
@@ -15,29 +15,48 @@ MOST = 16
 HEIGHT = 0.24
 """Of one bar with the space around it [inches]."""
 
+COLOURS = {True: BANDS[6], False: CURVES[0], None: CURVES[7]}
+"""Of a change that makes the number worse, one that makes it better, and one of a number that neither direction makes worse."""
+
 
 def draw_tornado(study: Sensitivity) -> Figure:
     """Draw the chart."""
-    effects = study.ranked[:MOST]
+    effects, single = study.ranked[:MOST], len(study.profiles) == 1
     target = printable(study.target.title, 80)
-    landing = f"{printable(study.profile.robot.name)} landing on {printable(contact_name(study.profile), 60)}"
-    figure = new_chart(7.2, 1.45 + HEIGHT * len(effects), f"What changes the {target} of {landing}")
+    what = (
+        contact_name(study.profiles[0])
+        if single
+        else f"{count(len(study.profiles), 'landing')}, {'mean' if study.mean else 'worst'}"
+    )
+    landing = f"{printable(study.profiles[0].robot.name)}{' landing on' if single else ','} {printable(what, 60)}"
+    figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), f"What changes the {target}: {landing}")
     axes, rows = figure.add_subplot(), range(len(effects))
-    changes = np.array([effect.derivative * effect.step for effect in effects])
-    largest = max(float(np.abs(changes).max()), 1e-9 * abs(study.value)) or 1.0
-    # Nothing can have less than none of a mass or of an inertia.
-    lower = [effect.kind not in ("mass", "armature") or effect.value >= effect.step for effect in effects]
-    bars = axes.barh(rows, changes, left=study.value, height=0.72, color=BANDS[6], label="change as given (the number)")
-    axes.barh(rows, np.where(lower, -changes, 0.0), left=study.value, height=0.72, color=BANDS[4], label="the opposite change")
-    shares = [f"{100.0 * change / study.value:+.3g} %".replace("-", "−") for change in changes]
-    axes.bar_label(bars, shares, padding=3.0, fontsize=6.5)
-    names = [f"{effect_words(effect)}{f' of {effect.name}' if effect.name else ''}   {step_words(effect)}" for effect in effects]
+    largest = max((max(abs(effect.up), abs(effect.down)) for effect in effects), default=0.0)
+    largest = max(largest, 1e-9 * abs(study.value)) or 1.0
+    for row, effect in enumerate(effects):
+        # Nothing can have less than none of a mass or of a reflected inertia.
+        lower = effect.kind not in ("mass", "armature") or not effect.value < effect.step
+        for change, solid in ((effect.down, False), (effect.up, True)):
+            if solid or lower:
+                colour = COLOURS[study.worse(change)]
+                axes.barh(row, change, left=study.value, height=0.72, facecolor=colour if solid else "none", edgecolor=colour)
+        share = f"{100.0 * effect.up / study.value:+.3g} %".replace("-", "−")
+        end = study.value + effect.up
+        side, shift = ("left", 3.0) if effect.up >= 0.0 else ("right", -3.0)
+        axes.annotate(share, (end, row), (shift, 0.0), textcoords="offset points", ha=side, va="center", fontsize=6.5)
+    names = [f"{change_words(one)}{f' of {one.name}' if one.name else ''}   {step_words(one)}" for one in effects]
     axes.set_yticks(rows, [printable(name, 70) for name in names])
-    axes.invert_yaxis()
+    axes.set_ylim(len(effects) - 0.4, -0.6)
     axes.axvline(study.value, color=INK, linewidth=0.8)
     axes.set_xlim(study.value - 1.22 * largest, study.value + 1.22 * largest)
     axes.set_xlabel(f"{target} [{study.target.unit}]; now {study.value:.4g}; effects to first order")
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0.0)
-    figure.legend(loc="outside lower right", ncols=2, fontsize=7.0)
+    known = study.target.selection.quantity.worse != "neither"
+    marks = [Patch(color=COLOURS[True], label="worse"), Patch(color=COLOURS[False], label="better")] if known else []
+    marks += [
+        Patch(facecolor=INK, edgecolor=INK, label="change as given (the number)"),
+        Patch(facecolor="none", edgecolor=INK, label="the opposite change"),
+    ]
+    figure.legend(handles=marks, loc="outside lower right", ncols=len(marks), fontsize=7.0)
     return figure
