@@ -100,6 +100,22 @@ def test_rows_are_ranked_by_the_greatest_shock_of_the_trunk(dogs):
     assert shocks == sorted(shocks, reverse=True)
 
 
+@pytest.mark.parametrize(("rank", "sign"), [("friction_needed", -1.0), ("ropc", 1.0), ("delta_v.y@*", -1.0)])
+def test_rows_are_ranked_by_any_quantity_the_worst_first(rank, sign):
+    """The greatest friction first, the least radius, the greatest magnitude of what has a sign."""
+    ranked = batch(DOGS, rank=rank)
+    values = [sign * abs(row.values[rank]) for row in ranked.rows]
+    assert (values == sorted(values), ranked.rank, rank in ranked.columns) == (True, rank, True)
+
+
+def test_rows_of_a_scene_have_its_name(capfd, tmp_path):
+    (tmp_path / "drop.toml").write_text('robot = "solo12"\n[[contact]]\nframe = "FL_FOOT"\n')
+    text = good(capfd, "batch", "bolt", tmp_path / "drop.toml")
+    assert re.search(r"^drop.toml  solo12 +FL_FOOT +base_link  geared", text, re.MULTILINE)
+    rows = list(csv.DictReader(io.StringIO(good(capfd, "batch", "bolt", tmp_path / "drop.toml", "--format", "csv"))))
+    assert {(row["scene"], row["robot"]) for row in rows} == {(str(tmp_path / "drop.toml"), "solo12"), ("", "bolt")}
+
+
 def test_rows_do_not_depend_on_where_they_are_computed(dogs):
     with executor(2) as pool:
         found = batch(DOGS, executor=pool)
@@ -160,9 +176,9 @@ def test_a_foot_is_one_link_and_the_end_of_its_leg():
 def test_command_prints_a_ranked_table(capfd):
     text = good(capfd, "batch", *DOGS)
     lines = text.splitlines()
-    assert lines[0] == "8 landings, ranked by the greatest shock over the trunk"
+    assert lines[0] == "8 landings, ranked by shock_max"
     assert [line.split()[0] for line in lines[4:12]] == ["go2"] * 4 + ["anymal_b"] * 4
-    assert "drives of go2, derived" in text
+    assert "joints: geared, drives derived: go2; free, drives derived: anymal_b" in text
 
 
 def test_command_ends_with_3_if_some_were_not_computed(capfd):
@@ -234,12 +250,13 @@ def test_interrupt_ends_all_processes_and_leaves_no_file(tmp_path, jobs):
     assert not (tmp_path / "out").exists()
 
 
-def test_contact_sheet_shows_every_landing(capfd, tmp_path):
+def test_contact_sheet_shows_the_worst_landing_of_each_robot(capfd, tmp_path):
     good(capfd, "batch", "solo8", "bolt", "--figures", "--jobs", "2", "--out", tmp_path)
     drawn = (tmp_path / "sheet.svg").read_text()
     rows = json.loads((tmp_path / "batch.json").read_text())["rows"]
     assert (tmp_path / "sheet.png").stat().st_size > 10_000
-    for k, row in enumerate(rows, start=1):
-        assert f">{k}  {row['robot']}<" in drawn
-        assert f">on {row['contact']}<" in drawn
+    worst = {row["robot"]: row["contact"] for row in reversed(rows)}
+    assert re.findall(r">on (\w+)<", drawn) == [worst[name] for name in dict.fromkeys(row["robot"] for row in rows)]
+    for k, name in enumerate(dict.fromkeys(row["robot"] for row in rows), start=1):
+        assert f">{k}  {name}<" in drawn
     assert "sheet.svg" in (tmp_path / "report.md").read_text()

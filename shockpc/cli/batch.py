@@ -26,8 +26,11 @@ def batch(
     jobs: int = _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1, default=1),
     options: SceneOptions,
     quantity: tuple[str, ...] = QUANTITY,
+    rank: str = in_output(
+        "Quantity by which landings are ranked, the worst first; shock_max by default.", "KEY[@PLACE]", default="shock_max"
+    ),
     output: OutputOptions,
-    figures: bool = in_output("Also draw all landings on one contact sheet in that folder."),
+    figures: bool = in_output("Also draw the worst landing of each robot on one contact sheet in that folder."),
 ) -> int:
     from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
@@ -50,6 +53,6 @@ def batch(
         look = view_of
     with executor(min(jobs, len(every))) as pool:
         read = functools.partial(scenes_from, options=options, on_each_foot=True)
-        result = study.batch(every, read, pool, look, progress("robots computed", len(every)), quantity)
+        result = study.batch(every, read, pool, look, progress("robots computed", len(every)), quantity, rank)
     emit(batch_report(result), output)
     return SolveError.exit_code if result.failures else 0

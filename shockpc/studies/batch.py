@@ -37,6 +37,7 @@ class BatchRow:
     """One landing of one robot. The trunk is the robot's heaviest body.
 
     Attributes:
+        source: the name, robot file or scene that was given.
         robot: its name in the catalogue, or its file.
         contact: what strikes; frames with + between them.
         trunk: name of the trunk.
@@ -50,6 +51,7 @@ class BatchRow:
         picture: what the caller's `look` made of the profile; None without it.
     """
 
+    source: str
     robot: str
     contact: str
     trunk: str
@@ -82,11 +84,13 @@ class Batch(NamedTuple):
 
     Attributes:
         columns: names of the quantities.
-        rows: what was computed, the greatest shock of the trunk first; rows without it follow, by the shock at its centre of mass.
+        rank: name of the quantity by which rows are ranked.
+        rows: what was computed, the worst first; rows without the quantity follow, by the shock at the trunk's centre of mass.
         failures: what could not be computed, in the order of the robots.
     """
 
     columns: tuple[str, ...]
+    rank: str
     rows: tuple[BatchRow, ...]
     failures: tuple[Failure, ...]
 
@@ -108,6 +112,7 @@ def batch(
     look: Callable[[ShockProfile], Any] | None = None,
     done: Callable[[str], None] | None = None,
     quantities: Sequence[str] = (),
+    rank: str = "shock_max",
 ) -> Batch:
     """Compute the landings of many robots, one robot after the other or several at once.
 
@@ -118,12 +123,13 @@ def batch(
         look: makes something of each profile, such as a picture, where the profile is computed.
         done: is called with the name of each robot that is computed, in the order of `robots`.
         quantities: what the rows hold besides the standard ones: QUANTITY or QUANTITY@PLACES, as `selected` takes it.
+        rank: the quantity by which rows are ranked, the worst first; the greatest first where neither direction is worse.
 
     Raises:
         UnknownName: there is no such quantity.
     """
     names = list(robots)
-    texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities)}
+    texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
     for text in texts.values():
         select(text.partition("@")[0])
     cases: list[BatchRow | Failure] = []
@@ -133,8 +139,16 @@ def batch(
         if done is not None:
             done(name)
     rows = [case for case in cases if isinstance(case, BatchRow)]
-    rows.sort(key=lambda row: [-math.inf if row.values[key] is None else row.values[key] for key in ("shock_max", "shock_com")])
-    return Batch(tuple(texts), tuple(reversed(rows)), tuple(case for case in cases if isinstance(case, Failure)))
+    name = rank.removeprefix("robot.")
+    selection = select(rank.partition("@")[0])
+
+    def badness(row: BatchRow, key: str, sign: float, signed: bool) -> float:
+        value = row.values[key]
+        return -math.inf if value is None else sign * (abs(value) if signed else value)
+
+    sign = -1.0 if selection.quantity.worse == "less" else 1.0
+    rows.sort(key=lambda row: (badness(row, name, sign, selection.signed), badness(row, "shock_com", 1.0, False)), reverse=True)
+    return Batch(tuple(texts), name, tuple(rows), tuple(case for case in cases if isinstance(case, Failure)))
 
 
 def _landings(
@@ -147,15 +161,16 @@ def _landings(
     cases: list[BatchRow | Failure] = []
     for scene in scenes:
         try:
-            cases.append(_row(shock_profile(scene, robot), look, texts))
+            cases.append(_row(name, shock_profile(scene, robot), look, texts))
         except Exception as error:
             cases.append(Failure(name, _contact(scene), str(refusal(error))))
     return cases
 
 
-def _row(profile: ShockProfile, look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str]) -> BatchRow:
+def _row(source: str, profile: ShockProfile, look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str]) -> BatchRow:
     trunk = profile.places("body")[int(np.argmax(profile.robot.masses))]
     return BatchRow(
+        source=source,
         robot=profile.robot.label,
         contact=_contact(profile.scene),
         trunk=trunk.name,

@@ -1,6 +1,7 @@
-"""A contact sheet: many landings as small pictures on one page, in one colour scale."""
+"""A contact sheet: the worst landing of each robot as a small picture on one page, in one colour scale."""
 
 import math
+from pathlib import Path
 
 from matplotlib.figure import Figure
 
@@ -8,6 +9,7 @@ from shockpc.printed import printable
 from shockpc.show.figure.page import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of
+from shockpc.show.tables import rounded
 from shockpc.studies.batch import Batch
 
 COLUMNS = 8
@@ -18,12 +20,13 @@ WIDTH, HEIGHT, CAPTION, GAP, FOOT, BAR = 1.45, 1.15, 0.42, 0.12, 0.42, 4.6
 
 
 def draw_contact_sheet(batch: Batch) -> Figure:
-    """Draw all landings in the order of the table, which is that of their numbers; each robot fills its picture."""
-    rows = [row for row in batch.rows if row.picture is not None]
+    """Draw the worst landing of each robot, or of each scene, in the order of the table; each robot fills its picture."""
+    worst = {row.source: row for row in reversed(batch.rows) if row.picture is not None}
+    rows = [row for row in batch.rows if worst.get(row.source) is row]
     across = max(min(COLUMNS, len(rows)), 1)
     lines, step, drop = math.ceil(len(rows) / across), WIDTH + GAP, HEIGHT + CAPTION + GAP
     heading = (
-        f"{len(rows)} landings, ranked by the greatest shock over the trunk",
+        f"The worst landing of each robot, ranked by {printable(batch.rank, 60)}",
         "arrow: velocity of the contact before the impact; numbers are of the trunk; each robot on its own scale",
     )
     page = Page(MARGIN + max(across * step - GAP, BAR), lines * drop + FOOT, heading)
@@ -33,10 +36,15 @@ def draw_contact_sheet(batch: Batch) -> Figure:
         axes = page.picture(x, y, window)
         draw_bodies(axes, row.picture, 400.0)
         draw_velocities(axes, row.picture, window, 0.5)
-        greatest = row.values["shock_max"]
-        shock = f"{row.values['shock_com']:.2g} at CoM" if greatest is None else f"up to {greatest:.2g}"
+        greatest, ranked = row.values["shock_max"], row.values[batch.rank]
+        if batch.rank != "shock_max":
+            number = f"{batch.rank} {rounded(ranked)}"
+        else:
+            shock = f"{row.values['shock_com']:.2g} at CoM" if greatest is None else f"up to {greatest:.2g}"
+            number = f"{shock}; RoPc {row.values['ropc']:.3g} m"
         page.write(x, y - 0.04, f"{k + 1}  {printable(row.robot, 40)}", 7.5, WIDTH, fontweight="bold")
-        page.write(x, y - 0.16, f"on {printable(row.contact, 40)}", 7.0, WIDTH)
-        page.write(x, y - 0.28, f"{shock}; RoPc {row.values['ropc']:.3g} m", 7.0, WIDTH)
+        scene = f", {Path(row.source).name}" if row.source.endswith(".toml") else ""
+        page.write(x, y - 0.16, f"on {printable(row.contact + scene, 40)}", 7.0, WIDTH)
+        page.write(x, y - 0.28, printable(number, 40), 7.0, WIDTH)
     page.bar(MARGIN, BAR)
     return page.figure

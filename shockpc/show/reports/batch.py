@@ -1,6 +1,7 @@
-"""A batch: one row for each landing, ranked by the shock of the trunk, and a sheet of pictures where the batch has them."""
+"""A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch has them."""
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from shockpc.quantities.table import select
@@ -10,10 +11,13 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.batch import Batch, BatchRow
 
+NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"}
+"""What a joint model without drives of the catalogue means."""
+
 
 def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""
-    caption = "the landings, the greatest shock of the trunk first"
+    caption = f"the worst landing of each robot, ranked by {batch.rank}"
     drawn = any(row.picture is not None for row in batch.rows)
     picture = [Picture("sheet", caption, "contact_sheet:draw_contact_sheet", (batch,))] if drawn else []
     warnings = list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings))
@@ -35,7 +39,7 @@ def batch_report(batch: Batch) -> Report:
 
 def _record(row: BatchRow) -> dict[str, Any]:
     values = {key: value for key, value in vars(row).items() if key not in ("values", "picture")}
-    return {"robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
+    return {"source": row.source, "robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
 
 
 def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
@@ -45,25 +49,35 @@ def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
         free = all(row.joint_model == "free" for row in batch.rows)
         names = [name for name in names if name not in ("error_bound", "feasible") and not (free and name == "shock_com")]
     units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in names)
-    header = ["robot", "contact", "trunk", *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))]
+    # A robot by its name or file needs no second column for that; a scene is known by its name.
+    scenes = not for_terminal or any(row.source.endswith(".toml") for row in batch.rows)
+    header = [*(["scene"] if scenes else []), "robot", "contact", "trunk", "joints"]
+    header += [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
     header += [
         "IMU",
         "at IMU [-]",
-        *([] if for_terminal else ["posture", "joint model", "sensors and points [-]", "warnings", "failure"]),
+        *([] if for_terminal else ["posture", "drives", "sensors and points [-]", "warnings", "failure"]),
     ]
     rows: list[Row] = []
     for row in batch.rows:
         imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
         imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
-        cells: Row = (row.robot, row.contact, row.trunk, *(row.values[name] for name in names), *imu)
+        source = (_scene_of(row, for_terminal),) if scenes else ()
+        cells: Row = (*source, row.robot, row.contact, row.trunk, row.joint_model, *(row.values[name] for name in names), *imu)
         if not for_terminal:
             sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
-            cells += (row.scene.posture.reference, row.joint_model, sensors, "; ".join(row.warnings), None)
+            cells += (row.scene.posture.reference, row.drives or None, sensors, "; ".join(row.warnings), None)
         rows.append(cells)
     if not for_terminal:
-        rows += [(failure.robot, failure.contact, *[None] * (len(header) - 3), failure.reason) for failure in batch.failures]
-    title = f"{count(len(batch.rows), 'landing')}, ranked by the greatest shock over the trunk"
+        failed = [(None, failure.robot, failure.contact) for failure in batch.failures]
+        rows += [(*what, *[None] * (len(header) - 4), one.reason) for what, one in zip(failed, batch.failures, strict=True)]
+    title = f"{count(len(batch.rows), 'landing')}, ranked by {batch.rank}"
     return Sheet(title, header, rows, list(_notes(batch)) if for_terminal else ())
+
+
+def _scene_of(row: BatchRow, short: bool) -> str | None:
+    """The scene of a row, if it has one. Args: short, without its folder."""
+    return None if not row.source.endswith(".toml") else Path(row.source).name if short else row.source
 
 
 def _notes(batch: Batch) -> Iterable[str]:
@@ -73,17 +87,21 @@ def _notes(batch: Batch) -> Iterable[str]:
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
         yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean"
-    if drives := [row.drives for row in rows if row.drives]:
-        yield "; ".join(
-            [*dict.fromkeys(drives), *(["--drives none for free joints"] if rows[0].scene.joints.drives is None else [])]
-        )
-    if free := list(dict.fromkeys(row.robot for row in rows if row.joint_model == "free" and not row.drives)):
-        what = "joints are free, since nothing gives a reflected inertia; stiff gearboxes change the results considerably"
-        yield what if len(free) == len({row.robot for row in rows}) else f"{', '.join(free)}: {what}"
+    models: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        drives = row.drives.replace(f"drives of {row.robot}, ", "drives ") or NO_DRIVES.get(row.joint_model, "")
+        named = models.setdefault((row.joint_model, drives), [])
+        named += [row.robot] * (row.robot not in named)
+    yield "joints: " + "; ".join(
+        f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
+    )
+    if any(row.drives and row.scene.joints.drives is None for row in rows):
+        yield "--drives none for free joints"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
         yield "of several IMUs the one with the greatest shock; CSV and JSON hold all"
     if any(row.values["shock_max"] is None for row in rows):
-        yield "–: the trunk has no geometry; such rows come last, ranked by the shock at its centre of mass"
+        last = "; such rows come last, ranked by the shock at its centre of mass" if batch.rank == "shock_max" else ""
+        yield f"–: the trunk has no geometry{last}"
     neutral = list(dict.fromkeys(row.robot for row in rows if row.scene.posture.reference in ("neutral", BENT)))
     if neutral:
         bent = "with straight legs bent where they can be"
