@@ -169,7 +169,15 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setitem(COSTS, "costs", lambda budget: Sheet("costs", ("what",), [("a command",)]))
     monkeypatch.setattr("shockpc.bench.costs.ROWS", 32)
     write_folder(tmp_path, suite_report(("corners", "knee"), budget=0.0).files())
-    files = {"report.md", "cases.csv", "bench.json", "error-against-run-time.svg", "error-against-run-time.png", MANIFEST}
+    files = {
+        "report.md",
+        "report.html",
+        "cases.csv",
+        "bench.json",
+        "error-against-run-time.svg",
+        "error-against-run-time.png",
+        MANIFEST,
+    }
     assert {path.name for path in tmp_path.iterdir()} == files
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
     titles = ("### Corners", "### Knee", "### Costs", "### Many postures", "### Sweeps", "### Measured landings", "### Limits")

@@ -313,3 +313,38 @@ def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
     assert np.abs(left[:, :3] @ across + left[:, 3]).max() > 0.1
     with pytest.raises(SolveError):
         shock_profile(replace(profile.scene, strike=Strike(velocity=across)))
+
+
+STUDIES = {
+    "sensitivity": ("anymal_b", "--contact", "LF_FOOT", "--at", "imu_link"),
+    "limits": ("hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", "0.1", "--step", "5"),
+    "batch": ("bolt", "solo12", "--figures"),
+    "sweep": ("anymal_b", "--contact", "LF_FOOT", "--vary", "armature:*_KFE=0:0.1", "--sample", "20", "--format", "csv"),
+    "paper": ("1",),
+}
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
+    """Figures, tables, warnings and the command in one file, which needs neither Plotly nor a network."""
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    good(capfd, study, *STUDIES[study], "--out", tmp_path)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    page, figures = Page(text), len(list(tmp_path.glob("*.svg")))
+    assert text.count('<img class="figure"') == figures > 0
+    assert text.count("<table>") > 0
+    assert page.texts["pre"] == [f"shockpc {study} {' '.join(STUDIES[study])} --out {tmp_path}"]
+    assert "data" not in page.texts
+    assert len(text.encode()) < 8e6
+
+
+@BROWSER
+def test_browser_sorts_the_tables_of_a_study(capfd, tmp_path, tmp_path_factory):
+    good(capfd, "batch", "bolt", "solo12", "--out", tmp_path)
+    with Browser(tmp_path / "report.html", tmp_path_factory.mktemp("browser")) as page:
+        rows = "[...document.querySelectorAll('tbody tr')].map((row) => +row.cells[4].dataset.v)"
+        masses = f"document.querySelectorAll('th')[4].click(); {rows}"
+        values = page.evaluate(masses)
+        assert values == sorted(values, reverse=True)
+        assert page.evaluate(masses) == values[::-1]
+        assert (page.faults, page.requests) == ([], [])

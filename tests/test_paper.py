@@ -326,7 +326,7 @@ def test_the_command_writes_what_it_computes(capfd, tmp_path):
     assert "1 A     beam  translates" in good(capfd, "paper", "fig1", "--verbose")
     assert len(json.loads(good(capfd, "paper", "fig1", "--format", "json"))["claims"]) == len(FIGURES[0].claims)
     scenes = {f"fig1_{letter}.toml" for letter in "abcd"}
-    files = scenes | {"bodies.csv", "claims.csv", "figure1.png", "figure1.svg", "paper.md", "paper.json", MANIFEST}
+    files = scenes | {"bodies.csv", "claims.csv", "figure1.png", "figure1.svg", "paper.md", "report.html", "paper.json", MANIFEST}
     assert {path.name for path in (tmp_path / "paper").iterdir()} == files
     again = run(capfd, "analyze", tmp_path / "paper" / "fig1_c.toml", "--format", "csv").out
     assert again.splitlines()[1].startswith("percussion,beam,1.5")

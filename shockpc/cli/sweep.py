@@ -55,11 +55,11 @@ def sweep(
     format_: Literal["parquet", "csv"] = in_run("Format of the rows; parquet by default.", default="parquet"),
     run: RunOptions,
 ) -> int:
+    from shockpc.cli.output import write_report
     from shockpc.cli.scenes import scenes_from
     from shockpc.cli.write_parts import written_parts
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
-    from shockpc.show.files import write_folder
     from shockpc.show.parts import Parts
     from shockpc.show.reports.sweep import sweep_report
     from shockpc.studies.sweep.study import sweep as study
@@ -92,6 +92,6 @@ def sweep(
     with written_parts(parts, executor(run.jobs, run.cluster, print_error if run.wait else None), run.resume, "rows"):
         summary = summarise(made, parts.column)
         report = sweep_report(summary)
-        write_folder(out, report.files())
+        write_report(report, out)
         sys.stdout.write(report.text("table"))
     return SolveError.exit_code if summary.failed else 0

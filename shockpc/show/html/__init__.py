@@ -1,4 +1,4 @@
-"""The interactive report: one HTML file with landings in three dimensions, which needs no network and no server."""
+"""The report as a page: one HTML file that needs no network and no server, with landings in three dimensions."""
 
 import importlib.util
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The page: results of landings as data for `report.js`, which computes every other strike, and the tables of their report.
+"""The page of a report: its tables and figures, and landings as data for `report.js`, which computes every other strike.
 
 All text is escaped here or set as `textContent` by the script; none reaches the drawing library as markup.
 """
@@ -46,23 +46,30 @@ CONTROLS = (
 )
 
 
-def page(report: Report, files: Mapping[str, str | bytes], library: Path, command: str) -> str:
+def page(report: Report, files: Mapping[str, str | bytes], library: Path | None, command: str) -> str:
     """The page as text, complete in itself.
 
     Args:
         report: of landings; of more than `MOST_LANDINGS` the first are shown.
-        files: of the report by path; figures among them are printed.
-        library: the script of Plotly.
+        files: of the report by path; its figures are part of the page.
+        library: the script of Plotly; None for a report that shows no landing.
         command: the command line, or nothing.
     """
-    shown = dict(list(report.landings.items())[:MOST_LANDINGS])
+    shown = {} if library is None else dict(list(report.landings.items())[:MOST_LANDINGS])
     here = Path(__file__).parent
-    data = json.dumps(_data(shown), allow_nan=False).replace("<", "\\u003c")
-    title = _text(report.title or f"Shock of {next(iter(shown.values())).robot.name}")
+    title = _text(report.title or next((f"Shock of {profile.robot.name}" for profile in shown.values()), report.name))
     parts = [(name, report.parts[name]) for name in shown if name in report.parts]
     blocks: list[tuple[str, int | None, list[Block], Report]]
     blocks = [(f"{name}/", number, list(part.body(True)), part) for number, (name, part) in enumerate(parts)]
     blocks.append(("", None, list(report.body(True)), report))
+    scripts = [f"<script>\n{(here / 'tables.js').read_text('utf-8')}</script>"]
+    if library is not None:
+        data = json.dumps(_data(shown), allow_nan=False).replace("<", "\\u003c")
+        scripts += [
+            f"<script>{library.read_text('utf-8')}</script>",
+            f'<script type="application/json" id="data">{data}</script>',
+            f"<script>\n{(here / 'report.js').read_text('utf-8')}</script>",
+        ]
     return "\n".join(
         [
             '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">',
@@ -71,13 +78,12 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path, comman
             f"<title>{title}</title><style>\n{(here / 'report.css').read_text('utf-8')}</style></head><body>",
             f"<h1>{title}</h1>",
             *(_section(number, *map(_block, _above(body))) for _, number, body, _ in blocks),
-            _view(shown, len(report.landings)),
+            _view(shown, len(report.landings)) if shown else "",
             *(_section(number, *_below(folder, body, part, files)) for folder, number, body, part in blocks),
             *(_section(number, *_own(number, profile)) for number, profile in enumerate(shown.values())),
             f"<h2>Command</h2><pre>{_text(command)}</pre>" if command else "",
-            f"<script>{library.read_text('utf-8')}</script>",
-            f'<script type="application/json" id="data">{data}</script>',
-            f"<script>\n{(here / 'report.js').read_text('utf-8')}</script></body></html>\n",
+            *scripts,
+            "</body></html>\n",
         ]
     )
 
@@ -93,12 +99,14 @@ def _above(body: Sequence[Block]) -> list[Block]:
 
 
 def _below(folder: str, body: Sequence[Block], report: Report, files: Mapping[str, str | bytes]) -> list[str]:
-    """Figures, which only paper shows, tables and lines. Args: folder, of the report's files."""
-    parts = ["<h2>Results for the strike of the scene</h2>"]
+    """Figures, tables and lines. Args: folder, of the report's files."""
+    parts = [f"<h2>Results{' for the strike of the scene' if report.landings or folder else ''}</h2>"]
+    # The picture in three dimensions takes the place of a landing's own figure, which only paper shows.
+    kind = "paper" if report.name == "profile" else "figure"
     for block in body[len(_above(body)) :]:
         if isinstance(block, Picture):
             source = base64.b64encode(_encoded(files[f"{folder}{block.name}.svg"])).decode()
-            parts.append(f'<img class="figure" alt="{_text(block.caption)}" src="data:image/svg+xml;base64,{source}">')
+            parts.append(f'<img class="{kind}" alt="{_text(block.caption)}" src="data:image/svg+xml;base64,{source}">')
         else:
             parts.append(_block(block))
     warnings = "".join(f'<p class="warnings">{_text(line)}</p>' for line in report.warnings)

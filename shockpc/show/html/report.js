@@ -138,20 +138,6 @@
     }
   }
 
-  function sortBy(heading) {
-    const table = heading.closest("table"), k = heading.cellIndex, rows = [...table.tBodies[0].rows];
-    const order = heading.ariaSort === "descending" ? 1 : -1;
-    for (const other of table.tHead.rows[0].cells) other.ariaSort = null;
-    heading.ariaSort = order > 0 ? "ascending" : "descending";
-    const value = (row) => (row.cells[k].dataset.v === undefined ? NaN : Number(row.cells[k].dataset.v));
-    rows.sort((a, b) => {
-      const [x, y] = [value(a), value(b)];
-      if (Number.isNaN(x) && Number.isNaN(y)) return -order * a.cells[k].textContent.localeCompare(b.cells[k].textContent);
-      return Number.isNaN(x) ? 1 : Number.isNaN(y) ? -1 : order * (x - y || 0);
-    });
-    table.tBodies[0].append(...rows);
-  }
-
   // The picture
   const vector = (v) => ({ x: v[0], y: v[1], z: v[2] });
   const positions = (points) => Object.fromEntries(["x", "y", "z"].map((axis, k) => [axis, points.map((p) => p && p[k])]));
@@ -267,7 +253,6 @@
   byId("reset").addEventListener("click", reset);
   byId("landing").addEventListener("input", (event) => choose(Number(event.target.value)));
   for (const box of Object.values(shown)) box.addEventListener("input", soon);
-  document.addEventListener("click", (event) => { if (event.target.closest("th")) sortBy(event.target.closest("th")); });
   choose(0);
   view.on("plotly_hover", follow);
 })();

@@ -28,7 +28,7 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False, folder: 
     def body(full: bool) -> list[Block]:
         if full:
             notes = [Lines([f"Figure {figure.number}: {figure.note}" for figure in figures])]
-            return [*map(paper_picture, figures), *notes, _claims_sheet(claims), _bodies_sheet(figures)]
+            return [_outcomes_sheet(claims), *map(paper_picture, figures), *notes, _claims_sheet(claims), _bodies_sheet(figures)]
         details: list[Block] = [Lines(_details(claims), "details"), _bodies_sheet(figures)]
         return [_outcomes_sheet(claims), *(details if verbose else [])]
 

@@ -57,7 +57,7 @@ class Report:
         document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
         formats: texts in formats of other programs, by the name of the format.
         more: contents of further files by name.
-        landings: those that report.html shows in three dimensions, by name; without any there is no such file.
+        landings: those that report.html shows in three dimensions, by name.
         parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
             body of this report, which then has no document of its own, follows.
     """
@@ -93,10 +93,10 @@ class Report:
     def files(self, command: str = "") -> dict[str, str | bytes]:
         """The files of a folder by name: figures, CSV, Markdown and JSON; several results have a folder each.
 
-        Landings are shown in report.html too, if Plotly is installed. Args: command, that made the report.
+        A report of landings has no report.html where Plotly is not installed. Args: command, that made the report.
         """
-        files, library = self._files(), plotly()
-        if not self.landings or library is None:
+        files, library = self._files(), plotly() if self.landings else None
+        if self.landings and library is None:
             return files
         from shockpc.show.html.page import page
 

@@ -26,6 +26,7 @@ def sweep_report(summary: SweepSummary) -> Report:
     """The summary of a sweep, whose rows have files of their own."""
     return Report(
         name="summary",
+        title=f"Sweep of {summary.sweep.robot.name}",
         page="summary",
         body=lambda whole: [
             _sheet(summary),
@@ -90,7 +91,7 @@ def _correlations(summary: SweepSummary, most: int | None) -> Sheet:
     rows: list[Row] = [(one.column, *map(float, row)) for one, row in zip(summary.varied, summary.correlations, strict=True)]
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
     rows, notes = largest(rows, most, "varied quantity", strongest)
-    chance = f"of {summary.ranked} landings; two columns that do not depend on one another reach {2.0 / summary.ranked**0.5:.2g}"
+    chance = f"of {summary.ranked} landings; two columns that do not depend on one another reach {summary.chance:.2g}"
     header = ("rank correlation of", *(f"with {one.column.name}" for one in summary.extents))
     return Sheet("what the results depend on", header, rows, (chance, *notes))
 
