@@ -23,7 +23,7 @@ import shockpc
 import shockpc.show.figure.view
 from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
 from shockpc.core.spatial import plane_from
-from shockpc.paper.figures import FIGURES
+from shockpc.paper.figures import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.figure.landing import draw_landing
@@ -516,3 +516,15 @@ def test_every_pin_of_a_loop_has_its_dot():
         places.append(profile.position[end.body] + profile.rotation[end.body] @ end.offset)
     assert len(dots) == 5
     assert all(np.linalg.norm(dots - pin, axis=1).min() < 1e-9 for pin in to_plane(np.array(places), profile.plane))
+
+
+def test_numbers_of_thin_links_are_beside_them():
+    """The links of the paper's leg are thinner than a ring with a number, which then covers no link."""
+    figure = next(figure for figure in paper_figures(("2",)))
+    drawn = paper_picture(figure).draw()
+    for axes, profile in zip(drawn.axes, figure.profiles, strict=False):
+        bodies = shapely.union_all([one.region for one in view_of(profile).drawn])
+        rings = [line.get_xydata()[0] for line in axes.lines if line.get_markersize() == 9.5]
+        inch = np.ptp(axes.get_xlim()) / (axes.get_position().width * drawn.get_figwidth())
+        assert len(rings) == len(profile.bodies)
+        assert min(bodies.distance(shapely.Point(place)) for place in rings) > 0.9 * 9.5 / 2.0 / 72.0 * inch

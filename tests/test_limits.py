@@ -244,6 +244,7 @@ def test_the_strike_of_the_scene_is_that_of_an_analysis(strike):
         ("peak_g@trunk_imu", 5.0),
         ("joint_moment@lf_hfe_joint", 0.05),
         ("delta_qd@lf_kfe_joint", 8.0),
+        ("delta_v.x@trunk_imu", 0.02),
     ],
 )
 def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(target, bound):
@@ -297,7 +298,7 @@ def test_command(capfd, tmp_path):
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
     words = (*words, "--range", "-150:0", "--step", 0.5)
     table = good(capfd, *words, "--out", tmp_path)
-    assert "any of -30 … 75  -150.00* … -24.50" in table
+    assert "any of -30 … 75  -150.0* … -24.50" in table
     found = json.loads(good(capfd, *words, "--format", "json"))
     assert found == json.loads((tmp_path / "limits.json").read_text())
     assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/1", [-140.0, -20.0], [-150.0, 0.0])
@@ -305,7 +306,7 @@ def test_command(capfd, tmp_path):
     rows = list(csv.DictReader((tmp_path / "limits.csv").read_text().splitlines()))
     assert float(rows[-1]["high [deg]"]) == found["limits"][-1]["allowed"][-1]["high"]
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
-        "limits.json", "limits.csv", "postures.csv", "report.md", "limits.svg", "limits.png",
+        "limits.json", "limits.csv", "postures.csv", "report.md", "report.html", "limits.svg", "limits.png",
     }  # fmt: skip
     outcome = run(capfd, *words[:-5], 0.1, "--range", "12")
     assert (outcome.code, outcome.out) == (2, "")

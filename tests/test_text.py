@@ -2,6 +2,7 @@
 
 import csv
 import io
+import itertools
 import math
 import re
 from types import SimpleNamespace
@@ -9,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from altered import Altered, health
+from commands import good
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import joint, link, urdf
@@ -352,3 +354,29 @@ def test_messages_that_differ_only_in_a_gap_are_counted_together():
     counted = alike([text.format(*given) for given in (("1.2", "3", "k"), ("4e-05", "-0.5", "k"), ("1.2", "3", "other"))])
     assert sorted(counted.values()) == [1, 2]
     assert text.format("some", "some", "k") in counted
+
+
+HYQ = ("hyq", "--contact", "lf_foot")
+TABLES = {
+    "analyze": (*HYQ, "--strike-angle", "12.345"),
+    "batch": HYQ,
+    "compare": (*HYQ, "--change", "mass:trunk=1.2345x"),
+    "place": (*HYQ, "--vary", "strike-angle=0:30:3"),
+    "limits": (*HYQ, "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", "0.01", "--step", "5"),
+    "sensitivity": (*HYQ, "--at", "trunk_imu"),
+    "sweep": (*HYQ, "--vary", "armature:*_kfe_joint=0:0.12345", "--sample", "20", "--format", "csv"),
+    "paper": ("1", "2"),
+}
+
+
+@pytest.mark.parametrize("command", TABLES)
+def test_tables_have_at_most_four_digits(capfd, tmp_path, command):
+    """Significant ones, of every number with decimals in every table on a terminal."""
+    out = ("--out", tmp_path) if command == "sweep" else ()
+    lines, rows = iter(good(capfd, command, *TABLES[command], *out).splitlines()), []
+    for line in lines:
+        if line.startswith("──"):
+            rows += itertools.takewhile(lambda row: row and not row.startswith("("), lines)
+    numbers = [number for row in rows for number in re.findall(r"(?<![\w.:=])\d+\.\d+", row)]
+    assert numbers
+    assert [number for number in numbers if len(number.replace(".", "").lstrip("0")) > 4] == []

@@ -58,8 +58,8 @@ class Claim:
     def criterion(self) -> str:
         """The bounds in words."""
         if math.isinf(self.above):
-            return f"below {self.below:g}"
-        return f"above {self.above:g}" if math.isinf(self.below) else f"between {self.above:g} and {self.below:g}"
+            return f"below {self.below:.4g}"
+        return f"above {self.above:.4g}" if math.isinf(self.below) else f"between {self.above:.4g} and {self.below:.4g}"
 
 
 class Panel(NamedTuple):

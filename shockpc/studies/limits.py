@@ -168,7 +168,7 @@ def limits(
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = column(profile, text, lambda entry: entry.compute is not None and not entry.posed and entry.worse == "greater")
+    asked = column(profile, text, lambda entry: entry.compute is not None and not entry.posed and entry.worse != "less")
     joints = settable_joints(robot, joint, StudyError)
     names, unit = tuple(one.name for one in joints), joints[0].unit
     if any(one.unit != unit for one in joints):

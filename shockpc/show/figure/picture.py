@@ -1,6 +1,7 @@
 """Draw a landing on axes: bodies in the colours of their shock, centres and radii of percussion, joints, sensors, velocities."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,9 @@ DOTTED = (0, (4, 1.5, 1, 1.5))
 
 LETTERS, TAG, OWN = 7.5, 0.09, 0.07
 """Size of labels [pt], radius of a ring with a number, and room that a centre of percussion takes around itself [inches]."""
+
+THIN = 0.9
+"""Half the width of a body, as a share of that radius, below which its number is beside it."""
 
 WHOLE = 0.75
 """Share of the circle of radius RoPc that has to be inside the picture for the circle to be drawn."""
@@ -161,7 +165,7 @@ class Labels:
 
     def __init__(self, axes: Axes, window: Window, bodies: Region):
         """Args: axes; window: what they show; bodies: all silhouettes together."""
-        self._axes, self._inch, self._edges = axes, window.inch, bodies.boundary
+        self._axes, self._inch, self._bodies, self._edges = axes, window.inch, bodies, bodies.boundary
         self._window: Region = shapely.box(*window.low, *window.high)
         self._taken: Region = shapely.Polygon()
 
@@ -170,17 +174,29 @@ class Labels:
         self._taken = shapely.union(self._taken, shapely.Point(place).buffer(radius * self._inch, quad_segs=4))
 
     def tag(self, region: Region, text: str) -> None:
-        """Write a number in a ring inside a region: at its centroid if there is room, else in the middle of its widest part."""
+        """Write a number in a ring: at the centroid of a region, in the middle of its widest part, or beside what is too thin."""
         free = max(shapely.get_parts(shapely.difference(region, self._taken)), key=lambda part: float(part.area), default=None)
         if free is None or free.geom_type != "Polygon" or free.is_empty:
             return
         widest = shapely.maximum_inscribed_circle(free)
         (x, y), centroid = widest.coords[0], region.centroid
-        if free.contains(centroid) and free.boundary.distance(centroid) > 0.6 * min(widest.length, TAG * self._inch):
+        room = TAG * self._inch
+        if free.contains(centroid) and free.boundary.distance(centroid) > 0.6 * min(widest.length, room):
             x, y = centroid.x, centroid.y
+        if widest.length < THIN * room:
+            angles = np.arange(16) * np.pi / 8.0
+            away = (1.15 * room + widest.length) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+            x, y = min((np.array([x, y]) + away).tolist(), key=lambda place: round(self._covered(place, room), 9))
         self._axes.plot(x, y, "o", markersize=9.5, markerfacecolor=PAPER, markeredgecolor=INK, markeredgewidth=0.5, zorder=6.5)
         self._axes.text(x, y, text, fontsize=6.5, ha="center", va="center_baseline", zorder=6.6)
         self.keep_free(np.array([x, y]), TAG)
+
+    def _covered(self, place: Sequence[float], radius: float) -> float:
+        """What a disc covers: marks and labels count most, then what is outside, then bodies; as shares of the disc."""
+        disc = shapely.Point(place).buffer(radius, quad_segs=4)
+        outside = disc.difference(self._window).area
+        covered = 4.0 * disc.intersection(self._taken).area + 2.0 * outside + disc.intersection(self._bodies).area
+        return float(covered / disc.area)
 
     def place(self, mark: Array, text: str, gap: float) -> None:
         """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
 from shockpc.printed import printable
@@ -20,6 +21,9 @@ MOST, MAPS = len(CURVES), 4
 
 BARS = 5
 """Varied quantities whose rank correlations are drawn beside a distribution."""
+
+USUAL = 98.0
+"""Share of a map's values that its colours tell apart, where others are far greater [%]."""
 
 COLOUR_MAP = "YlGnBu"
 """Light to dark, as the bands of the other figures."""
@@ -105,7 +109,11 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
     for label in dict.fromkeys(grid.label for grid in grids):
         own = [(panel, grid) for panel, grid in zip(panels, grids, strict=False) if grid.label == label]
         least = min(0.0, *(float(np.nanmin(grid.values)) for _, grid in own))
-        most = max(float(np.nanmax(grid.values)) for _, grid in own)
+        every = np.concatenate([grid.values.ravel() for _, grid in own])
+        most, usual = float(np.nanmax(every)), float(np.nanpercentile(every, USUAL))
+        # A few values that are far greater than all others would leave those in one colour.
+        open_end = most > 2.0 * usual > 0.0
+        most = usual if open_end else most
         scale = {"vmin": least, "vmax": most if most > least else least + 1.0}
         for panel, grid in own:
             place = np.array(fast.values, dtype=float), np.array(slow.values, dtype=float), grid.values
@@ -113,8 +121,9 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
             panel.set(title=grid.name, xlabel=printable(fast.column, 60), ylabel=printable(slow.column, 60))
             if min(grid.values.shape) > 2 and np.nanmax(grid.values) > np.nanmin(grid.values):
                 contrast = {"cmap": ListedColormap([INK, PAPER]), "vmin": least, "vmax": most + 0.1 * (most - least)}
-                panel.clabel(panel.contour(*place, levels=6, linewidths=0.6, **contrast), fontsize=6.5, fmt="%g")
-        figure.colorbar(mesh, ax=[panel for panel, _ in own], aspect=30, label=label)
+                lines = panel.contour(*place, levels=MaxNLocator(6).tick_values(least, most)[1:-1], linewidths=0.6, **contrast)
+                panel.clabel(lines, fontsize=6.5, fmt="%g")
+        figure.colorbar(mesh, ax=[panel for panel, _ in own], aspect=30, label=label, extend="max" if open_end else "neither")
     for unused in panels[len(grids) :]:
         unused.remove()
     return figure
@@ -133,15 +142,21 @@ def _distributions(title: str, extents: Sequence[Extent], summary: SweepSummary)
     if beside:
         for panel, extent in zip(grid[:, 1], extents, strict=True):
             _bars(panel, summary, summary.extents.index(extent))
-        grid[-1, 1].set_xlabel("rank correlation with what was varied")
+        grid[-1, 1].set_xlabel("rank correlation with what was varied; grey: within chance")
     for panel, extent in zip(panels, extents, strict=True):
         low, high = extent.span
         margin = 0.0 if high > low else 0.005 * (abs(high) or 1.0)
-        edges = np.linspace(low - margin, high + margin, len(extent.counts) + 1)
+        total = extent.counts.sum()
+        # Few landings have few intervals, so that the shape is not that of chance.
+        joined = next(
+            (n for n in (1, 2, 4, 5, 8, 10) if len(extent.counts) % n == 0 and len(extent.counts) / n <= 2.0 * total**0.5), 1
+        )
+        shares = extent.counts.reshape(-1, joined).sum(axis=1) / total
+        edges = np.linspace(low - margin, high + margin, len(shares) + 1)
         middle = 0.5 * (edges[1:] + edges[:-1])
         colours = [BANDS[band(max(x, 0.0))] if extent.column.shock else CURVES[0] for x in middle]
-        panel.bar(edges[:-1], extent.counts / extent.counts.sum(), np.diff(edges), align="edge", color=colours)
-        panel.stairs(extent.counts / extent.counts.sum(), edges, color=INK, linewidth=0.6)
+        panel.bar(edges[:-1], shares, np.diff(edges), align="edge", color=colours)
+        panel.stairs(shares, edges, color=INK, linewidth=0.6)
         panel.axvline(extent.median, color=INK, linewidth=0.8, linestyle="--")
         name = printable(extent.column.name if common else extent.column.heading, 60)
         panel.set(title=f"{name}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
@@ -158,6 +173,7 @@ def _bars(panel: Axes, summary: SweepSummary, k: int) -> None:
     own = np.nan_to_num(summary.correlations[:, k])
     strongest = np.argsort(-np.abs(own), kind="stable")[:BARS]
     names = [printable(summary.varied[i].subject, 24) for i in strongest]
+    panel.axvspan(-summary.chance, summary.chance, color="#e6e6e6", zorder=0)
     panel.barh(range(len(names)), own[strongest], color=CURVES[0], height=0.7)
     panel.set(yticks=range(len(names)), yticklabels=names, xlim=(-1.0, 1.0))
     panel.invert_yaxis()

@@ -1,6 +1,7 @@
 """Joint limits that a bound on a number sets: for every strike angle the values allowed, for every posture the strike angles."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from shockpc.show.header import UNITS, header_lines, warning_lines
@@ -124,8 +125,10 @@ def _allowed(found: JointLimits) -> Sheet:
     rows: list[Row] = []
     for one in found.limits:
         allowed = ", ".join(_interval(found, interval) for interval in one.allowed) or "none"
-        feasible = ", ".join(f"{_number(found, low):.2f} … {_number(found, high):.2f}" for low, high in one.feasible) or "none"
-        at = None if math.isnan(one.least) else f"{_number(found, one.least_at):.2f}"
+        feasible = (
+            ", ".join(f"{_text(_number(found, low))} … {_text(_number(found, high))}" for low, high in one.feasible) or "none"
+        )
+        at = None if math.isnan(one.least) else _text(_number(found, one.least_at))
         rows.append((_strikes(found, one), allowed, feasible, one.least, at))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
     name, unit = found.target.selection.name, _unit(found)
@@ -144,7 +147,7 @@ def _postures(found: JointLimits, most: int | None = None) -> Sheet:
     rows: list[Row] = []
     for k in range(0, len(found.scan.values), every):
         allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes[k]) or "none"
-        value = f"{_number(found, float(found.scan.values[k])):.2f}"
+        value = _text(_number(found, float(found.scan.values[k])))
         rows.append((value, found.scan.own[k], greatest[k], f"{math.degrees(at[k]):.1f}", allowed))
     low, high = map(math.degrees, found.strikes)
     header = (
@@ -182,9 +185,16 @@ def _strikes(found: JointLimits, one: StrikeLimits) -> str:
 
 
 def _interval(found: JointLimits, interval: Interval) -> str:
-    """An interval, rounded inwards to hundredths; signs where something else than the bound ends it."""
-    low, high = math.ceil(100.0 * _number(found, interval.low) - 1e-6), math.floor(100.0 * _number(found, interval.high) + 1e-6)
-    return f"{low / 100.0:.2f}{MARKS[interval.low_end]} … {high / 100.0:.2f}{MARKS[interval.high_end]}"
+    """An interval, rounded inwards to four digits; signs where something else than the bound ends it."""
+    low, high = (_text(_number(found, end), inwards) for end, inwards in ((interval.low, math.ceil), (interval.high, math.floor)))
+    return f"{low}{MARKS[interval.low_end]} … {high}{MARKS[interval.high_end]}"
+
+
+def _text(value: float, whole: Callable[[float], int] = round) -> str:
+    """A value of the joint to four digits and two decimals. Args: whole, how it becomes a whole number of its last digit."""
+    decimals = 2 if abs(value) < 99.995 else 1 if abs(value) < 999.95 else 0
+    # An end that is a round number but for rounding errors stays one.
+    return f"{whole(round(value * 10.0**decimals, 4)) / 10.0**decimals:.{decimals}f}"
 
 
 def _bound(found: JointLimits) -> str:

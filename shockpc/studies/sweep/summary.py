@@ -101,6 +101,11 @@ class SweepSummary(NamedTuple):
     compared: int
     largest_error: float
 
+    @property
+    def chance(self) -> float:
+        """The rank correlation that columns which do not depend on one another stay below in 19 of 20 samples."""
+        return float(2.0 / max(self.ranked, 1) ** 0.5)
+
 
 def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummary:
     """Summarise a sweep.
